@@ -4,17 +4,15 @@ import numpy as np
 import pytest
 from support.gl_judge import Judge
 from support.judge import Verdicts
+from support.random_views import random_camera, random_mesh
 from support.shapes import (
     HOUSE,
     SCENES,
     box,
     city,
-    jumble,
     merge,
     moved,
-    rewound,
     sheet,
-    soup,
     stack_of_triangles,
     staircase,
 )
@@ -97,36 +95,6 @@ def test_casters_cut_by_the_near_plane(device, name):
     verdicts.check(most_on_edges=0.005)
 
 
-def random_mesh(rng):
-    kind = rng.integers(5)
-    if kind == 0:
-        return soup(rng, int(rng.integers(1, 12)), low=-6.0)
-    if kind == 1:
-        return jumble(rng, int(rng.integers(1, 20)), int(rng.integers(3, 9)), low=-4.0)
-    if kind == 2:
-        return city(3, seed=int(rng.integers(1000)))
-    boxes = []
-    for _ in range(rng.integers(1, 5)):
-        low = rng.uniform(-8, 4, 3)
-        boxes.append(box(low, low + rng.uniform(0.5, 9, 3)))
-        if rng.random() < 0.3:
-            boxes[-1] = rewound(boxes[-1])
-    return merge(*boxes)
-
-
-def random_camera(rng):
-    height = None if rng.random() < 0.7 else rng.uniform(5, 40)
-    return Camera(
-        rng.uniform(-14, 14, 3) * [1, 1, 0.7] + [0, 0, 5],
-        rng.uniform(-6, 6, 3),
-        size=SIZE,
-        fov=rng.uniform(30, 110),
-        height=height,
-        near=rng.choice([0.05, 0.3, 1.0, 4.0]),
-        far=rng.choice([np.inf, np.inf, 60.0]),
-    )
-
-
 def needles(rng, count=40):
     """Make loose triangles of a nanometre to a decimetre."""
     found = []
@@ -144,7 +112,7 @@ def test_counts_below_0_lie_on_edges_and_are_never_below_minus_1(device):
     verdicts, below = Verdicts(), 0
     for _ in range(12):
         with Judge(device, needles(rng)) as scene:
-            camera = random_camera(rng)
+            camera = random_camera(rng, SIZE)
             camera = Camera(camera.eye, camera.target, size=(96, 80), fov=camera.fov)
             light = point_light(rng.uniform(-15, 15, 3) + [0, 0, 12])
             for method in "auto", "z-fail":
@@ -165,8 +133,9 @@ def test_200_random_views(device):
             for _ in range(4):
                 place = rng.uniform(-15, 15, 3) * [1, 1, 0.7] + [0, 0, 4]
                 light = point_light(place) if rng.random() < 0.6 else directional_light(place)
-                verdicts += scene.judge(random_camera(rng), light, "auto", "z-fail", "lengyel")[0]
-                scene.judge(random_camera(rng), light)
+                camera = random_camera(rng, SIZE)
+                verdicts += scene.judge(camera, light, "auto", "z-fail", "lengyel")[0]
+                scene.judge(random_camera(rng, SIZE), light)
                 cases += scene.counter.plan.statistics.cases
     verdicts.check(most_on_edges=0.004)
     assert (cases > 10).all()

@@ -44,8 +44,8 @@ class Picture:
     def set(self, name, value):
         self.page.ask(f"picture.set{name}({json.dumps(value)})")
 
-    def count(self, light=0):
-        found = self.page.ask(f"encode(picture.readCounts({light}))")
+    def count(self, light=0, times="undefined"):
+        found = self.page.ask(f"encode(picture.readCounts({light}, {times}))")
         cols, rows = self.size
         return np.frombuffer(base64.b64decode(found), np.int32).reshape(rows, cols)
 

@@ -54,3 +54,19 @@ export function misses(boxes, box, from, towards, far) {
   }
   return near > far * (1 + 1e-9);
 }
+
+/**
+ * The distance from a place to a box; 0 inside.
+ * @param {Float64Array} boxes
+ * @param {number} box
+ * @param {ArrayLike<number>} place
+ */
+export function findGap(boxes, box, place) {
+  let square = 0;
+  for (let axis = 0; axis < 3; axis++) {
+    const low = boxes[6 * box + axis] - place[axis];
+    const away = Math.max(low, place[axis] - boxes[6 * box + 3 + axis], 0);
+    square += away * away;
+  }
+  return Math.sqrt(square);
+}

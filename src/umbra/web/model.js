@@ -89,6 +89,7 @@ export class Model {
     this.ground = header.ground;
     /** @type {Part[]} */
     this.parts = header.parts.map(([name, kind, layer, label, color]) => ({ name, kind, layer, label, color, faces: 0 }));
+    /** @type {number} */
     this.faceCount = streams.part.length;
     this.places = findPlaces(streams.places, header.step);
     this.faces = findFaces(streams.corners);
@@ -134,8 +135,11 @@ export class Model {
     }
     this.shells = makeBoxes(this.shellCount);
     this.blocks = makeBoxes(this.blockStarts[this.shellCount]);
+    /** Block k owns the faces from blockFaces[k] to blockFaces[k + 1]. */
+    this.blockFaces = new Uint32Array(this.blockStarts[this.shellCount] + 1).fill(faceCount);
     for (let f = 0; f < faceCount; f++) {
       const block = this.blockStarts[shell[f]] + Math.floor((f - this.faceStarts[shell[f]]) / BLOCK);
+      if (f < this.blockFaces[block]) this.blockFaces[block] = f;
       for (let corner = 0; corner < 3; corner++) {
         widen(this.blocks, block, places, faces[3 * f + corner]);
         widen(this.shells, shell[f], places, faces[3 * f + corner]);

@@ -1,5 +1,6 @@
 // How each shell's shadow volume is counted: McGuire's cases, by bounds (umbra.volume.placement).
 
+import { findGap } from './boxes.js';
 import { isBeyond } from './view.js';
 
 /** @typedef {import('./model.js').Model} Model */
@@ -20,6 +21,7 @@ export const Z_FAIL_CAP = 3;
  * @property {number[]} light homogeneous, local
  * @property {number} range of a lamp [m]
  * @property {number} bottom z where volumes end; -Infinity: at infinity
+ * @property {number} tip weight of ends at infinity: 0, or nearly, so that they are very far away
  */
 
 /**
@@ -37,7 +39,8 @@ export function placeShells(model, sight, thrown, casts, cases) {
   for (let shell = 0; shell < shellCount; shell++) {
     const at = 6 * shell;
     cases[shell] = CULLED;
-    if (!casts[shell] || isOutOfRange(shells, at, thrown)) continue;
+    if (!casts[shell]) continue;
+    if (thrown.light[3] && findGap(shells, shell, thrown.light) > thrown.range) continue;
     const isUnseen = isBeyond(view, shells, at);
     if (isUnseen && isThrownAside(view, shells, at, thrown)) continue;
     cases[shell] = Z_PASS;
@@ -53,21 +56,6 @@ export function placeShells(model, sight, thrown, casts, cases) {
 }
 
 /**
- * @param {Float64Array} boxes
- * @param {number} at
- * @param {Throw} thrown
- */
-function isOutOfRange(boxes, at, { light, range }) {
-  if (!light[3] || range === Infinity) return false;
-  let square = 0;
-  for (let axis = 0; axis < 3; axis++) {
-    const away = Math.max(boxes[at + axis] - light[axis], light[axis] - boxes[at + axis + 3], 0);
-    square += away * away;
-  }
-  return square > range * range;
-}
-
-/**
  * Whether the far end of a box's volume lies wholly beyond a plane that the box is beyond, too.
  * @param {number[]} planes
  * @param {Float64Array} boxes
@@ -80,7 +68,7 @@ function isThrownAside(planes, boxes, at, { light, bottom }) {
     let [near, far] = [d, 0];
     let slope = c;
     if (light[3]) {
-      // Directions away from a lamp, of which it takes the one most inward.
+      // Directions away from a lamp, of which it takes the one most inward; if they go on forever.
       far = -(a * light[0] + b * light[1] + c * light[2]);
     } else if (bottom === -Infinity) {
       far = -(a * light[0] + b * light[1] + c * light[2]);

@@ -306,7 +306,7 @@ export class Renderer {
     const stage = this.findStage(view);
     gl.viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
     gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
-    this.clear(0);
+    this.clear();
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
 
@@ -321,7 +321,7 @@ export class Renderer {
       if (isNew) this.listLit(stage);
       const within = stage.shadows.findScissor(sight);
       if (within) this.narrow(viewport, scissor, within);
-      if (k > 0 || stage.shadows.start) this.clearStencil(stage.shadows.start);
+      if (k > 0) this.clearStencil();
       stage.shadows.count(sight, common);
       const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(lights.length));
       const tint = (light.color ?? [1, 1, 1]).map((c) => strength * c);
@@ -338,22 +338,17 @@ export class Renderer {
     this.drawOver(stage, sight, common);
   }
 
-  /**
-   * Clear depth and stencil in the scissor.
-   * @param {number} stencil
-   */
-  clear(stencil) {
+  /** Clear depth and stencil in the scissor. */
+  clear() {
     const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
     gl.depthMask(true);
     gl.stencilMask(255);
-    gl.clearStencil(stencil & 255);
+    gl.clearStencil(0);
     gl.clear(gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
   }
 
-  /** @param {number} stencil */
-  clearStencil(stencil) {
+  clearStencil() {
     const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
-    gl.clearStencil(stencil & 255);
     gl.clear(gl.STENCIL_BUFFER_BIT);
   }
 
@@ -383,7 +378,10 @@ export class Renderer {
     const plan = overlay?.plan;
     const extent = plan?.extent ?? [0, 0, 0, 0];
     const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
+    const corners = ground === null || !above ? [] : sight.findGround(ground - sight.eye[2]);
     return {
+      'corners[0]': corners.flat(),
+      groundSize: corners.length,
       projection: sight.findMatrix(),
       eyeHigh: high,
       eyeLow: subtract(sight.eye, high),
@@ -514,7 +512,7 @@ export class Renderer {
     gl.bindVertexArray(null);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, stage.litFaces);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * (n + m), gl.STREAM_DRAW);
-    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, fronts, 0, n);
+    if (n) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, fronts, 0, n);
     if (m) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * n, backs, 0, m);
   }
 
@@ -540,10 +538,10 @@ export class Renderer {
     device.use(SURFACE).set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.all);
     gl.drawElements(gl.TRIANGLES, stage.count, gl.UNSIGNED_INT, 0);
-    if (this.ground !== null) {
+    if (common.groundSize) {
       device.use(GROUND).set({ ...common, ...light });
       gl.bindVertexArray(this.nothing ?? null);
-      gl.drawArrays(gl.TRIANGLES, 0, 12);
+      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
     }
   }
 
@@ -576,10 +574,10 @@ export class Renderer {
       gl.drawElements(gl.TRIANGLES, stage.back, gl.UNSIGNED_INT, 4 * stage.front);
     }
     gl.disable(gl.CULL_FACE);
-    if (this.ground !== null) {
+    if (common.groundSize) {
       device.use(GROUND).set({ ...common, ...light });
       gl.bindVertexArray(this.nothing ?? null);
-      gl.drawArrays(gl.TRIANGLES, 0, 12);
+      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
     }
     gl.disable(gl.BLEND);
   }
@@ -680,15 +678,18 @@ export class Renderer {
   /**
    * Count the shadow volumes of a light at every pixel of the first view, at the pixels' centres.
    * @param {number} light
+   * @param {number} [times] how many times as large a picture is drawn, odd: by default so that the
+   *   rasteriser's grid (1/16 pixel in software, 1/256 on cards) is finer than 1/64 pixel
    * @returns {Int32Array} rows from the top; 0 where nothing is seen
    */
-  readCounts(light) {
+  readCounts(light, times) {
     const device = /** @type {Device} */ (this.device);
     const { gl } = device;
     this.fitCanvas();
     const view = this.views[0];
     const { viewport } = this.findRectangles(view);
-    const [columns, rows] = [viewport[2], viewport[3]];
+    times ??= 2 * Math.ceil(64 / 2 ** gl.getParameter(gl.SUBPIXEL_BITS)) - 1;
+    const [columns, rows] = [times * viewport[2], times * viewport[3]];
     const sight = this.findSight(view);
     const common = this.findCommon(sight);
     const stage = this.findStage(view);
@@ -696,10 +697,9 @@ export class Renderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.disable(gl.SCISSOR_TEST);
     gl.viewport(0, 0, columns, rows);
-    this.clear(0);
+    this.clear();
     this.drawSurfaces(stage, sight, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
     if (stage.shadows.prepare(this.lights[light], sight, this.ground, Boolean(this.clip))) this.listLit(stage);
-    this.clearStencil(stage.shadows.start);
     stage.shadows.count(sight, common);
     // The stencil cannot be read: each of its bits adds its value to the picture.
     gl.clearColor(0, 0, 0, 0);
@@ -718,10 +718,13 @@ export class Renderer {
     const bytes = new Uint8Array(4 * columns * rows);
     gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     target.delete();
-    const counts = new Int32Array(columns * rows);
-    for (let row = 0; row < rows; row++) {
-      for (let column = 0; column < columns; column++) {
-        counts[row * columns + column] = bytes[4 * ((rows - 1 - row) * columns + column)];
+    const [wide, tall] = [viewport[2], viewport[3]];
+    const counts = new Int32Array(wide * tall);
+    const middle = (times - 1) / 2;
+    for (let row = 0; row < tall; row++) {
+      const line = (rows - 1 - times * row - middle) * columns + middle;
+      for (let column = 0; column < wide; column++) {
+        counts[row * wide + column] = bytes[4 * (line + times * column)];
       }
     }
     return counts;

@@ -26,6 +26,7 @@ in vec4 place;                   // w: 1 the vertex, 0 its far end
 uniform vec4 light;              // homogeneous, relative to the eye
 uniform float bottom;            // relative to the eye
 uniform bool isCut;              // at the bottom, or else at infinity
+uniform float tip;               // weight of ends at infinity: 0, or a little in parallel views
 uniform bool isClamped;          // depth is written by the fragment shader, clamped
 out vec2 depth;
 void main() {
@@ -34,7 +35,7 @@ void main() {
   if (place.w == 0.0) {
     vec3 away = light.w * at - light.xyz;
     // at + away * (bottom - at.z) / away.z, times -away.z, which is positive
-    end = isCut ? vec4((at.z - bottom) * away - away.z * at, -away.z) : vec4(away, 0.0);
+    end = isCut ? vec4((at.z - bottom) * away - away.z * at, -away.z) : vec4(away + tip * at, tip);
   }
   gl_Position = projection * end;
   depth = gl_Position.zw;
@@ -125,18 +126,15 @@ void main() {
 }`,
 };
 
-/** The plane z = height without end: four triangles from below the eye to infinity. */
+/** What a view sees of the plane z = height, up to the horizon, as a fan. */
 export const GROUND = {
   vertex: `${HEAD}${PLACE}
-uniform float height;            // relative to the eye
-const vec2 WAYS[4] = vec2[4](vec2(1, 0), vec2(0, 1), vec2(-1, 0), vec2(0, -1));
+uniform vec4 corners[5];         // homogeneous, relative to the eye
 out vec3 at;                     // x, y and the weight to divide them by
 void main() {
-  int way = gl_VertexID / 3 + gl_VertexID % 3;
-  vec4 end = gl_VertexID % 3 == 0
-    ? vec4(0.0, 0.0, height, 1.0) : vec4(WAYS[(way + 3) % 4], 0.0, 0.0);
-  at = end.xyw;
-  gl_Position = projection * end;
+  vec4 corner = corners[gl_VertexID];
+  at = corner.xyw;
+  gl_Position = projection * corner;
 }`,
   fragment: `${HEAD}${AMBIENT}
 in vec3 at;

@@ -1,14 +1,12 @@
 // The shadow volumes of one light in one view: what is thrown, listed, uploaded and counted.
 
+import { findGap, makeBoxes, widen } from './boxes.js';
 import { findOpened } from './opened.js';
 import { CLAMPED_VOLUME, VOLUME } from './shaders.js';
-import { isThrough, visitFaces } from './trace.js';
 import { along, dot, subtract, unit } from './vectors.js';
-import { Z_PASS } from './placement.js';
 import { Volumes } from './volumes.js';
 
 /** @typedef {import('./types.js').Light} Light */
-/** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./placement.js').Throw} Throw */
@@ -16,6 +14,8 @@ import { Volumes } from './volumes.js';
 /** @typedef {import('./volumes.js').Mask} Mask */
 
 const BELOW = 0.002; // from the lowest receiver to the bottom of volumes, in sizes of the scene
+const LEAST_TIP = 1e-4; // a lamp's volumes end at 10,000 times the distance, or at infinity
+const PARALLEL_TIP = 1e-3; // and at a thousand times in parallel views, which have no infinity
 const LOWEST = 0.01; // sine of a sun's altitude, below which its volumes end at infinity
 
 /**
@@ -50,11 +50,10 @@ export class Shadows {
     this.lightKey = '';
     /** @type {Uint8Array | null} */
     this.opened = null;
-    this.start = 0;
     this.casters = 0;
     this.behind = 0;
     /** @type {Throw} */
-    this.thrown = { light: [0, 0, 1, 0], range: Infinity, bottom: -Infinity };
+    this.thrown = { light: [0, 0, 1, 0], range: Infinity, bottom: -Infinity, tip: 0 };
   }
 
   /**
@@ -76,17 +75,17 @@ export class Shadows {
     const isNew = lightKey !== this.lightKey;
     if (isNew) this.volumes.setLight(place, this.opened);
     this.lightKey = lightKey;
-    this.thrown = { light: place, range, bottom: this.findBottom(place, sight, ground) };
+    const bottom = this.findBottom(place, sight, ground);
+    this.thrown = { light: place, range, bottom, tip: this.findTip(sight, place, ground) };
     const { casters, behind } = this.volumes.list(sight, this.thrown, isCut);
     this.casters = casters;
     this.behind = behind;
-    this.start = sight.isPerspective || !place[3] || !behind ? 0 : this.countEnd(sight, place);
     this.upload();
     return isNew;
   }
 
   /**
-   * Find the z at which a sun's volumes end, below all receivers; -Infinity: they do not.
+   * Find the z at which volumes of a light above them end, below all receivers; -Infinity: none.
    * @param {number[]} light
    * @param {Sight} sight
    * @param {number | null} ground
@@ -97,28 +96,30 @@ export class Shadows {
     const bottom = Math.min(low[2], ground ?? Infinity) - BELOW * size;
     // An eye below the bottom would look through it, and z-pass draws none.
     const lowest = Math.min(...sight.findCorners(sight.near).map((corner) => corner[2]));
-    return !light[3] && light[2] > LOWEST && lowest > bottom ? bottom : -Infinity;
+    const isAbove = light[3] ? light[2] > high[2] + BELOW * size : light[2] > LOWEST;
+    return isAbove && lowest > bottom ? bottom : -Infinity;
   }
 
   /**
-   * Count the volumes behind the surface at the far end of parallel rays, which all end there.
+   * Find the weight of the far ends: 0 at infinity, or 1 / how far they are, in lengths of the way
+   * from the light, where that is beyond every receiver. Parallel rays never meet what lies at
+   * infinity, and rasterisers lose digits on the way there.
    * @param {Sight} sight
    * @param {number[]} light
+   * @param {number | null} ground
    */
-  countEnd(sight, light) {
-    const { model, volumes } = this;
-    const behind = volumes.cases.map((kind) => (kind > Z_PASS ? 1 : 0));
-    const from = /** @type {Vec3} */ (light.slice(0, 3));
-    let count = 0;
-    visitFaces(model, behind, from, sight.forward, () => Infinity, (f) => {
-      if (!volumes.adds[f]) return;
-      const { planes, faceCount } = model;
-      const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
-      const fall = dot(normal, sight.forward);
-      const at = dot(normal, from) + planes[3 * faceCount + f];
-      if (-at / fall > 0 && isThrough(model, f, from, sight.forward)) count += 1;
-    });
-    return count;
+  findTip(sight, light, ground) {
+    if (sight.isPerspective && ground !== null) return 0; // the ground is endless
+    const [low, high] = this.model.bounds;
+    const middle = along(low, high, 1).map((v) => v / 2);
+    let reach = 1.1 * Math.hypot(...subtract(high, low));
+    // No ray from the eye to what it sees passes a far end.
+    if (sight.isPerspective) reach += Math.hypot(...subtract(sight.eye, middle));
+    else reach += sight.far + 2 * sight.half * (1 + sight.aspect);
+    if (!light[3]) return 1 / reach;
+    const least = findDistance(this.model, light);
+    const tip = least / (1.1 * (reach + Math.hypot(...subtract(light, middle))));
+    return sight.isPerspective ? (tip > LEAST_TIP ? tip : 0) : Math.max(tip, PARALLEL_TIP);
   }
 
   /** Send all lists to the card, one after the other. */
@@ -146,7 +147,7 @@ export class Shadows {
   /**
    * Count, in the stencil, the volumes that hold each visible surface.
    *
-   * Before: depth holds the scene, the stencil `start`. After: the stencil is 0 where the light is
+   * Before: depth holds the scene, the stencil 0. After: the stencil is 0 where the light is
    * visible.
    * @param {Sight} sight
    * @param {Record<string, any>} common uniforms of the view
@@ -170,6 +171,7 @@ export class Shadows {
         light: w ? [...subtract([x, y, z], sight.eye), 1] : [x, y, z, 0],
         bottom: isCut ? thrown.bottom - sight.eye[2] : 0,
         isCut,
+        tip: thrown.tip,
         isClamped,
         reverses: device.reverses,
       });
@@ -219,4 +221,25 @@ export class Shadows {
     gl.deleteBuffer(this.indices);
     gl.deleteVertexArray(this.array);
   }
+}
+
+/**
+ * A lower bound of the distance from a place to the faces: to their boxes and their planes.
+ * @param {Model} model
+ * @param {number[]} place
+ */
+function findDistance({ blocks, blockFaces, faceCount, faces, places, planes }, place) {
+  let least = Infinity;
+  const box = makeBoxes(1);
+  for (let block = 0; block < blocks.length / 6; block++) {
+    if (findGap(blocks, block, place) >= least) continue;
+    for (let f = blockFaces[block]; f < blockFaces[block + 1]; f++) {
+      box.fill(Infinity, 0, 3).fill(-Infinity, 3);
+      for (let k = 0; k < 3; k++) widen(box, 0, places, faces[3 * f + k]);
+      const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
+      const height = Math.abs(dot(normal, place) + planes[3 * faceCount + f]) / Math.hypot(...normal);
+      least = Math.min(least, Math.max(findGap(box, 0, place), height || 0));
+    }
+  }
+  return least;
 }

@@ -1,6 +1,6 @@
 // Rays through a model, in float64: what is seen, and who casts a shadow.
 
-import { BLOCK, misses } from './boxes.js';
+import { misses } from './boxes.js';
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */
@@ -49,16 +49,13 @@ export function traceRay(model, from, towards, { cast = null, every = false, rea
  * @param {(face: number) => void} visit
  */
 export function visitFaces(model, asked, from, towards, far, visit) {
-  const { shellCount, shells, blocks, blockStarts, faceStarts } = model;
+  const { shellCount, shells, blocks, blockStarts, blockFaces } = model;
   for (let shell = 0; shell < shellCount; shell++) {
     if (asked && !asked[shell]) continue;
     if (misses(shells, shell, from, towards, far())) continue;
-    const first = faceStarts[shell];
     for (let block = blockStarts[shell]; block < blockStarts[shell + 1]; block++) {
       if (misses(blocks, block, from, towards, far())) continue;
-      const start = first + BLOCK * (block - blockStarts[shell]);
-      const end = Math.min(start + BLOCK, faceStarts[shell + 1]);
-      for (let f = start; f < end; f++) visit(f);
+      for (let f = blockFaces[block]; f < blockFaces[block + 1]; f++) visit(f);
     }
   }
 }

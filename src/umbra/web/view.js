@@ -7,7 +7,7 @@ import { along, cross, dot, length, scale, subtract, transform, unit } from './v
 
 const NEAR = 0.1; // [m]
 const MARGIN = 1e-6; // widening of planes, relative to the near rectangle's coordinates
-const HORIZON = 1e3; // depth of an orthographic view, in sizes of what it sees
+const HORIZON = 300; // depth of an orthographic view, in sizes of what it sees
 
 /** One view, with its near plane moved up to what is nearest: depth has more digits then. */
 export class Sight {
@@ -60,14 +60,16 @@ export class Sight {
     }
     if (ground !== null) {
       // The ground is nearest, and farthest, at a corner of the picture.
+      const end = HORIZON * (Math.abs(farthest) + this.half);
       const corners = this.isPerspective ? this.findCorners(1) : this.findCorners(0);
       for (const corner of corners) {
         const way = this.isPerspective ? subtract(corner, this.eye) : this.forward;
         const from = this.isPerspective ? this.eye : corner;
         const depth = (ground - from[2]) / way[2];
-        if (depth >= 0) nearest = Math.min(nearest, depth);
-        const end = HORIZON * (Math.abs(farthest) + this.half);
-        farthest = Math.max(farthest, Math.min(depth > 0 ? depth : end, end));
+        // Parallel rays that begin below the ground meet it nowhere; next to them it is at 0.
+        nearest = Math.min(nearest, this.isPerspective && depth < 0 ? Infinity : Math.max(depth, 0));
+        if (!(depth >= 0)) continue;
+        farthest = Math.max(farthest, Math.min(depth, end));
       }
     }
     this.near = Math.max(this.asked, Number.isFinite(nearest) ? nearest * (1 - 1e-6) : 0);
@@ -171,6 +173,34 @@ export class Sight {
       ? [...scale(forward, -1 / deep), far / deep]
       : [...scale(forward, 2 / deep), -(far + near) / deep];
     return [...x, ...y, ...z, 0, 0, 0, 1];
+  }
+
+  /**
+   * The corners of what is seen of a level plane, homogeneous and relative to the eye: 3 to 5, at
+   * infinity along the horizon; none where it is not seen. All lie in view, so nothing is clipped.
+   * @param {number} height of the plane above the eye [m]
+   * @returns {number[][]}
+   */
+  findGround(height) {
+    const corners = this.findCorners(this.isPerspective ? 1 : 0).map((c) => subtract(c, this.eye));
+    if (!this.isPerspective) {
+      if (Math.abs(this.forward[2]) < 1e-6) return [];
+      return corners.map((corner) => {
+        return [...along(corner, this.forward, (height - corner[2]) / this.forward[2]), 1];
+      });
+    }
+    // A ray (x, y, z) meets the plane at (x, y, z) height / z.
+    /** @type {number[][]} */
+    const found = [];
+    corners.forEach((ray, k) => {
+      const next = corners[(k + 1) % 4];
+      if (ray[2] / height > 0) found.push([...ray, ray[2] / height]);
+      if (ray[2] / height > 0 !== next[2] / height > 0) {
+        const level = along(ray, subtract(next, ray), ray[2] / (ray[2] - next[2]));
+        found.push([level[0], level[1], 0, 0]);
+      }
+    });
+    return found;
   }
 
   /**

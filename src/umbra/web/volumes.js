@@ -131,7 +131,7 @@ export class Volumes {
     placeShells(model, sight, thrown, this.casts, cases);
     zPass.clear();
     zFail.clear();
-    const isFlat = !thrown.light[3] && thrown.bottom === -Infinity;
+    const isFlat = !thrown.light[3] && thrown.bottom === -Infinity && !thrown.tip;
     let [casters, behind] = [0, 0];
     for (let shell = 0; shell < model.shellCount; shell++) {
       const kind = cases[shell];

@@ -1,0 +1,114 @@
+"""
+Counts of the renderer in the browser, judged by rays where they are not umbra's.
+
+A count may differ where the pixel's centre lies within ``PIXELS`` of an edge in the picture, or
+where float32 cannot tell the surface from the volume's face. Everything else is wrong.
+"""
+
+import numpy as np
+
+from support.gl_judge import find_weights
+from support.judge import Seen, Verdicts, closed_faces, find_opened, judge
+from support.raycaster import RayCaster
+from support.web import describe_camera, describe_light
+from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import NOTHING
+from umbra.web.pack import quantise
+
+PIXELS = 1 / 64
+ROUNDING = 4e-7
+"""Of float32 coordinates and depth, relative to the largest."""
+
+ANOTHER_GRID = 9
+"""
+Times as large a picture as that in which a doubtful pixel is counted again.
+
+SwiftShader cuts faces that leave the picture into pieces, and rounds the cuts of two neighbours
+differently: a crack of a step of its grid, through which a pixel's middle may fall.
+"""
+
+GRAZING = 1e-4
+"""Sine of the angle between surface and light; flatter volumes meet the depth's steps."""
+
+
+class WebJudge:
+    """
+    A scene in the browser, on the CPU, and its rays.
+
+    Parameters
+    ----------
+    picture : Picture
+    scene : Scene
+    size : (int, int)
+        Of all pictures.
+    ground : float or None
+
+    Attributes
+    ----------
+    cracks : int
+        Counts that are wrong in one grid of the rasteriser and right in another.
+    """
+
+    def __init__(self, picture, scene, size, ground=0.0):
+        self.picture, self.scene = picture, quantise(scene)
+        self.cracks = 0
+        self.counter = FrameCounter(self.scene, ground=ground)
+        soup = self.scene.triangles()
+        self.rays = RayCaster(soup.vertices, soup.faces, self.scene.origin)
+        caster = self.counter.caster
+        self.component = np.zeros(len(soup.faces), np.int64)
+        self.component[caster.source] = caster.component
+        self.is_closed = closed_faces(caster, len(soup.faces))
+        picture.load(scene, size)
+        picture.set("Ground", None if ground is None else float(ground - self.scene.origin[2]))
+
+    def judge(self, camera, light):
+        """Compare all pixels with the CPU, and judge those that differ; return both."""
+        self.picture.set("Camera", describe_camera(camera, self.scene))
+        self.picture.set("Lights", [describe_light(light, self.scene)])
+        counts = self.picture.count()
+        view, frame = self.counter.see(camera)
+        expected = self.counter.count(view, camera, light)
+        origin = self.scene.origin
+        is_seen = (view.face != NOTHING) & (np.abs(frame.position - origin) < 1e5).all(-1)
+        differs = is_seen & (counts != expected)
+        verdicts = Verdicts(right=int((is_seen & ~differs).sum()), deepest=int(expected.max()))
+        if not differs.any():
+            return verdicts, counts
+        place, eye = light.local(origin), camera.apex(origin)
+        opened = find_opened(self.rays, self.component, camera, eye, place, origin)
+        own = view.face[differs]
+        points = self._pull_in(frame.position[differs] - origin, own)
+        seen = Seen(points, frame.normal[differs], own, eye)
+        closed = self.is_closed & ~opened[self.component]
+        edge = self._tolerance(seen, camera, place)
+        return verdicts + judge(
+            self.rays, seen, place, closed, counts[differs], edge, GRAZING
+        ), counts
+
+    def _pull_in(self, points, own):
+        """Pull points that lie beside their face by a rounding error into it."""
+        points, mesh = points.copy(), own >= 0
+        corners = self.rays.vertices[self.rays.faces[own[mesh]]]
+        weights = np.maximum(find_weights(points[mesh], corners), 1e-9)
+        points[mesh] = np.einsum("ij,ijk->ik", weights / weights.sum(1, keepdims=True), corners)
+        return points
+
+    def _tolerance(self, seen, camera, light):
+        """Give how far each point may be from an edge in its own plane [m]."""
+        forward, eye = camera.axes()[2], camera.eye - self.scene.origin
+        ray = seen.points - eye
+        depth = ray @ forward
+        rows = camera.size[1]
+        if camera.height is None:
+            ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+            pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows * depth / (ray @ forward)
+        else:
+            ray = np.broadcast_to(forward, seen.points.shape)
+            pixel = np.full(len(depth), camera.height / rows)
+        size = max(np.abs(self.rays.vertices).max(), np.abs(eye).max(), np.abs(depth).max())
+        way = light[:3] - light[3] * seen.points
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        slant = np.abs(np.einsum("ij,ij->i", ray, seen.normals))
+        fall = np.maximum(np.abs(np.einsum("ij,ij->i", way, seen.normals)), 1e-9)
+        return PIXELS * pixel / np.maximum(slant, 1e-3) + ROUNDING * size * (1 + slant / fall)
