@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[2]
 REASONS = {
     "there is no OpenGL here: no OpenGL 3.3 opens here (egl: x)": "opengl",
     "there is no Chromium on this machine": "browser",
+    "there is no axe-core on this machine": "axe",
     "Xvfb and xdotool is missing: no window can be tried": "window",
     "the real model delft.city.json is not in ../shared/data": "models",
     "could not import 'rasterio': No module named 'rasterio'": "packages",
@@ -27,7 +28,7 @@ def test_reasons_are_sorted_by_what_is_lacking():
 
 
 def test_each_thing_that_is_lacking_has_a_line_with_its_remedy():
-    browser, model = list(REASONS)[1], list(REASONS)[3]
+    browser, model = (next(why for why in REASONS if what in why) for what in ("Chromium", "model"))
     lines = tell([browser, browser, model, "a whim"])
     assert lines[0].split(":")[0] == "    2 for want of a browser"
     assert "apt install chromium" in lines[0]
@@ -36,10 +37,9 @@ def test_each_thing_that_is_lacking_has_a_line_with_its_remedy():
 
 
 def test_what_a_machine_is_known_to_lack_may_skip():
-    assert find_unexpected(REASONS, ["opengl", "browser", "window", "models", "packages"]) == [
-        "a whim"
-    ]
-    assert len(find_unexpected(REASONS, [""])) == 7
+    lacking = ["opengl", "browser", "axe", "window", "models", "packages"]
+    assert find_unexpected(REASONS, lacking) == ["a whim"]
+    assert len(find_unexpected(REASONS, [""])) == 8
 
 
 TESTS = """

@@ -32,6 +32,9 @@ WANTS = {
         "apt install libegl1 libgl1 libgl1-mesa-dri, or pip install '.[osmesa]'",
     ),
     "browser": Want("a browser", "no Chromium", "apt install chromium"),
+    "axe": Want(
+        "accessibility rules", "no axe-core", "npm install axe-core, or AXE=PATH/axe.min.js"
+    ),
     "window": Want("a screen for windows", "no window can be tried", "apt install xvfb xdotool"),
     "models": Want(
         "real models",

@@ -340,6 +340,10 @@ class ViewOptions:
     threads: int | None = _threads()
     cast: Sequence[str] = _cast()
     no_cast: Sequence[str] = _no_cast()
+    proposed: Sequence[str] = _casters(
+        "patterns",
+        "Parts of a proposal, which a page compares, before and after; repeatable.", default=(),
+    )  # fmt: skip
     animation: int | str | None = option("any", flag=None)
     time: float | None = option("number", unit="s", flag=None)
     view: Any = _window(
@@ -347,7 +351,8 @@ class ViewOptions:
     )
     out: Any = _window(
         "file",
-        "File of the first screenshot; further ones get a number; default: named after the model.",
+        "File of the first screenshot; further ones get a number; default: named after the model. "
+        "FILE.html: write a page of the model, without a window.",
         metavar="FILE.png",
     )
 

@@ -21,7 +21,7 @@ from umbra.sun import Site
 if TYPE_CHECKING:
     from umbra.window.view import ViewState
 
-__all__ = ["begin_view", "open_window", "show"]
+__all__ = ["begin_view", "draw_view", "find_height", "is_page", "open_window", "show"]
 
 _DATE = "2026-03-21"  # default date
 
@@ -44,6 +44,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     threads: int | None = None,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
+    proposed: str | Sequence[str] = (),
     animation: int | str | None = None,
     time: float | None = None,
     view: str | os.PathLike[str] | None = None,
@@ -76,6 +77,8 @@ def show(  # noqa: PLR0913  (each option by its name)
         All cores by default.
     cast, no_cast : str or sequence of str
         Patterns of the parts that cast, or do not; others are only visible.
+    proposed : str or sequence of str
+        Patterns of the parts of a proposal, which a page compares: before and after.
     animation : int or str, optional
         Animation of the scene: its number, its name, or ``"all"``. It plays in a window
         unless ``time`` is given.
@@ -84,7 +87,8 @@ def show(  # noqa: PLR0913  (each option by its name)
     view : path, optional
         Initial view, as saved in a window.
     out : path, optional
-        File of screenshots; in a notebook, of the picture.
+        File of screenshots; in a notebook, of the picture. ``.html`` writes a page of the
+        model that moves in any browser, and opens nothing.
 
     Returns
     -------
@@ -106,10 +110,20 @@ def show(  # noqa: PLR0913  (each option by its name)
     elif not isinstance(site, Site):
         msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
         raise InputError(msg)
+    if is_page(options.out):
+        from umbra.calls.live import write_live_page  # noqa: PLC0415
+
+        write_live_page(options.out, scene, site, options)
+        return None
     if _is_notebook():
-        return _draw(scene, site, options)
+        return draw_view(scene, site, options)
     open_window(scene, site, options)
     return None
+
+
+def is_page(path: object) -> bool:
+    """Return whether a file's ending asks for a page."""
+    return str(path).lower().endswith((".html", ".htm"))
 
 
 def open_window(
@@ -135,7 +149,7 @@ def open_window(
         names=names or ["scene"],
         size=options.size,
         instead=instead,
-        ground=_find_height(options, scene),
+        ground=find_height(options, scene),
         threads=options.threads or count_cores(),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),
@@ -143,7 +157,7 @@ def open_window(
     )
 
 
-def _find_height(options: ViewOptions, scene: Scene) -> float | None:
+def find_height(options: ViewOptions, scene: Scene) -> float | None:
     """Return the ground's height [m]: given, the file's, or just below the model."""
     from umbra.window.view import find_ground  # noqa: PLC0415
 
@@ -211,7 +225,7 @@ def _is_notebook() -> bool:
     return shell is not None and hasattr(shell, "kernel")
 
 
-def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
+def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     """Draw the window's initial picture."""
     from umbra.window.motion import Motion  # noqa: PLC0415
 
@@ -221,7 +235,7 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     ]
     soft = None if view.soft == "none" else view.soft
     drawing = RenderOptions(
-        ground=_find_height(options, scene),
+        ground=find_height(options, scene),
         method=options.method or "auto",
         device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),
         soft=soft,

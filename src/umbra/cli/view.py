@@ -14,6 +14,7 @@ from umbra.cli.reading import (
     reading_options,
     site_options,
 )
+from umbra.cli.terminal import echo, echo_path
 
 __all__ = ["command"]
 
@@ -25,28 +26,39 @@ HEADINGS = ("Window", "Site", "Lights", "Casters", "Counting", "Reading")
 @site_options
 @record_options(ViewOptions)
 @click.option(
+    "--web",
+    cls=HeadedOption,
+    heading="Window",
+    is_flag=True,
+    help="Show it in the browser: serve a page to this machine until Ctrl-C.",
+)
+@click.option(
     "--no-ground", cls=HeadedOption, heading="Window", is_flag=True, help="No ground plane."
 )
 @reading_options("--axis-up")
 def command(
     files: tuple[str, ...],
+    web: bool,
     no_ground: bool,
     **given: Any,
 ) -> None:
     """
-    Show a model in a window: walk around it, move the sun, see how shadows are counted.
+    Show a model in a window or a browser: walk around it, move the sun, see shadows move.
 
     \b
-    Example:
+    Examples:
     umbra view quarter.city.json --date 2026-06-21 --at 18:30
+    umbra view quarter.city.json --web
+    umbra view quarter.city.json --out scene.html
     """  # noqa: D301  (click asks for a real backspace)
-    from umbra.window.screen import check_display  # noqa: PLC0415
+    from umbra.calls.window import is_page, open_window  # noqa: PLC0415
 
     shown = " ".join(files)
     instead = f"umbra render {shown} --eye X,Y,Z --target X,Y,Z --light X,Y,Z,0 --out picture.png"
-    check_display(instead)
-    from umbra.calls.window import open_window  # noqa: PLC0415
+    if not web and not is_page(given["out"]):
+        from umbra.window.screen import check_display  # noqa: PLC0415
 
+        check_display(instead)
     lat, lon, tz = (read_values()[name] for name in ("lat", "lon", "tz"))
     given["ground"] = False if no_ground else given["ground"]
     moved = {name: read_values()[name] for name in ("animation", "time")}
@@ -56,4 +68,23 @@ def command(
     is_known = all(typed is not None or said is not None for typed, said in places)
     is_asked = any(value is not None for value in (lat, lon, tz, chosen.date, chosen.at))
     site = find_model_site(scene) if is_known or is_asked else None
-    open_window(scene, site, chosen, instead)
+    if is_page(chosen.out):
+        from umbra.calls.live import write_live_page  # noqa: PLC0415
+
+        write_live_page(chosen.out, scene, site, chosen)
+        echo_path(chosen.out)
+    if web:
+        _serve(scene, site, chosen)
+    elif not is_page(chosen.out):
+        open_window(scene, site, chosen, instead)
+
+
+def _serve(scene: Any, site: Any, chosen: ViewOptions) -> None:
+    """Serve the page until Ctrl-C."""
+    from umbra.calls.live import make_live_page  # noqa: PLC0415
+    from umbra.web.server import PageServer  # noqa: PLC0415
+
+    server = PageServer(make_live_page(scene, site, chosen))
+    echo(server.url)
+    echo("Ctrl-C ends it", err=True)
+    server.run(lambda words: echo(words, err=True))

@@ -5,18 +5,18 @@
 
 import { isDate, nameZone, tellMinutes } from "./clock.js";
 import { Daylight } from "./daylight.js";
-import { el, fill, icon } from "./dom.js";
+import { el, fill } from "./dom.js";
+import { makeFrame } from "./frame.js";
 import { unpackModel } from "./model.js";
 import { Orbit } from "./orbit.js";
 import { findShown, listThings, makeParts } from "./parts.js";
-import { isLit } from "./place.js";
+import { findSunlight, isLit } from "./place.js";
 import { makePlacePanel } from "./place_panel.js";
 import { makeShare } from "./share.js";
 import { Stage } from "./stage.js";
-import { fromLink, toLink } from "./state.js";
+import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
-import { measure } from "./viewpoint.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */
@@ -74,12 +74,14 @@ export class App {
     /** level ground, local [m] */
     this.ground = config.ground === null ? null : config.ground - model.origin[2];
     this.middle = /** @type {Vec3} */ ([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, this.ground ?? low[2]]);
-    this.radius = Math.max(0.55 * Math.hypot(high[0] - low[0], high[1] - low[1]), 0.8 * measure(low, high) / 2, 1);
+    this.radius = Math.max(0.58 * Math.max(high[0] - low[0], high[1] - low[1]), high[2] - low[2], 1);
     this.revision = 0;
     this.state = this.#begin();
     this.sun = this.daylight.sun(this.state);
+    /** @type {ArrayLike<number> | null} which parts stand before a change; null: all */
+    this.before = null;
     /** @type {ArrayLike<number> | null} */
-    this.before = this.after = null;
+    this.after = null;
     this.hasChanges = false;
     this.plane = findPlane(this, this.state);
     this.#findParts();
@@ -89,8 +91,10 @@ export class App {
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
     const share = makeShare(this);
-    this.panels = [this.timebar, this.place, this.parts, makeHours(this), makeMeasure(this), makeSection(this), makeDrawn(this), share]
-      .filter((panel) => panel !== null);
+    const hours = makeHours(this);
+    this.panels = [this.timebar, this.place, this.parts, ...(hours ? [hours] : []), makeMeasure(this),
+      makeSection(this), makeDrawn(this), share];
+    /** @type {Orbit} */
     this.orbit = new Orbit(this.stage.canvas, {
       viewpoint: this.state.viewpoint, bounds: model.bounds, floor: this.ground, north: this.north,
       takesWheel: config.takesWheel, columns: () => (this.state.compare === "beside" ? 2 : 1),
@@ -98,7 +102,7 @@ export class App {
       tap: (x, y) => this.choose(x, y),
       changed: () => this.set({ viewpoint: this.orbit.viewpoint }),
     });
-    this.#build(this.panels.slice(1).map((panel) => panel.element), share.keys);
+    this.frame = makeFrame(this, this.panels.slice(1).map((panel) => panel.element), share.keys);
     this.stage.renderer.setGround(this.ground);
     this.#layHours();
     if (!this.#linked) this.orbit.set(this.#frameFirst());
@@ -174,7 +178,7 @@ export class App {
     const { state } = this;
     this.stage.draw(state);
     for (const panel of this.panels) panel.update(state);
-    this.#markStage(state);
+    this.frame.update(state);
     this.told(state);
     if (!this.config.hasLink) return;
     clearTimeout(this.saving);
@@ -203,12 +207,28 @@ export class App {
   }
 
   /**
+   * Find when the sun reaches a place on a date; null without a site.
+   * @param {import('./place.js').Place} place
+   * @param {string} date
+   * @param {ArrayLike<number | boolean> | null} parts that cast; null: all
+   */
+  findSunlight(place, date, parts) {
+    const { site } = this.daylight, day = this.daylight.day(date);
+    return site && day ? findSunlight(this.model, site, day, place, parts) : null;
+  }
+
+  /** The view as a file, which umbra reads, too. */
+  describe() {
+    return toFile(this.state, this.model.origin, this.config.view);
+  }
+
+  /**
    * The days of the longest, the shortest and an even path in a date's year.
    * @param {string} date
    */
   solstices(date) {
     const year = date.slice(0, 4);
-    return ["06-21", "12-21", "03-20"].map((day) => this.daylight.day(`${year}-${day}`)).filter((day) => day !== null);
+    return ["06-21", "12-21", "03-20"].flatMap((day) => this.daylight.day(`${year}-${day}`) ?? []);
   }
 
   /**
@@ -279,57 +299,6 @@ export class App {
     }
     renderer.setOverlay(overlay);
     this.redraw();
-  }
-
-  /** @param {Element[]} panels @param {Element} keys */
-  #build(panels, keys) {
-    const { config, orbit } = this;
-    const button = (/** @type {string} */ words, /** @type {Parameters<typeof icon>} */ names, /** @type {() => void} */ act) =>
-      el("button", { type: "button", "aria-label": words, title: words, onclick: act }, icon(...names));
-    const compass = button("North up", ["needle", "tail"], () => orbit.look(this.north, this.state.viewpoint.tilt));
-    compass.classList.add("compass");
-    const views = el("div", { class: "views", role: "group", "aria-label": "View" }, compass,
-      button("Nearer", ["plus"], () => orbit.approach(1.4)), button("Farther", ["minus"], () => orbit.approach(1 / 1.4)),
-      button("The whole model", ["home"], () => orbit.showAll()), button("From above", ["above"], () => orbit.look(this.north, -89.9)));
-    this.needle = compass.firstElementChild;
-    this.swipe = el("div", { class: "swipe", role: "slider", tabindex: 0, "aria-label": "Before and after", "aria-valuemin": 0, "aria-valuemax": 100, "aria-orientation": "horizontal" });
-    this.#listenSwipe(this.swipe);
-    this.sides = el("div", { class: "sides", "aria-hidden": "true" }, el("span", {}, "Before"), el("span", {}, "After"));
-    const title = el("header", { class: "title" }, el("h1", {}, config.title), config.subtitle && el("p", {}, config.subtitle));
-    this.picture = el("main", { class: "picture" }, this.stage.canvas, this.stage.cover, this.sides, this.swipe, title, views);
-    const notes = config.notes.length > 0
-      && el("details", {}, el("summary", {}, "Notes on the model"), el("ul", { class: "notes" }, ...config.notes.map((note) => el("li", {}, note))));
-    const panel = el("aside", { class: "panel", "aria-label": "Tools" }, ...panels, keys, notes);
-    fill(this.root, el("div", { class: "frame" }, this.picture, this.timebar.element, panel));
-  }
-
-  /** @param {HTMLElement} handle */
-  #listenSwipe(handle) {
-    const put = (/** @type {number} */ swipe) => this.set({ swipe: Math.max(0.02, Math.min(0.98, swipe)) });
-    handle.addEventListener("pointerdown", (event) => handle.setPointerCapture(event.pointerId));
-    handle.addEventListener("pointermove", (event) => {
-      if (!handle.hasPointerCapture(event.pointerId)) return;
-      const box = this.picture.getBoundingClientRect();
-      put((event.clientX - box.left) / box.width);
-    });
-    handle.addEventListener("keydown", (event) => {
-      const by = { ArrowLeft: -0.02, ArrowRight: 0.02, PageDown: -0.1, PageUp: 0.1 }[event.key];
-      if (by === undefined) return;
-      event.preventDefault();
-      put(this.state.swipe + by);
-    });
-  }
-
-  /** @param {State} state */
-  #markStage({ compare, swipe, viewpoint, tool }) {
-    const isSwipe = compare === "swipe", isBeside = compare === "beside";
-    this.swipe.hidden = !isSwipe;
-    this.swipe.style.left = `${100 * swipe}%`;
-    this.swipe.setAttribute("aria-valuenow", String(Math.round(100 * swipe)));
-    this.sides.hidden = !isSwipe && !isBeside;
-    this.sides.style.setProperty("--at", `${isSwipe ? 100 * swipe : 50}%`);
-    this.picture.classList.toggle("measures", tool === "measure");
-    this.needle?.setAttribute("transform", `rotate(${(this.north - viewpoint.heading).toFixed(1)})`);
   }
 }
 

@@ -55,7 +55,7 @@ export const icon = (...names) => {
   for (const name of names) {
     const path = document.createElementNS(space, "path");
     path.setAttribute("d", PATHS[name]);
-    path.setAttribute("class", name);
+    path.setAttribute("class", `icon-${name}`);
     svg.append(path);
   }
   return svg;

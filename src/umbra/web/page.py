@@ -34,7 +34,7 @@ def make_page(block: bytes, config: Mapping[str, object], version: str) -> str:
         HTML, for any browser since 2023 with WebGL2; others show the config's poster.
     """
     style = _WHOLE + read_asset("page.css")
-    script = bundle("page") + "\nawait $page.show();"
+    script = bundle("page") + "\nglobalThis.umbra = await $page.show();"
     parts = {
         "policy": escape(make_policy(style, script)),
         "version": escape(version),

@@ -88,9 +88,15 @@ export const makeParts = (app) => {
     if (all.value) put(found, /** @type {Standing} */ (all.value));
     all.value = "";
   } }, el("option", { value: "" }, "Set all found…"), ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)));
+  const compare = (/** @type {State['compare']} */ mode) => {
+    // Half a picture is narrow: step back, and come nearer again.
+    const was = state().compare === "beside", is = mode === "beside";
+    app.set({ compare: mode });
+    if (was !== is) app.orbit.approach(is ? 1 / 1.6 : 1.6);
+  };
   const modes = el("fieldset", { class: "modes" }, el("legend", { class: "hidden" }, "Before and after"),
     ...COMPARE.map((mode) => el("label", {},
-      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => app.set({ compare: mode }) }),
+      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => compare(mode) }),
       el("span", {}, MODES[mode]))));
   const hint = el("p", { class: "quiet" });
   const element = el("details", {}, el("summary", {}, "Objects, before and after"), modes, hint,
@@ -104,7 +110,7 @@ export const makeParts = (app) => {
     for (const input of modes.querySelectorAll("input")) input.checked = input.value === now.compare;
     const marks = [...now.standing.values()];
     const changes = marks.filter((one) => one === "proposed" || one === "removed").length;
-    fill(hint, changes ? `${changes} object${changes > 1 ? "s" : ""} differ before and after.`
+    fill(hint, changes ? `${changes === 1 ? "1 object differs" : `${changes} objects differ`} before and after.`
       : "Mark objects as proposed or to be removed, here or after a click on them, to compare before and after.");
     if (!element.open || (!again && drawn === now.standing)) return;
     drawn = now.standing;

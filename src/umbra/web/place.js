@@ -22,15 +22,19 @@ import { dot, measure, move } from "./viewpoint.js";
 const STEP = 60000;  // between rays [ms]; shorter spells and gaps can be missed
 const CLOSE = 500;  // of a spell's ends [ms]
 const CLEARANCE = 1e-6;  // of a ray's origin above its surface, of the model's size
+const GAP = 1e-3;  // by which an assumed ground lies below the model, at most, of its size
 
 /**
- * Where rays begin: a hair above the surface, so that they miss it.
+ * Where rays begin: a hair above the surface, so that they miss it. A ground that was put just
+ * below the model has its rays begin at the model's feet, so that no low sun shines under them.
  * @param {Model} model
  * @param {Place} place
  */
 const findOrigin = (model, place) => {
-  const size = measure(...model.bounds) * CLEARANCE + 1e-4;
-  return place.normal ? move(place.position, place.normal, size) : place.position;
+  const size = measure(...model.bounds), feet = model.bounds[0][2];
+  const origin = place.normal ? move(place.position, place.normal, size * CLEARANCE + 1e-4) : [...place.position];
+  if (place.part < 0 && origin[2] < feet && feet - origin[2] < size * GAP) origin[2] = feet + 1e-4;
+  return /** @type {Vec3} */ (origin);
 };
 
 /**

@@ -2,7 +2,8 @@
 
 import { tellClock } from "./timebar.js";
 import { el, fill } from "./dom.js";
-import { findCasters, findSunlight } from "./place.js";
+import { findCasters } from "./place.js";
+import { dot } from "./viewpoint.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */
@@ -25,15 +26,14 @@ export const tellHours = (hours) => {
 export const makePlacePanel = (app) => {
   const body = el("div", { class: "place" });
   const element = el("details", { open: true }, el("summary", {}, "At a place"), body);
-  const site = app.daylight.site, zone = site?.zone ?? "UTC";
+  const zone = app.daylight.site?.zone ?? "UTC";
 
   /** What is kept while place, date and parts stay: only the sun's way changes with the time. */
   let kept = { key: "", days: /** @type {{title: string, parts: Parts, sun: import('./place.js').Sunlight | null}[]} */ ([]) };
   const findDays = (/** @type {State} */ state, /** @type {Place} */ place) => {
     const key = [app.revision, state.date, place.position.join()].join("|");
     if (kept.key !== key) {
-      const day = app.daylight.day(state.date);
-      const count = (/** @type {Parts} */ parts) => (site && day ? findSunlight(app.model, site, day, place, parts) : null);
+      const count = (/** @type {Parts} */ parts) => app.findSunlight(place, state.date, parts);
       const days = [{ title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) }];
       if (app.hasChanges) days.unshift({ title: "Before", parts: app.before, sun: count(app.before) });
       kept = { key, days };
@@ -49,9 +49,8 @@ export const makePlacePanel = (app) => {
     const { sun } = app;
     if (sun.altitude <= 0) return "The sun is below the horizon.";
     const direction = /** @type {Vec3} */ (sun.direction);
-    if (place.normal && place.normal.every((v) => v === 0) === false) {
-      const facing = place.normal[0] * direction[0] + place.normal[1] * direction[1] + place.normal[2] * direction[2];
-      if (facing <= 0) return "Now in shadow: the surface is turned away from the sun.";
+    if (place.normal && dot(place.normal, direction) <= 0) {
+      return "Now in shadow: the surface is turned away from the sun.";
     }
     const names = findCasters(app.model, place, direction, parts);
     if (!names.length) return "Now in the sun.";
@@ -88,7 +87,7 @@ export const makePlacePanel = (app) => {
       el("div", {}, el("dt", {}, "Last"), el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[sun.spells.length - 1][1]) : "none")));
     const spells = sun && sun.spells.length > 1
       && el("p", { class: "quiet" }, `In the sun ${sun.spells.map(([from, to]) => `${tellClock(zone, from)}–${tellClock(zone, to)}`).join(", ")}.`);
-    return el("div", { class: "day" }, title && el("h3", {}, title), figures, sun && drawStrip(sun, state.date), spells,
+    return el("div", { class: "day" }, title && el("h2", {}, title), figures, sun && drawStrip(sun, state.date), spells,
       el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)));
   };
   /** @param {State} state */

@@ -45,9 +45,10 @@ class PageServer:
         token = secrets.token_urlsafe(24)
         self._server = ThreadingHTTPServer((_LOCAL, 0), _make_handler(page.encode(), f"/{token}/"))
         self._server.daemon_threads = True
-        self.url = f"http://{_LOCAL}:{self._server.server_port}/{token}/"
+        port = self._server.server_port
+        self.url = f"http://{_LOCAL}:{port}/{token}/"
 
-    def run(self, tell: Callable[[str], object] = lambda words: None) -> None:
+    def run(self, tell: Callable[[str], object]) -> None:
         """Open the page in the user's browser, if there is one, and serve until Ctrl-C."""
         if _has_browser():
             # Some browsers return only when they are closed.
@@ -61,10 +62,6 @@ class PageServer:
         finally:
             self.close()
 
-    def start(self) -> None:
-        """Serve in the background until `close`."""
-        threading.Thread(target=self._server.serve_forever, daemon=True).start()
-
     def close(self) -> None:
         """Free the port."""
         self._server.server_close()
@@ -77,14 +74,14 @@ def _make_handler(page: bytes, path: str) -> type[BaseHTTPRequestHandler]:
         server_version, sys_version = "umbra", ""
         timeout = _TIMEOUT
 
-        def do_GET(self) -> None:  # noqa: N802  (http.server calls it so)
+        def do_GET(self) -> None:
             self._answer(has_body=True)
 
-        def do_HEAD(self) -> None:  # noqa: N802
+        def do_HEAD(self) -> None:
             self._answer(has_body=False)
 
         def _answer(self, *, has_body: bool) -> None:
-            port = self.server.server_address[1]
+            port = self.connection.getsockname()[1]
             is_here = self.headers.get("Host", "") in {f"{_LOCAL}:{port}", f"localhost:{port}"}
             asked = self.path.partition("?")[0].encode("utf-8", "replace")
             if not is_here or not hmac.compare_digest(asked, path.encode()):

@@ -2,7 +2,7 @@
 
 import { KEYS } from "./orbit.js";
 import { el, fill } from "./dom.js";
-import { fromLink, toFile, toLink } from "./state.js";
+import { fromLink, toLink } from "./state.js";
 
 /** @typedef {import('./app.js').App} App */
 
@@ -29,7 +29,7 @@ export const makeShare = (app) => {
     }
   };
   const save = () => {
-    const text = JSON.stringify(toFile(app.state, app.model.origin, app.config.view), null, 2);
+    const text = JSON.stringify(app.describe(), null, 2);
     download(new Blob([text, "\n"], { type: "application/json" }), `${stem}.view.json`);
     tell("Open it here, or with umbra view --view.");
   };

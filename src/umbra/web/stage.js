@@ -11,7 +11,7 @@ import { findEye, move } from "./viewpoint.js";
 /** @typedef {import('./types.js').View} View */
 /** @typedef {import('./signs.js').Signs} Signs */
 
-const DAY = { sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.86, 0.85, 0.82] };
+const DAY = { sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.95, 0.93, 0.89] };
 const DUSK = { sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] };
 const NIGHT = { sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] };
 

@@ -122,7 +122,7 @@ export const fromLink = (link, origin, objects, partCount) => {
     const position = local(place.slice(0, 3));
     state.place = { position, normal: /** @type {Vec3} */ (place.slice(3, 6)), part: place[6] };
   }
-  const far = (given.get("far") ?? "").split(";").map((one) => numbers(one, 6)).filter((one) => one !== null);
+  const far = (given.get("far") ?? "").split(";").flatMap((one) => { const ends = numbers(one, 6); return ends ? [ends] : []; });
   if (far.length) state.distances = far.map((one) => [local(one.slice(0, 3)), local(one.slice(3))]);
   return state;
 };

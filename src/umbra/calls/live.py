@@ -1,0 +1,95 @@
+"""The live model of ``umbra view --web``, of ``scene.html`` and of notebooks."""
+
+import base64
+import os
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+from PIL import Image
+
+from umbra.calls.options import ViewOptions
+from umbra.calls.window import begin_view, draw_view, find_height
+from umbra.scene import Scene
+from umbra.sun import Site
+from umbra.writers.atomic import replace_file
+
+__all__ = ["make_config", "make_live_page", "write_live_page"]
+
+_NAMED = 3  # files in a title
+_QUALITY = 82  # of the poster, which stands in where the model cannot be drawn
+
+
+def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[str, object]:
+    """
+    Describe a page's model and its first view, as ``Config`` of ``umbra/web/app.js``.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site or None
+        Without one the sun is set by azimuth and altitude.
+    options : ViewOptions
+    """
+    from umbra.window.file import to_json  # noqa: PLC0415
+
+    view = begin_view(options, scene, site, options.size)
+    names = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    stems = [name.split(".")[0] or name for name in names]
+    more = f" and {len(stems) - _NAMED} more" if len(stems) > _NAMED else ""
+    proposed = list(scene.select(options.proposed, option="proposed")) if options.proposed else []
+    return {
+        "name": stems[0] if stems else "scene",
+        "title": " + ".join(stems[:_NAMED]) + more if stems else "Scene",
+        "subtitle": _describe(scene, site),
+        "view": to_json(view),
+        "ground": find_height(options, scene),
+        "proposed": proposed,
+        "notes": list(scene.notes),
+        "hours": None,
+        "hasLink": True,
+        "takesWheel": True,
+        "poster": "",
+    }
+
+
+def _describe(scene: Scene, site: Site | None) -> str:
+    """Return a line on the place and the size of the model."""
+    objects = len(set(scene.groups().tolist()))
+    faces = sum(len(part.mesh.faces) for part in scene.parts)
+    size = f"{objects:,} object{'' if objects == 1 else 's'}, {faces:,} triangles"
+    if site is None:
+        return size
+    lat, lon = site.latitude, site.longitude
+    place = (
+        f"{abs(lat):.4f}° {'N' if lat >= 0 else 'S'}, {abs(lon):.4f}° {'E' if lon >= 0 else 'W'}"
+    )
+    return f"{place} · {site.zone} · {size}"
+
+
+def _draw_poster(scene: Scene, site: Site | None, options: ViewOptions) -> str:
+    """Draw the first view, for browsers that cannot, as an address."""
+    stream = BytesIO()
+    picture = draw_view(scene, site, replace(options, out=None))
+    Image.fromarray(picture.image).save(stream, "WEBP", quality=_QUALITY)
+    return f"data:image/webp;base64,{base64.b64encode(stream.getvalue()).decode()}"
+
+
+def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str:
+    """Make the page of a scene; parameters as in `make_config`."""
+    from umbra import __version__  # noqa: PLC0415
+    from umbra.web.pack import pack_model  # noqa: PLC0415
+    from umbra.web.page import make_page  # noqa: PLC0415
+
+    config = make_config(scene, site, options)
+    config["poster"] = _draw_poster(scene, site, options)
+    return make_page(pack_model(scene, site), config, __version__)
+
+
+def write_live_page(
+    path: str | os.PathLike[str], scene: Scene, site: Site | None, options: ViewOptions
+) -> None:
+    """Write the page of a scene as one file; parameters as in `make_config`."""
+    page = make_live_page(scene, site, options)
+    with replace_file(path) as beside:
+        beside.write_text(page, "utf-8", newline="\n")

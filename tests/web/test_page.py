@@ -1,0 +1,435 @@
+"""The page of a live model, as people use it, in a real Chromium."""
+
+import base64
+import http.client
+import os
+import re
+import signal
+import subprocess
+import sys
+from datetime import UTC, datetime
+from io import BytesIO
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.chromium import Chromium, Page, find_chromium
+from support.shapes import box
+
+import umbra
+from umbra.window.file import from_json
+
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
+PLACE = np.array([1000.0, 340000.0, 20.0])
+HOSTILE = '</script><img src=x onerror="document.title=1">'
+READY = "document.documentElement?.dataset.ready == 'yes' && umbra.waits === 0"
+DETAILS = "document.querySelectorAll('.panel > details')"
+NOW = "[...document.querySelectorAll('.now-words')].map((e) => e.textContent)"
+
+
+def block(name, low, high):
+    vertices, faces = box(low, high)
+    return umbra.Part(name, "building", umbra.Mesh(vertices + PLACE, faces))
+
+
+def settle(page):
+    page.wait("umbra.waits === 0")
+
+
+def put(page, selector, value):
+    """Type or slide a value."""
+    page.ask(
+        f"(() => {{ const e = document.querySelector(`{selector}`); e.value = '{value}';"
+        "e.dispatchEvent(new Event(e.type == 'range' ? 'input' : 'change')); })()"
+    )
+    settle(page)
+
+
+def wear(page, name, value):
+    """Ask for a media feature."""
+    page.send("Emulation.setEmulatedMedia", features=[{"name": name, "value": value}])
+
+
+def place_at(x, y, z=0):
+    """A level place of the quarter, in the page's coordinates."""
+    return (
+        f"{{position: [{x}, {y}, {z}].map((v, k) => v + {PLACE.tolist()}[k] - "
+        "umbra.model.origin[k]), normal: [0, 0, 1], part: -1}"
+    )
+
+
+def check(page):
+    """The page asked for nothing but itself, and reported no error."""
+    assert not page.named("Runtime.exceptionThrown")
+    said = [event["entry"] for event in page.named("Log.entryAdded")]
+    assert not [entry for entry in said if entry["level"] == "error"]
+    asked = {event["request"]["url"].partition(":")[0] for event in
+             page.named("Network.requestWillBeSent")}  # fmt: skip
+    assert asked <= {"file", "data", "blob", "about"}
+
+
+@pytest.fixture(scope="module")
+def quarter():
+    """Two towers and a low house, one with a hostile name, far from the origin."""
+    return umbra.make_scene(
+        [block("tower", (-5, -5, 0), (5, 5, 30)), block(HOSTILE, (30, -8, 0), (44, 8, 45)),
+         block("house", (-40, 20, 0), (-20, 30, 6))],
+        ground=20.0,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def written(quarter, tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "scene.html"
+    umbra.show(quarter, VIENNA, date="2026-06-21", at="15:00", proposed="tower", out=path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def webgl():
+    if find_chromium() is None:
+        pytest.skip("there is no Chromium on this machine")
+    with Chromium(webgl=True) as started:
+        yield started
+
+
+@pytest.fixture
+def live(webgl, written):
+    webgl.events.clear()
+    page = Page(webgl)
+    page.resize(1280, 800)
+    page.open(written, READY)
+    yield page
+    check(page)
+
+
+def test_the_page_is_small_whole_and_does_nothing_that_files_command(live, written):
+    assert written.stat().st_size < 400_000
+    assert live.ask("document.title") == "Scene"
+    assert live.ask("document.images.length") == 0
+    live.ask(f"{DETAILS}[1].open = true")
+    live.wait("document.querySelectorAll('.things .label').length")
+    labels = "[...document.querySelectorAll('.things .label')]"
+    assert live.ask(f"{labels}.map((e) => e.firstChild.data)") == ["tower", HOSTILE, "house"]
+    policy = live.ask("document.querySelector('meta[http-equiv]').content")
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+
+
+def test_time_and_date_follow_sliders_and_what_is_typed(live):
+    def told():
+        return live.ask("document.querySelector('.told').textContent")
+
+    assert told().startswith("21 June 2026, 15:00 CEST")
+    put(live, ".timebar [type=text]", "9.05")
+    assert told().startswith("21 June 2026, 09:05 CEST")
+    put(live, ".timebar [type=text]", "25:00")
+    assert live.ask("document.querySelector('.timebar [type=text]').value") == "09:05"
+    put(live, ".timebar [type=date]", "2026-12-21")
+    assert told().startswith("21 December 2026, 09:05 CET")
+    put(live, ".daytrack [type=range]", 720)
+    path = umbra.find_sun(VIENNA, [np.datetime64("2026-12-21T11:00")])
+    found = live.ask("[umbra.sun.altitude, umbra.sun.azimuth]")
+    assert found == pytest.approx([path.altitude[0], path.azimuth[0]], abs=0.003)
+    assert "sunrise 07:42, sunset 16:03" in told()
+    put(live, ".timebar [aria-label='Day of the year']", 0)
+    assert told().startswith("1 January 2026, 12:00 CET")
+
+
+def test_clocks_are_of_the_site(live):
+    when = datetime(2026, 6, 21, 13, tzinfo=UTC).timestamp() * 1000
+    assert live.ask("umbra.daylight.instant(umbra.state)") == when
+
+
+def test_a_day_and_a_year_play_without_jumps(live):
+    wear(live, "prefers-reduced-motion", "no-preference")
+    live.ask("umbra.set({minutes: 600}); window.seen = [];"
+             "umbra.told = (s) => seen.push([s.minutes, ...umbra.sun.direction]);"
+             "document.querySelectorAll('button.play')[0].click()")  # fmt: skip
+    live.wait("seen.length > 12")
+    live.ask("document.querySelectorAll('button.play')[1].click(); window.year = seen.length")
+    live.wait("seen.length > year + 12")
+    live.ask("document.querySelectorAll('button.play')[1].click()")
+    settle(live)
+    seen, year = np.array(live.ask("seen")), live.ask("year")
+    steps = np.diff(seen[:year, 0])
+    assert steps.max() > 0
+    assert (steps >= 0).all()
+    assert steps.max() < 31  # half a second at most, at an hour a second
+    assert (np.diff(seen[year + 1 :, 0]) == 0).all()
+    turns = np.degrees(np.arccos(np.clip((seen[1:, 1:] * seen[:-1, 1:]).sum(1), -1, 1)))
+    assert turns[year + 1 :].max() < 4
+    assert turns[year + 1 :].sum() > 0
+
+
+def test_from_sunset_a_day_goes_on_at_sunrise(live):
+    wear(live, "prefers-reduced-motion", "no-preference")
+    live.ask("umbra.set({minutes: 1258.9}); window.least = 1440;"
+             "umbra.told = (s) => { least = Math.min(least, s.minutes); };"
+             "document.querySelector('button.play').click()")  # fmt: skip
+    live.wait("least < 400")
+    live.ask("document.querySelector('button.play').click()")
+    assert live.ask("least") > 290  # the sun's centre rises at 04:57
+
+
+def test_mouse_wheel_and_keys_move_the_view(live):
+    def look():
+        settle(live)
+        return live.ask("umbra.state.viewpoint")
+
+    def drag(button, held, *places):
+        live.mouse("mousePressed", *places[0], button=button, clickCount=1)
+        live.mouse("mouseMoved", *places[1], button=button, buttons=held)
+        live.mouse("mouseReleased", *places[1], button=button)
+        settle(live)
+
+    def seen(x, y):
+        return live.ask(f"umbra.stage.pick({x}, {y}).position")
+
+    first = look()
+    drag("left", 1, (400, 300), (430, 300))
+    turned = look()
+    assert (turned["heading"] - first["heading"]) % 360 == pytest.approx(9, abs=0.5)
+    place = seen(400, 500)
+    live.mouse("mouseWheel", 400, 500, deltaX=0, deltaY=-200)
+    assert look()["distance"] == pytest.approx(turned["distance"] / np.exp(0.4), rel=0.01)
+    assert seen(400, 500) == pytest.approx(place, abs=0.05)
+    drag("right", 2, (400, 500), (350, 480))
+    assert seen(350, 480) == pytest.approx(place, abs=0.1)  # what is held stays at the pointer
+    live.ask("document.querySelector('canvas.model').focus()")
+    live.press("t")
+    assert look()["tilt"] == pytest.approx(-89.9)
+    assert look()["heading"] == 0
+    live.press("1")
+    assert look()["tilt"] == -20
+    live.press("ArrowDown")
+    assert look()["tilt"] == -17
+    live.press("Enter")
+    assert live.ask("umbra.state.place") is not None
+
+
+def test_two_fingers_hold_the_ground_between_them(live):
+    def touch(kind, *places):
+        points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(places)]
+        live.send("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+        settle(live)
+
+    before = live.ask("umbra.state.viewpoint")
+    place = live.ask("umbra.stage.pick(450, 450).position")
+    touch("touchStart", (400, 450), (500, 450))
+    touch("touchMove", (350, 450), (550, 450))
+    after = live.ask("umbra.state.viewpoint")
+    assert after["distance"] == pytest.approx(before["distance"] / 2, rel=0.02)
+    assert live.ask("umbra.stage.pick(450, 450).position") == pytest.approx(place, abs=0.3)
+    touch("touchEnd")
+
+
+def test_a_chosen_place_has_the_hours_that_umbra_computes(live, quarter):
+    places = [(-12.0, 9.0, 0.0), (20.0, 14.0, 0.0), (-30.0, 25.0, 6.0), (18.0, 0.0, 0.0)]
+    for parts, no_cast in (("after", ()), ("before", "tower")):
+        study = umbra.shadow_study(
+            quarter, VIENNA, date="2026-06-21", start="04:00", end="22:00", exact=True,
+            receivers="points", points=[[*row, 0, 0, 1] for row in places + PLACE],
+            no_cast=no_cast,
+        )  # fmt: skip
+        wanted = np.asarray(study.sun_hours)
+        spots = ", ".join(place_at(*row) for row in places)
+        found = live.ask(
+            f"[{spots}].map((one) => umbra.findSunlight(one, '2026-06-21', umbra.{parts}).hours)"
+        )
+        assert found == pytest.approx(wanted.tolist(), abs=5 / 3600)
+        assert np.ptp(found) > 0.5
+
+
+def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
+    live.ask(f"umbra.set({{place: {place_at(2, 15)}, minutes: 13 * 60 + 30}})")
+    settle(live)
+    days = live.ask("[...document.querySelectorAll('.place .day')].map((e) => e.innerText)")
+    assert [day.split()[0] for day in days] == ["Before", "After"]
+    assert live.ask(NOW) == ["Now in the sun.", "Now in shadow of tower."]
+    live.ask("umbra.set({minutes: 30})")
+    settle(live)
+    assert set(live.ask(NOW)) == {"The sun is below the horizon."}
+    live.ask(f"umbra.set({{minutes: 810, place: {{...{place_at(2, 15)}, normal: [0, 1, 0]}}}})")
+    settle(live)
+    assert live.ask(NOW)[0].startswith("Now in shadow: the surface is turned away")
+
+
+def test_an_object_that_is_switched_off_casts_nothing(live):
+    live.ask(f"umbra.set({{place: {place_at(2, 15)}, minutes: 13 * 60 + 30, compare: 'after'}})")
+    live.ask(f"{DETAILS}[1].open = true")
+    live.wait("document.querySelectorAll('.things select').length")
+    put(live, ".things select", "off")
+    assert live.ask(NOW) == ["Now in the sun."]
+    assert live.ask("[...umbra.after]") == [0, 1, 1]
+
+
+def read_picture(page):
+    """The PNG that one can save: lines and all, with its caption below."""
+    page.ask("(async () => { const reader = new FileReader(), blob = await umbra.shoot();"
+             "await new Promise((done) => { reader.onload = done; reader.readAsDataURL(blob); });"
+             "window.shot = reader.result; })()")  # fmt: skip
+    data = page.ask("window.shot").partition(",")[2]
+    return np.asarray(Image.open(BytesIO(base64.b64decode(data))).convert("RGB"), int)[:-26]
+
+
+def test_before_and_after_differ_by_the_proposal_in_one_picture(live):
+    live.ask("umbra.set({compare: 'after', hasPath: false, hasCompass: false})")
+    after = read_picture(live)
+    live.ask("umbra.set({compare: 'before'})")
+    before = read_picture(live)
+    live.ask("umbra.set({compare: 'swipe', swipe: 0.5})")
+    both = read_picture(live)
+    middle = both.shape[1] // 2
+    assert (after != before).any(axis=2).mean() > 0.005
+    assert (both[:, : middle - 1] == before[:, : middle - 1]).all()
+    assert (both[:, middle + 1 :] == after[:, middle + 1 :]).all()
+    live.ask("document.querySelector('[role=slider].swipe').focus()")
+    live.press("ArrowLeft")
+    assert live.ask("umbra.state.swipe") == pytest.approx(0.48)
+
+
+def test_distances_and_sections_are_kept_by_a_link(live, written):
+    live.ask("umbra.set({tool: 'measure'})")
+    for x, y in ((300, 500), (600, 520)):
+        live.click(x, y)
+        settle(live)
+    ends = live.ask("umbra.state.distances[0]")
+    length = float(np.linalg.norm(np.subtract(*ends)))
+    assert f"{length:.2f} m" in live.ask(f"{DETAILS}[2].textContent")
+    live.ask("umbra.set({section: {axis: 'level', at: 0.5, flipped: false}, minutes: 615})")
+    live.ask("umbra.set({compare: 'before'})")
+    live.wait("location.hash.includes('cut=level') && location.hash.includes('compare=before')")
+    link = live.ask("location.hash")
+    state = "(({section, compare, minutes}) => [section, compare, minutes])(umbra.state)"
+    wanted = live.ask(state)
+    live.send("Page.navigate", url="about:blank")
+    live.wait("location.href == 'about:blank'")
+    live.send("Page.navigate", url=written.as_uri() + link)
+    live.wait(f"location.protocol == 'file:' && {READY}")
+    assert live.ask(state) == wanted
+    assert np.allclose(live.ask("umbra.state.distances[0]"), ends, atol=2e-3)
+    low = live.ask("umbra.model.bounds[0][2]")
+    assert live.ask("umbra.plane[3]") == pytest.approx(low + 22.5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "link",
+    ["#look=1,2&at=x&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
+     "#look=0,0,0,0,0,-1,45&show=2&compare=x,9", "#" + "a=&" * 500],
+)  # fmt: skip
+def test_damaged_links_do_no_harm(webgl, written, link):
+    webgl.events.clear()
+    page = Page(webgl)
+    page.resize(800, 600)
+    page.send("Page.navigate", url=written.as_uri() + link)
+    page.wait(f"location.protocol == 'file:' && {READY}")
+    assert page.ask("umbra.state.date") == "2026-06-21"
+    check(page)
+
+
+def test_a_saved_view_opens_in_umbra(live):
+    view = from_json(live.ask("umbra.describe()"))
+    assert view.sun.minutes == 900
+    assert view.viewpoint.heading == pytest.approx(live.ask("umbra.state.viewpoint.heading"))
+    local = live.ask("umbra.state.viewpoint.target")
+    assert np.allclose(view.viewpoint.target, np.add(local, live.ask("umbra.model.origin")))
+
+
+@pytest.mark.parametrize("width", [320, 1280])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_wider_than_the_screen(webgl, written, width, scheme):
+    page = Page(webgl)
+    page.resize(width, 640, is_phone=width < 500)
+    wear(page, "prefers-color-scheme", scheme)
+    page.open(written, READY)
+    page.ask(f"{DETAILS}.forEach((e) => {{ e.open = true; }}); umbra.set({{compare: 'beside'}})")
+    settle(page)
+    assert page.ask("document.documentElement.scrollWidth") <= width
+    wide = (
+        "[...document.querySelectorAll('.frame *')].filter((e) => !e.closest('.hidden') && "
+        "e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.outerHTML.slice(0, 99))"
+    )
+    assert page.ask(wide) == []
+
+
+def test_axe_finds_nothing(webgl, written):
+    path = Path(os.environ.get("AXE", "node_modules/axe-core/axe.min.js"))
+    if not path.is_file():
+        pytest.skip("there is no axe-core on this machine")
+    for width, scheme in ((1280, "light"), (1280, "dark"), (320, "light")):
+        page = Page(webgl)
+        page.resize(width, 700)
+        wear(page, "prefers-color-scheme", scheme)
+        page.open(written, READY)
+        page.ask(f"{DETAILS}.forEach((e) => {{ e.open = true; }}); umbra.choose(150, 150)")
+        settle(page)
+        page.ask(path.read_text("utf-8") + ";0")
+        found = page.ask(
+            "axe.run().then((found) => found.violations.map((one) => "
+            "[one.id, one.nodes.map((node) => node.html.slice(0, 200))]))"
+        )
+        assert found == []
+
+
+def test_a_browser_without_webgl_shows_a_picture(webgl, written):
+    page = Page(webgl)
+    page.resize(1280, 800)
+    script = (
+        "const give = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind) "
+        "{ return kind == 'webgl2' ? null : give.call(this, kind); }"
+    )
+    page.send("Page.addScriptToEvaluateOnNewDocument", source=script)
+    page.open(written, "document.documentElement.dataset.ready == 'no'")
+    assert page.ask("document.querySelector('.missing img').naturalWidth") == 1280
+    assert "WebGL" in page.ask("document.querySelector('[role=alert]').textContent")
+
+
+def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(webgl, quarter, tmp_path):
+    umbra.show(quarter, out=tmp_path / "bare.html")
+    webgl.events.clear()
+    page = Page(webgl)
+    page.resize(900, 700)
+    page.open(tmp_path / "bare.html", READY)
+    put(page, ".timebar [type=number]", "90")
+    direction = page.ask("umbra.sun.direction")
+    assert direction[0] > 0.1
+    assert abs(direction[1]) < 1e-9
+    check(page)
+
+
+def ask_server(url, path=None, **headers):
+    parts = urlsplit(url)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
+    connection.request("GET", parts.path if path is None else path, headers=headers)
+    return connection.getresponse()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows sends no SIGINT to one process")
+def test_the_command_serves_the_page_to_its_address_alone(tmp_path):
+    vertices, faces = box((0, 0, 0), (10, 10, 20))
+    lines = ["v {} {} {}".format(*row) for row in vertices.tolist()]
+    lines += ["f {} {} {}".format(*row) for row in (faces + 1).tolist()]
+    file = tmp_path / "tower.obj"
+    file.write_text("\n".join(lines))
+    site = ["--lat", "48.2", "--lon", "16.37"]
+    command = [sys.executable, "-m", "umbra", "view", str(file), *site, "--web"]
+    lacking = {"DISPLAY", "WAYLAND_DISPLAY", "BROWSER"}
+    clean = {name: value for name, value in os.environ.items() if name not in lacking}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, env=clean, **pipes) as served:
+        url = served.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", url)
+        page = ask_server(url)
+        assert page.status == 200
+        assert b"Content-Security-Policy" in page.read()
+        assert page.headers["X-Frame-Options"] == "DENY"
+        assert ask_server(url, "/").status == 404
+        assert ask_server(url, urlsplit(url).path[:-2] + "x/").status == 404
+        assert ask_server(url, Host="example.org").status == 404
+        served.send_signal(signal.SIGINT)
+        _, said = served.communicate(timeout=60)
+    assert served.returncode == 0
+    assert "Traceback" not in said
