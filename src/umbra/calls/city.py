@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from umbra.sun import Site
     from umbra.tiles.run import CityStudy, Engine
 
-__all__ = ["city_study"]
+__all__ = ["city_study", "run_city"]
 
 
 def city_study(
@@ -23,7 +24,7 @@ def city_study(
     out: str | os.PathLike[str],
     tiles: str | float = "1km",
     memory: str | float | None = None,
-    min_altitude: float = 0.0,
+    min_altitude: float | None = None,
     reading: Mapping[str, Any] | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -86,23 +87,38 @@ def city_study(
     >>> city = umbra.city_study("lod2/*.gml", out="city/", date="2026-12-21", receivers="top")
     >>> city.dataset.sun_hours.sel(x=691000, y=5335000, method="nearest").compute()
     """
-    from umbra.tiles.cluster import open_engine  # noqa: PLC0415
-    from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
-    from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
-    from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
-
     chosen = _take_options(**options)
     city = CityOptions(
         tiles=tiles, memory=memory, min_altitude=min_altitude, workers=workers,
         scheduler=scheduler,
     )  # fmt: skip
     given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
+    return run_city(given, site, chosen, city, Path(out), reading, engine, progress)
+
+
+def run_city(
+    files: Sequence[str | os.PathLike[str]],
+    site: "Site | Mapping[str, Any] | None",
+    options: StudyOptions,
+    city: CityOptions,
+    folder: Path,
+    reading: Mapping[str, Any] | None = None,
+    engine: "Engine | None" = None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+    reads: Callable[[int, int], object] = lambda _done, _all: None,
+) -> "CityStudy":
+    """Run a study in tiles from its records; ``reads`` is called with the number of files read."""
+    from umbra.tiles.cluster import open_engine  # noqa: PLC0415
+    from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
+    from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
+    from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
+
     check_zarr()
-    folder = Path(out)
     check_folder(folder)
-    with lock_run(folder), open_engine(workers, scheduler) as own:
-        found = prepare_city(given, site, chosen, city, folder, reading)
-        return run_job(found.job, found.describe, engine or own, progress)
+    with lock_run(folder), open_engine(city.workers, city.scheduler) as own:
+        found = prepare_city(files, site, options, city, folder, reading, reads)
+        study = run_job(found.job, found.describe, engine or own, progress)
+        return replace(study, notes=found.notes)
 
 
 @check_names

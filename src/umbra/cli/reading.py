@@ -21,10 +21,13 @@ __all__ = [
     "read_values",
     "reading_options",
     "site_options",
+    "take_reading",
+    "take_site",
 ]
 
 _KEY = "umbra.reading"
 _SITE = ("lat", "lon", "tz", "north")
+_POSED = {*_SITE, "time", "animation"}
 
 
 def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
@@ -163,6 +166,18 @@ def canopy_options(command: Callable) -> Callable:
     )
 
 
+def take_reading() -> dict[str, Any]:
+    """Return a command's options as ``umbra.read`` takes them."""
+    values = {name: one for name, one in read_values().items() if name not in _POSED}
+    return {"up": values.pop("up_axis"), "cache": not values.pop("no_cache"), **values}
+
+
+def take_site() -> dict[str, Any]:
+    """Return a command's options of the site as ``umbra.find_site`` takes them."""
+    names = ("latitude", "longitude", "zone", "true_north")
+    return dict(zip(names, (read_values()[name] for name in _SITE), strict=True))
+
+
 def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool = True) -> "Scene":
     """
     Read files with a command's options, and pose them if a time is given and this is wanted.
@@ -174,13 +189,11 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool 
     """
     from umbra.readers import read  # noqa: PLC0415
 
-    values = {name: one for name, one in read_values().items() if name not in _SITE}
-    time, animation = values.pop("time"), values.pop("animation")
+    time, animation = read_values()["time"], read_values()["animation"]
     if animation is not None and time is None and poses:
         msg = f"--animation {animation} is posed at a time; give --time S too"
         raise InputError(msg)
-    up, is_cached = values.pop("up_axis"), not values.pop("no_cache")
-    scene = read(*files, up=up, canopy=canopy, cache=is_cached, **values)
+    scene = read(*files, canopy=canopy, **take_reading())
     scene = replace(scene, notes=tuple(map(write_for_shell, scene.notes)))
     if time is None or not poses:
         return scene
@@ -193,4 +206,4 @@ def find_model_site(scene: "Scene") -> "Site":
     """Find a model's site from a command's options and the file."""
     from umbra.sun import find_site  # noqa: PLC0415
 
-    return find_site(scene, *(read_values()[name] for name in _SITE))
+    return find_site(scene, **take_site())

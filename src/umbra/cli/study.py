@@ -29,6 +29,7 @@ from umbra.cli.reading import (
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
 from umbra.study.options import StudyOptions
+from umbra.tiles.options import CityOptions
 from umbra.writers.folder import Outputs
 
 __all__ = ["OPTIONS_FILE", "command", "option_file", "write_options"]
@@ -37,8 +38,8 @@ OPTIONS_FILE = "study.toml"
 _LARGEST = 1_000_000  # [byte]
 _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 HEADINGS = (
-    "Site", "Time", "Receivers", "Casters", "Results", "Pictures", "Further files", "Reading",
-    "Running", "Options",
+    "Site", "Time", "Receivers", "Casters", "Results", "Pictures", "Further files", "Tiles",
+    "Reading", "Running", "Options",
 )  # fmt: skip
 _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=False)
 
@@ -194,6 +195,7 @@ def _to_toml(value: Any) -> str:
 @record_options(StudyOptions)
 @canopy_options
 @record_options(Outputs)
+@record_options(CityOptions)
 @reading_options()
 @_running(
     "--out",
@@ -214,12 +216,18 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     Example:
     umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
     """  # noqa: D301  (click asks for a real backspace)
-    outputs = take_record(Outputs, given)
+    outputs, city = take_record(Outputs, given), take_record(CityOptions, given)
 
     def say(line: str) -> None:
         if not quiet:
             echo(write_for_shell(line), err=True)
 
+    if city.tiles is not None:
+        from umbra.cli.city import study_city  # noqa: PLC0415
+
+        options = take_record(StudyOptions, given)
+        study_city(files, out, options, city, outputs, say, quiet=quiet, as_json=as_json)
+        return
     from umbra.writers.atomic import replace_results  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
 

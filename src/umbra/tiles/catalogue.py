@@ -100,6 +100,10 @@ class CityFile:
         folder = Path(self.folder)
         return Bases(np.load(folder / "bases.npy"), np.load(folder / "floors.npy"))
 
+    def find_name(self, thing: int) -> str:
+        """Return the name of an object."""
+        return str(self.words["names"][int(np.argmax(self.geometry.object_of == thing))])
+
     @property
     def words(self) -> dict[str, list]:
         """Names, kinds and tags of its parts."""
@@ -227,7 +231,7 @@ def make_catalogue(
     InputError
         If a file cannot be read, or two are in different coordinate reference systems.
     """
-    options = dict(reading or {})
+    options = {"cache": True, **(reading or {})}
     named = name_layers(list_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []
@@ -257,7 +261,7 @@ def _enter(
 ) -> CityFile:
     """Return a file's entry: the one in the folder if it holds, else a new one."""
     place = folder / f"{number:06}"
-    reading = repr(sorted(options.items()))
+    reading = repr(sorted((k, v) for k, v in options.items() if k != "cache"))
     known = _load(place)
     if (
         known is not None
@@ -265,7 +269,7 @@ def _enter(
         and _is_unchanged(known, path)
     ):
         return known
-    scene = read(path, cache=True, **options)
+    scene = read(path, **options)
     status = path.stat()
     shutil.rmtree(place, ignore_errors=True)
     unfinished = folder / f".{number:06}"

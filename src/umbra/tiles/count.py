@@ -7,7 +7,7 @@ mark counts as not done, whatever chunks there are.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -19,19 +19,22 @@ from umbra.receivers.kind import Tile, Variables
 from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
-from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.loop import look, pass_lights
 from umbra.study.result import Study
 from umbra.study.setup import Result
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.lattice import CityTile
-from umbra.tiles.neighbourhood import Neighbourhood, PartScene
+from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
 from umbra.tiles.store import CityStore
 from umbra.volume.adjacency import Caster, make_caster
 
-__all__ = ["TileRecord", "count_tile", "count_window"]
+__all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
 
 _ABYSS = -1e7  # z of the face that stands for no caster [m]
+_LEAST_SIDE = 64  # cells: smaller windows are not cut
+# Memory of a process, measured and rounded up [byte]: of itself, for each face of the
+# neighbourhood, for each cell, and for each cell and thread.
+_BASE, _FACE, _CELL, _CELL_AND_THREAD = 3e8, 2500.0, 80.0, 8.0
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,15 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     arrays: dict[str, NDArray] = {}
     triangles = bare = 0
     shape = tile.rows[1] - tile.rows[0], tile.cols[1] - tile.cols[0]
-    for rows, cols in lattice.cut(tile, lattice.block):
-        found, casting, empty = count_window(place, lattice.find_window(rows, cols))
+    waiting = list(lattice.cut(tile, lattice.block))[::-1]
+    while waiting:
+        rows, cols = waiting.pop()
+        grid = lattice.find_window(rows, cols)
+        need = find_needs(place, grid)
+        if need.bytes(place, grid) > job.memory and max(grid.rows, grid.cols) > _LEAST_SIDE:
+            waiting += _halve(rows, cols)
+            continue
+        found, casting, empty = count_window(place, grid, need)
         triangles, bare = triangles + casting, bare + empty
         where = (
             slice(rows.start - tile.rows[0], rows.stop - tile.rows[0]),
@@ -107,7 +117,50 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     return record
 
 
-def count_window(place: Workplace, grid: Grid) -> tuple[Variables, int, int]:
+def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
+    """Cut a window in two across its longer side."""
+    if rows.stop - rows.start >= cols.stop - cols.start:
+        middle = (rows.start + rows.stop) // 2
+        return [(slice(rows.start, middle), cols), (slice(middle, rows.stop), cols)]
+    middle = (cols.start + cols.stop) // 2
+    return [(rows, slice(cols.start, middle)), (rows, slice(middle, cols.stop))]
+
+
+@dataclass(frozen=True)
+class Needs:
+    """
+    What counting a window reads.
+
+    Parameters
+    ----------
+    units : Selection
+        Units that are seen in it or cast onto it.
+    faces : int
+        Number of their faces.
+    """
+
+    units: Selection
+    faces: int
+
+    def bytes(self, place: Workplace, grid: Grid) -> float:
+        """Return the memory that a process takes to count the window, from measurements [byte]."""
+        cell = _CELL + _CELL_AND_THREAD * place.job.threads + place.bytes_kept
+        return _BASE + self.faces * _FACE + grid.rows * grid.cols * cell
+
+
+def find_needs(place: Workplace, grid: Grid) -> Needs:
+    """Find the units that are seen in a window or cast onto it, of any sun."""
+    near = Neighbourhood(place)
+    x, y = grid.x, grid.y
+    aside = np.array([grid.dx, grid.dy])
+    low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
+    seen = near.find_seen(low, high)
+    box = find_box(place, near, seen, low, high)
+    units = seen | near.find_casting(box, place.suns)
+    return Needs(units, near.count_faces(units))
+
+
+def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables, int, int]:
     """
     Count the cells of a window.
 
@@ -116,6 +169,8 @@ def count_window(place: Workplace, grid: Grid) -> tuple[Variables, int, int]:
     place : Workplace
     grid : Grid
         In the run's local frame.
+    needs : Needs
+        As ``find_needs`` finds them.
 
     Returns
     -------
@@ -126,14 +181,8 @@ def count_window(place: Workplace, grid: Grid) -> tuple[Variables, int, int]:
     bare : int
         Number of cells without any of the model.
     """
-    job, near = place.job, Neighbourhood(place)
-    x, y = grid.x, grid.y
-    aside = np.array([grid.dx, grid.dy])
-    low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
-    seen = near.find_seen(low, high)
-    box = find_box(place, near, seen, low, high)
-    selection = seen | near.find_casting(box, place.suns)
-    scene = near.read(selection)
+    job = place.job
+    scene = Neighbourhood(place).read(needs.units)
     caster, canopy, soup = make_tile_casters(place, scene)
     kind = place.kind
     assert isinstance(kind, PlanKind)
@@ -142,7 +191,7 @@ def count_window(place: Workplace, grid: Grid) -> tuple[Variables, int, int]:
         canopy=canopy, has_end=job.frame.has_end,
     )  # fmt: skip
     laid = WindowRaster(
-        kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=x, y=y,
+        kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=grid.x, y=grid.y,
         grid=grid, ground=job.frame.ground, assumed=None,
     )  # fmt: skip
     [(where, make)] = laid.make_tiles(None)
@@ -208,9 +257,7 @@ def count_receivers(
     place: Workplace, laid: Any, where: Any, tile: Tile, canopy: Canopy | None
 ) -> Result:
     """Count all suns on the receivers of one tile."""
-    setup = place.setup
-    arrays = ResultArrays(setup.period, laid.shape, setup.results, canopy)
-    accumulators = setup.make_accumulators(arrays, laid)
+    begun = replace(place.setup, canopy=canopy).begin(laid)
     run = look(tile, canopy, where, tile.make_counter())
-    pass_lights(run, place.lights, accumulators)
-    return Result(arrays, accumulators, 0.0, "cpu")
+    pass_lights(run, place.lights, begun.accumulators)
+    return begun

@@ -186,6 +186,11 @@ class Workplace:
         )  # fmt: skip
 
     @cached_property
+    def bytes_kept(self) -> int:
+        """Memory of a receiver's results [byte]."""
+        return 24 + self.setup.bytes_kept + self.setup.bytes_of_masks
+
+    @cached_property
     def lights(self) -> Lights:
         """The suns that are counted."""
         return self.setup.make_lights()

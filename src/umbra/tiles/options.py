@@ -36,18 +36,17 @@ class CityOptions:
         "any",
         "Count a city of any size in tiles of this side, 1km or 500m, and write one Zarr store; "
         "FILE may be folders and patterns.",
-        metavar="LENGTH", is_kept=False,
+        metavar="LENGTH",
     )  # fmt: skip
     memory: Any = _tiles(
         "any", "With --tiles: most memory of the run, 4GB; default: half of what there is.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
-    min_altitude: float = _tiles(
+    min_altitude: float | None = _tiles(
         "number",
         "With --tiles: leave out the suns below this altitude [degrees]; default: none.",
-        default=0.0, unit="degree", metavar="DEG", attribute="min_altitude_deg",
+        unit="degree", metavar="DEG",
     )  # fmt: skip
-
     workers: int | None = _tiles(
         "whole",
         "With --tiles: count in this many processes of this machine, each on one thread.",
@@ -65,7 +64,7 @@ class CityOptions:
         if self.workers is not None and self.scheduler is not None:
             msg = "workers= starts a cluster and scheduler= takes a running one; give one of them"
             raise InputError(msg, option="workers")
-        if not 0 <= self.min_altitude < 90:
+        if self.min_altitude is not None and not 0 <= self.min_altitude < 90:
             msg = f"min_altitude is an angle of 0 to 90 degrees; got {self.min_altitude:g}"
             raise InputError(msg, option="min_altitude")
         if self.tiles is not None:
@@ -73,7 +72,7 @@ class CityOptions:
         if self.memory is not None:
             object.__setattr__(self, "memory", _read_memory(self.memory))
         own = ("min_altitude", "memory", "workers", "scheduler")
-        name = next((one for one in own if getattr(self, one)), None)
+        name = next((one for one in own if getattr(self, one) is not None), None)
         if self.tiles is None and name is not None:
             msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
             raise InputError(msg, option=name)

@@ -14,13 +14,14 @@ from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.readers.georeference import locate
+from umbra.readers.model import Crowns
 from umbra.receivers.level import Level
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
 from umbra.sun import Site, find_site
 from umbra.tiles.catalogue import Catalogue, make_catalogue
-from umbra.tiles.count import count_window
+from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
@@ -31,7 +32,9 @@ __all__ = ["Preparation", "find_city_site", "prepare_city"]
 
 _STUDY = "city.json"
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
-_LISTED = 50  # files that the attribute source names
+_LISTED = 50  # files that the attribute source names, and notes
+RASTER = "Raster"
+FOOTPRINTS = {"GeoJSON", "GeoPackage", "Shapefile", "GeoParquet"}
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,21 @@ class Preparation:
     job: CityJob
     catalogue: Catalogue
     assumed: Level | None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Losses and assumptions of the files, one line each, and what was merged."""
+        found = [note for one in self.catalogue.files for note in one.notes]
+        if len(found) > _LISTED:
+            found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
+        if self.job.merged:
+            file, thing = self.job.merged[0]
+            name = self.catalogue.files[file].find_name(thing)
+            found.append(
+                f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
+                f"place, were taken once (first: '{name}')"
+            )
+        return tuple(found)
 
     def describe(self, done: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
         """Return the attributes of the result, given the marks of all tiles."""
@@ -105,17 +123,18 @@ def prepare_city(
         If an option, a file or the folder is wrong.
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress)
+    _check_alone(catalogue, options)
     kind = choose_kind(catalogue, options)
     frame, assumed = find_frame(catalogue, kind, options)
     if not isinstance(site, Site):
         site = find_city_site(catalogue, **(site or {}))
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
-    period = make_city_period(options, site, city.min_altitude)
+    period = make_city_period(options, site, city.min_altitude or 0.0)
     lattice, x, y = lay_out_lattice(catalogue, frame, period, options, city.tiles)
     job = CityJob(
         str(folder.absolute()), options, site, kind.name, frame, lattice, "",
-        min_altitude=city.min_altitude, memory=city.bytes,
+        min_altitude=city.min_altitude or 0.0, memory=city.bytes,
         threads=options.threads or count_cores(), merged=tuple(merged),
     )  # fmt: skip
     facts = _describe_run(job, catalogue)
@@ -135,6 +154,28 @@ def prepare_city(
     return found
 
 
+def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
+    """Refuse files that stand on the terrain of another: each is read alone."""
+    crowns = Crowns(tuple(options.canopy))
+    terrain = next((one for one in catalogue.files if RASTER in one.kinds), None)
+    for one in catalogue.files:
+        path = Path(one.path)
+        if crowns.matches(one.layer, path):
+            msg = (
+                f"{one.path}: a canopy raster stands on the terrain of another file, and each file "
+                "of a study in tiles is read alone; leave tiles= out"
+            )
+            raise InputError(msg, option="canopy")
+        is_footprint = one.sources[0].format in FOOTPRINTS and "'base_column', '" not in one.reading
+        if terrain is not None and is_footprint:
+            msg = (
+                f"{one.path}: footprints stand on the terrain of another file ({terrain.path}), "
+                "and each file of a study in tiles is read alone; give base_column=, or leave "
+                "tiles= out"
+            )
+            raise InputError(msg, option="tiles")
+
+
 def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
     """Find the site in the middle of a city; ``given`` are arguments of ``find_site``."""
     first = catalogue.files[0].place
@@ -147,7 +188,8 @@ def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
 
 def _find_template(place: Workplace) -> dict[str, Any]:
     """Return the variables of one cell far from everything."""
-    variables, _, _ = count_window(place, Grid(_FAR, _FAR, 1.0, 1.0, 1, 1))
+    grid = Grid(_FAR, _FAR, 1.0, 1.0, 1, 1)
+    variables, _, _ = count_window(place, grid, find_needs(place, grid))
     return {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
 
 
@@ -193,7 +235,7 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     what = next(name for name in now if held.get(name) != now[name])
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
-        what = f"{name}={held[what].get(name)}, not {now[what][name]}"
+        what = f"another {name}= ({held[what].get(name)}, now {now[what][name]})"
     elif what == "files":
         before = {one[0]: one for one in held[what]}
         changed = [one[0] for one in now[what] if before.get(one[0]) != one]

@@ -48,11 +48,17 @@ class CityStudy:
     job : CityJob
     facts : dict
         Attributes of the result.
+    notes : tuple of str
+        Losses and assumptions, one line each.
     """
 
     folder: Path
     job: CityJob
     facts: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"CityStudy('{self.folder}', {len(self.job.tiles()):,} tiles)"
 
     @property
     def dataset(self) -> "xr.Dataset":
