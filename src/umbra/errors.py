@@ -46,8 +46,8 @@ _SPELLED = {
 
 _OPTIONS = """
 allow_outside area at base_column bbox by by_day canopy canopy_heights cast cell date device every
-every_days exact extent eye fov ground height height_column layer_gap layer_length leaf_on
-light_samples light_size mask_scale masks method min_spell name_column near no_cast on
+every_days exact extent eye fov geometric_error ground height height_column layer_gap layer_length
+leaf_on light_samples light_size mask_scale masks method min_spell name_column near no_cast on
 points proposed receivers refraction report rules sheet size soft spacing spells target threads
 transmissivity trunk under up who write end latitude lights longitude spots start true_north zone
 """

@@ -31,7 +31,6 @@ OLD_GLTF = {"accessors": {"a": {}}, "meshes": {"m": {}}, "nodes": {"n": {}}}
         ("a.blend", b"\x28\xb5\x2f\xfd...", "Blender .*glTF"),
         ("a.usdz", b"PK\x03\x04...", "USD"),
         ("a.asc", b"ncols 4\nnrows 3\n", r"gdal_translate FILE\.asc FILE\.tif"),
-        ("a.b3dm", b"b3dm\1\0\0\0", "b3dmToGlb"),
         ("a.rvt", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Revit .*IFC"),
         ("a.gltf", json.dumps({"asset": {"version": "1.0"}}), r"glTF 1\.0.*gltf-pipeline"),
         ("a.gltf", json.dumps(OLD_GLTF), r"glTF 1\.0.*gltf-pipeline"),

@@ -129,6 +129,12 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
             help="Read only objects whose bounds meet this polygon: a GeoJSON file, or WKT.",
         ),
         _option(
+            "--geometric-error",
+            type=float,
+            metavar="M",
+            help="3D Tiles: do not refine tiles of at most this error [m]; default: the finest.",
+        ),
+        _option(
             "--allow-outside",
             is_flag=True,
             is_kept=False,

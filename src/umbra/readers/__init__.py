@@ -40,6 +40,7 @@ def read(
     canopy_heights: str | None = None,
     bbox: str | Sequence[float | str] | None = None,
     area: str | os.PathLike[str] | None = None,
+    geometric_error: float | None = None,
     allow_outside: bool = False,
     cache: bool = False,
 ) -> Scene:
@@ -80,6 +81,8 @@ def read(
     area : str or path, optional
         A polygon instead: a GeoJSON file, in degrees unless it names a CRS, or WKT, whose CRS
         is as of ``bbox`` or ahead of it (``SRID=25832;POLYGON ((...))``).
+    geometric_error : float, optional
+        Of 3D Tiles: tiles of at most this error [m] are not refined further; the finest by default.
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
@@ -115,6 +118,7 @@ def read(
         height_column,
         base_column,
         name_column,
+        geometric_error=_check_error(geometric_error),
         region=make_region(bbox, area),
         allow_outside=allow_outside,
     )
@@ -167,6 +171,13 @@ def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
     lost = tuple(note for layer in layers if not layer.model.parts for note in layer.model.notes)
     model = replace(there[0].model, notes=(*there[0].model.notes, *lost))
     return [replace(there[0], model=model), *there[1:]]
+
+
+def _check_error(error: float | None) -> float | None:
+    if error is not None and not error >= 0:
+        msg = f"geometric_error= is a length of 0 m or more; got {error!r}"
+        raise InputError(msg, option="geometric_error")
+    return error
 
 
 def _find_crowns(

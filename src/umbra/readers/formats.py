@@ -21,8 +21,8 @@ __all__ = [
 
 FORMATS = (
     "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), FlatCityBuf (.fcb), glTF (.gltf, "
-    ".glb), IFC, Rhino (.3dm), COLLADA (.dae), HBJSON, OBJ, PLY, STL, OFF, footprints (.geojson, "
-    ".gpkg, .shp, .parquet), height rasters (.tif)"
+    ".glb), 3D Tiles (tileset.json, .b3dm), IFC, Rhino (.3dm), COLLADA (.dae), HBJSON, OBJ, PLY, "
+    "STL, OFF, footprints (.geojson, .gpkg, .shp, .parquet), height rasters (.tif)"
 )
 
 Reader = Callable[[Any, Path, ReadChoices], FileModel]
@@ -30,6 +30,7 @@ Reader = Callable[[Any, Path, ReadChoices], FileModel]
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
     "json": ("umbra.readers.formats", "read_json"),
+    "b3dm": ("umbra.readers.tileset", "read_b3dm"),
     "citygml": ("umbra.readers.citygml", "read_citygml"),
     "collada": ("umbra.readers.collada", "read_collada"),
     "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
@@ -78,6 +79,7 @@ CITYGML = (".gml", ".citygml")
 
 BY_CONTENT = {
     b"glTF": "glb",
+    b"b3dm": "b3dm",
     b"ply\n": "ply",
     b"ply\r": "ply",
     b"fcb\x01fcb": "fcb",
@@ -203,6 +205,10 @@ def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
             "give CityJSON, GeoJSON or glTF"
         )
         raise InputError(msg)
+    if "asset" in head and "root" in head:
+        from umbra.readers.tileset import read_tileset  # noqa: PLC0415
+
+        return read_tileset(head, path, choices)
     if "asset" in head:
         from umbra.readers.gltf import read_gltf_tree  # noqa: PLC0415 - only if it is one
 
@@ -297,9 +303,7 @@ REFUSED = (
                  (".usd", ".usda", ".usdc", ".usdz"), (b"PXR-USDC", b"#usda")),
     UnreadFormat("an ESRI ASCII grid is not read; convert it to GeoTIFF (gdal_translate FILE.asc "
                  "FILE.tif)", (".asc",), (b"ncols", b"NCOLS")),
-    UnreadFormat("B3DM is not read; take the GLB out of it (npx 3d-tiles-tools b3dmToGlb -i FILE "
-                 "-o OUT)", (".b3dm",), (b"b3dm",)),
-    UnreadFormat("3D Tiles are not read but for the GLB in them (npx 3d-tiles-tools convert)",
+    UnreadFormat("of 3D Tiles only sets (tileset.json), B3DM and GLB are read",
                  (".i3dm", ".cmpt", ".pnts"), (b"i3dm", b"cmpt", b"pnts")),
     UnreadFormat("Revit files are not read; export IFC from Revit",
                  (".rvt", ".rfa"), (b"\xd0\xcf\x11\xe0",)),

@@ -89,6 +89,7 @@ class ReadChoices:
     base_column: str | None = None
     name_column: str | None = None
     crowns: Crowns | None = None  # which rasters are canopies
+    geometric_error: float | None = None  # of 3D Tiles that are fine enough [m]
     region: "Region | None" = None  # only objects whose bounds meet it are wanted
     allow_outside: bool = False  # whether a model may name files outside its own folder
     size: int = 0  # of the file [byte], which bounds what reading it may take

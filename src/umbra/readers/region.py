@@ -22,7 +22,7 @@ from umbra.readers.georeference import (
 )
 from umbra.readers.model import FileModel
 
-__all__ = ["Region", "is_outside", "keep_inside", "make_region"]
+__all__ = ["DEGREES", "Region", "is_outside", "keep_inside", "make_region"]
 
 DEGREES = "OGC:CRS84"
 _FORM = "XMIN,YMIN,XMAX,YMAX[,CRS]"
