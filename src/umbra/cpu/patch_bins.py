@@ -15,12 +15,34 @@ from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouettes
 
-__all__ = ["EdgeBinner", "SunBins", "clamp"]
+__all__ = ["EdgeBinner", "Edges", "SunBins", "clamp"]
 
 _SLACK = 1e-6  # bins: an edge within this distance of another bin is in both
 _EDGES = 16  # mean edges per bin: eight are tested at once
 _MOST_BINS = 4096  # along a side
 _COARSE = 2.0**-9  # bins: above float32's rounding of a coordinate in bins
+
+
+class Edges(NamedTuple):
+    """
+    Unique edges of a caster.
+
+    A shell is a set of casting faces that share no edge with other faces: the number of its faces
+    between a point and the sun changes only across its own silhouette edges.
+
+    Parameters
+    ----------
+    ends : (n_edges, 6) float64
+        Both end points [m].
+    shell : (n_edges,) int32
+        Shell of each edge.
+    face_shell : (n_faces,) int32
+        Shell of each face of the caster.
+    """
+
+    ends: NDArray[np.float64]
+    shell: NDArray[np.int32]
+    face_shell: NDArray[np.int32]
 
 
 class SunBins(NamedTuple):
@@ -78,9 +100,16 @@ class EdgeBinner:
         rank = np.zeros(len(order), np.int32)
         rank[order] = np.arange(len(order))
         self._group = rank[group.ravel()]
-        self.ends: NDArray[np.float64] = self.caster.ends()[first[order]]
-        """End points of every edge, (n_edges, 6) [m]."""
-        places = self.ends.reshape(-1, 3)
+        shell = _find_shells(
+            self.caster.component, self.caster.edge_faces, self._group, len(order),
+            len(self.caster.is_closed),
+        )  # fmt: skip
+        self.edges = Edges(
+            self.caster.ends()[first[order]],
+            shell[self.caster.edge_faces[first[order], 0]],
+            shell,
+        )
+        places = self.edges.ends.reshape(-1, 3)
         empty = np.zeros((1, 3))
         self._low = (places if len(places) else empty).min(0)
         self._high = (places if len(places) else empty).max(0)
@@ -102,8 +131,8 @@ class EdgeBinner:
         across[flat <= 1e-12] = (1.0, 0.0, 0.0)
         upward = np.cross(suns, across)
         basis = np.concatenate([across, upward, suns], 1)
-        ends = np.stack([self._low, self._high])
-        corners = np.array([[ends[i >> k & 1, k] for k in range(3)] for i in range(8)])
+        bounds = np.stack([self._low, self._high])
+        corners = np.array([[bounds[i >> k & 1, k] for k in range(3)] for i in range(8)])
         x, y = corners @ across.T, corners @ upward.T
         wide, high = np.ptp(x, 0), np.ptp(y, 0)
         lengths = np.maximum(np.diff(first), 1)
@@ -117,11 +146,12 @@ class EdgeBinner:
         starts = np.zeros(begin[-1], np.int64)
         totals = np.zeros(n, np.int64)
         held = _make_entries(0)
-        _fill(self.ends, edge, change, first, basis, grid, shape, starts, totals, *held)
+        ends = self.edges.ends
+        _fill(ends, edge, change, first, basis, grid, shape, starts, totals, *held)
         base = np.append(0, np.cumsum(totals))
         held = _make_entries(int(base[-1]))
         if base[-1]:
-            _fill(self.ends, edge, change, first, basis, grid, shape, starts, base, *held)
+            _fill(ends, edge, change, first, basis, grid, shape, starts, base, *held)
         return SunBins(basis, grid, shape, starts, *held, int(lengths.max(initial=1)))
 
     def _find(
@@ -135,7 +165,7 @@ class EdgeBinner:
             change = np.zeros(len(found.codes), np.int16)
             kept = np.zeros(len(found.starts) - 1, np.int64)
             _merge(
-                found.codes, found.starts, self.caster.weight, self._group, len(self.ends),
+                found.codes, found.starts, self.caster.weight, self._group, len(self.edges.ends),
                 edge, change, kept,
             )  # fmt: skip
             for first, n in zip(found.starts[:-1], kept):
@@ -160,6 +190,31 @@ def _make_entries(
         np.zeros(n, np.int32),
         np.zeros((n + LANES if n else 0, 5), np.float32, order="F"),
     )
+
+
+@njit(cache=True, nogil=True)
+def _find_shells(component, edge_faces, group, n_groups, n_components):
+    """Join components with an edge in common; return each face's shell (union-find)."""
+    root = np.arange(n_components).astype(np.int32)
+    other = np.full(n_groups, -1, np.int32)
+    for e in range(edge_faces.shape[0]):
+        for k in range(2):
+            a = component[edge_faces[e, k]]
+            b = other[group[e]] if other[group[e]] >= 0 else a
+            while root[a] != a:
+                root[a] = root[root[a]]
+                a = root[a]
+            while root[b] != b:
+                root[b] = root[root[b]]
+                b = root[b]
+            root[max(a, b)] = other[group[e]] = min(a, b)
+    shell = np.zeros(component.size, np.int32)
+    for f in range(component.size):
+        a = component[f]
+        while root[a] != a:
+            a = root[a]
+        shell[f] = a
+    return shell
 
 
 @njit(cache=True, nogil=True, parallel=True)

@@ -19,9 +19,10 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_rays import ask, ask_all, ask_one_by_one, covers, darken
+from umbra.cpu.patch_rays import ask, ask_all, ask_one_by_one, darken
 from umbra.cpu.patch_rims import Crossings, add_rim, clear, find_rims, find_runs
 from umbra.cpu.patches import Patches
+from umbra.kernels import borrowing
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.volume.adjacency import Caster
@@ -111,7 +112,7 @@ class PatchCounter:
         suns = np.ascontiguousarray(suns)
         change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
         bins = self._binner.bin(suns)
-        _count(self._patches, bins, self._binner.ends, self._tree, change, masks)
+        _count(self._patches, bins, self._binner.edges, self._tree, change, masks)
         return change
 
 
@@ -143,16 +144,16 @@ class _Work(NamedTuple):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _count(patches, bins, ends, tree, change, masks):
+def _count(patches, bins, edges, tree, change, masks):
     n = patches.size.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _count_block(
-            patches, bins, ends, tree, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
+            patches, bins, edges, tree, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
         )
 
 
 @njit(cache=True, nogil=True)
-def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
+def _count_block(patches, bins, edges, tree, change, masks, p0, p1):
     widest, highest, most, cuts = 0, 0, 0, 0
     for i in range(p0, p1):
         if patches.graze[i] < np.inf:
@@ -177,7 +178,19 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
         np.zeros(room, np.int32),
         np.zeros(DEEPEST, np.int32),
     )
-    last = np.full(p1 - p0, -1, np.int64)  # the last face that hid the sun usually still does
+    last = np.full(p1 - p0, -1, np.int64)
+    asked = (patches.first[p0:p1] + patches.first[p0 + 1 : p1 + 1]) // 2
+    _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last, asked)
+
+
+@borrowing
+def _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last, asked):
+    """
+    Count a block of patches.
+
+    For each patch, ``last`` is the face that hid the last sun, as it usually still does, and
+    ``asked`` the sample whose ray is cast first.
+    """
     look = 0
     for i in range(p0, p1):
         if patches.graze[i] == np.inf:
@@ -187,9 +200,10 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
             if patches.graze[i] == np.inf:
                 continue
             look += 1
-            last[i - p0] = _count_patch(
-                patches, bins, ends, tree, change, masks, work, s, i, look, last[i - p0]
-            )
+            last[i - p0], asked[i - p0] = _count_patch(
+                patches, bins, edges, tree, change, masks, work, s, i, look, last[i - p0],
+                asked[i - p0],
+            )  # fmt: skip
     if masks.size == 0:
         for i in range(p0, p1):
             for k in range(patches.first[i] + 1, patches.first[i + 1]):
@@ -197,8 +211,13 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, last):
-    """Count a patch for one sun; return a face that hides it, or ``last``."""
+def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, last, k):
+    """
+    Count a patch for one sun.
+
+    ``last`` is a face that may hide the sun, and ``k`` the sample that is asked first. Returns both
+    for the next sun.
+    """
     d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
     f = patches.frame
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
@@ -206,44 +225,55 @@ def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, las
     graze = patches.graze[i]
     if sine <= -graze:
         darken(change, masks, s, first, end, end)
-        return last
+        return last, k
     if sine < graze:
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
     su = (f[i, 0] * d[0] + f[i, 1] * d[1] + f[i, 2] * d[2]) / sine
     sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
     # Heights up to tau count as 0, so rims can be off by this much.
     bu, bv = _EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv)
-    if last >= 0 and covers(tree, last, f, i, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
-        darken(change, masks, s, first, end, end)
-        return last
-    n_rims = find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv)
+    face = ask(patches, tree, work.stack, k, d, last)
+    shell = -1
+    if face >= 0:
+        last = face
+        if not _is_marked(patches, i, k - first, 2.0 * tau / sine):
+            shell = edges.face_shell[tree.source[face]]
+    n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, (su, sv), (bu, bv), shell)
     if n_rims < 0:
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
     changes, n_doubts = 0, 0
     c = work.crossings
-    for k in range(n_rims):
+    for q in range(n_rims):
         r = work.rims
         t, n_doubts = add_rim(
-            r[k, 0], r[k, 1], r[k, 2], r[k, 3], np.int64(r[k, 4]), bu, bv, cols, rows, c, n_doubts
+            r[q, 0], r[q, 1], r[q, 2], r[q, 3], np.int64(r[q, 4]), bu, bv, cols, rows, c, n_doubts
         )
         if t < 0 or n_doubts > c.doubts.size:
             clear(cols, c)
-            return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
+            return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
         changes += t
     n_asked = _find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
     if n_asked < 0:
         clear(cols, c)
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
     if changes == 0 and n_asked == 0:
-        k = (first + end) // 2
-        face = ask(patches, tree, work.stack, k, d, last)
-        if face < 0:
-            return last
-        darken(change, masks, s, first, end, end)
-        return face
-    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last)
+        if face >= 0:
+            darken(change, masks, s, first, end, end)
+        return last, k
+    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _is_marked(patches, i, k, reach):
+    """Return whether a sample lies near another face that is close to the plane."""
+    for q in range(patches.mark_start[i], patches.mark_start[i + 1]):
+        if patches.mark_far[q] > reach:
+            return False
+        if patches.marks[q] == k:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -280,32 +310,28 @@ def _find_doubts(patches, work, i, n_doubts, reach):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
-    """Find the samples in shadow by crossings and one ray; cast rays for doubtful samples."""
+def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, is_lit):
+    """
+    Find the samples in shadow by crossings and one ray; cast rays for doubtful samples.
+
+    ``is_lit`` tells of the sample ``known``. Returns a face that hides the sun, and a lit sample.
+    """
     first, end = patches.first[i], patches.first[i + 1]
     runs = work.crossings.runs
     n = find_runs(
         patches.size[i, 0], patches.size[i, 1], patches.before, patches.cell[i], work.crossings
     )
-    least, longest, pick = 1 << 60, 0, -1
-    for q in range(n):
-        a, b, count = runs[q, 0], runs[q, 1], runs[q, 2]
-        if count > least or (count == least and b - a <= longest):
-            continue
-        k = (a + b) // 2
-        if n_asked > 0 and work.is_doubt[k]:
-            k = a
-            while k < b and work.is_doubt[k]:
-                k += 1
-            if k == b:
-                continue
-        least, longest, pick = count, b - a, k
-    is_lit = False
-    if pick >= 0:
-        face = ask(patches, tree, work.stack, first + pick, d, last)
-        is_lit = face < 0
-        if not is_lit:
-            last = face
+    is_known = not work.is_doubt[known - first]
+    least = runs[_find_run(runs, n, known - first), 2]
+    if not (is_known and is_lit):
+        lowest, pick = _find_lowest(runs, n, work.is_doubt, n_asked)
+        is_lit = False
+        if pick >= 0 and not (is_known and least == lowest):  # else it is known to be hidden
+            known = first + pick
+            face = ask(patches, tree, work.stack, known, d, last)
+            is_lit = face < 0
+            last = last if is_lit else face
+        least = lowest
     if is_lit:
         for q in range(n):
             if runs[q, 2] != least:
@@ -317,14 +343,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
         work.is_doubt[k] = False
         was = 1
         if is_lit:
-            a, b = 0, n - 1  # the run that contains it
-            while a < b:
-                middle = (a + b + 1) // 2
-                if runs[middle, 0] <= k:
-                    a = middle
-                else:
-                    b = middle - 1
-            was = np.int64(runs[a, 2] != least)
+            was = np.int64(runs[_find_run(runs, n, k), 2] != least)
         face = ask(patches, tree, work.stack, first + k, d, last)
         if face >= 0:
             last = face
@@ -335,4 +354,36 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
             change[first + k] += now - was
             if first + k + 1 < end:
                 change[first + k + 1] -= now - was
-    return last
+    return last, known
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _find_lowest(runs, n, is_doubt, n_asked):
+    """Find the least count, and a sample of its longest run that is not doubtful; -1 for none."""
+    least, longest, pick = 1 << 60, 0, -1
+    for q in range(n):
+        a, b, count = runs[q, 0], runs[q, 1], runs[q, 2]
+        if count > least or (count == least and b - a <= longest):
+            continue
+        k = (a + b) // 2
+        if n_asked > 0 and is_doubt[k]:
+            k = a
+            while k < b and is_doubt[k]:
+                k += 1
+            if k == b:
+                continue
+        least, longest, pick = count, b - a, k
+    return least, pick
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _find_run(runs, n, k):
+    """Find the run that contains a sample."""
+    a, b = 0, n - 1
+    while a < b:
+        middle = (a + b + 1) // 2
+        if runs[middle, 0] <= k:
+            a = middle
+        else:
+            b = middle - 1
+    return a

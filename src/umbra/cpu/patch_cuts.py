@@ -42,10 +42,10 @@ def find_cuts(
 
     Returns
     -------
-    cut_start, cuts, cut_normal, mark_start, marks, mark_far
+    cut_start, cuts, cut_face, mark_start, marks, mark_far
         See ``Patches``.
     """
-    start, cuts, normal, mark_start, marks, far = _find(
+    start, cuts, face, mark_start, marks, far = _find(
         frame, place, size, tau, graze, cell, before, own, corners, spacing, tree
     )  # fmt: skip
     # Each sample once, with its nearest face; nearest first within a patch.
@@ -56,7 +56,7 @@ def find_cuts(
     patch, marks, far = patch[kept], marks[kept], far[kept]
     order = np.lexsort((far, patch))
     patch, marks, far = patch[order], marks[order], far[order]
-    return start, cuts, normal, np.searchsorted(patch, np.arange(len(frame) + 1)), marks, far
+    return start, cuts, face, np.searchsorted(patch, np.arange(len(frame) + 1)), marks, far
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -199,7 +199,7 @@ def _find(
     corners, ids, normals = tree.corners, tree.ids, tree.normals
     n = frame.shape[0]
     start, mark_start = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
-    cuts, cut_normal = np.zeros((0, 4)), np.zeros((0, 3))
+    cuts, cut_face = np.zeros((0, 4)), np.zeros(0, np.int32)
     marks, mark_far = np.zeros(0, np.int64), np.zeros(0)
     stack = np.zeros(DEEPEST, np.int32)
     near = np.zeros(ids.shape[0], np.int32)
@@ -210,7 +210,7 @@ def _find(
     total_marks = 0
     for write in range(2):
         if write:
-            cuts, cut_normal = np.zeros((total, 4)), np.zeros((total, 3))
+            cuts, cut_face = np.zeros((total, 4)), np.zeros(total, np.int32)
             marks, mark_far = np.zeros(total_marks, np.int64), np.zeros(total_marks)
             total = 0
             total_marks = 0
@@ -261,7 +261,7 @@ def _find(
                     ):  # fmt: skip
                         if write:
                             cuts[total] = (u0, v0, u1, v1)
-                            cut_normal[total] = normals[g, :3]
+                            cut_face[total] = g
                         total += 1
                 if within:
                     continue
@@ -277,4 +277,4 @@ def _find(
                     )  # fmt: skip
         start[n] = total
         mark_start[n] = total_marks
-    return start, cuts, cut_normal, mark_start, marks, mark_far
+    return start, cuts, cut_face, mark_start, marks, mark_far

@@ -13,6 +13,7 @@ from numba import njit
 
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
+from umbra.kernels import borrowing
 from umbra.rays.hidden import get
 from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
 
@@ -68,7 +69,7 @@ def _ceil(x, most):
     return np.int64(np.ceil(min(max(x, 0.0), most)))
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _doubt(c, low, high, rows, doubts, n):
     """List the squares of a column between two heights; return the new number."""
     for r in range(
@@ -280,12 +281,18 @@ def _four(rows, i, k):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
+def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, shell):
     """
     Project the edges between a patch and the sun onto it, and add its cuts by faces.
 
-    Returns the number of rims, 0 if none meets the samples, or -1 if rays must be cast.
+    ``way`` is the shift of a point's shadow per metre of height, ``error`` the error bounds of rims
+    [squares], and ``shell`` one that hides a sample of the patch, -1 for none. Returns the number
+    of rims, 0 if none of them, or none of this shell, meets the samples, or -1 if rays must be
+    cast.
     """
+    ends = edges.ends
+    su, sv = way
+    bu, bv = error
     b0, b1, b2 = bins.basis[s, 0], bins.basis[s, 1], bins.basis[s, 2]
     b3, b4, b5 = bins.basis[s, 3], bins.basis[s, 4], bins.basis[s, 5]
     b6, b7, b8 = bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]
@@ -328,6 +335,7 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     )
     n = 0
     n_meeting = 0
+    n_own = 0
     for j in range(j0, j1 + 1):
         row = begin + j * cols
         end = bins.starts[row + i1 + 1]
@@ -363,7 +371,9 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
                 how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
                 if how == _MISSES:
                     continue
-                n_meeting += how == _MEETS
+                if how == _MEETS:
+                    n_meeting += 1
+                    n_own += edges.shell[e] == shell
                 rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
                 rims[n, 4] = bins.change[c]
                 n += 1
@@ -372,12 +382,15 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
         how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
         if how == _MISSES:
             continue
-        m0, m1, m2 = get(patches.cut_normal, c)
+        face = patches.cut_face[c]
+        m0, m1, m2 = get(tree.normals, face)
         side = m0 * b6 + m1 * b7 + m2 * b8
         if abs(side) < _EDGE_ON:
             return -1
-        n_meeting += how == _MEETS
+        if how == _MEETS:
+            n_meeting += 1
+            n_own += edges.face_shell[tree.source[face]] == shell
         rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
         rims[n, 4] = 1.0 if side > 0.0 else -1.0
         n += 1
-    return n if n_meeting > 0 else 0
+    return n if n_meeting > 0 and (shell < 0 or n_own > 0) else 0

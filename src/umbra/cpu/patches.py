@@ -79,7 +79,8 @@ class Patches(NamedTuple):
     cut_start : (n + 1,) int64
     cuts : (n_cuts, 4) float64
         Where casting faces pass through the plane, from column, row to column, row.
-    cut_normal : (n_cuts, 3) float64
+    cut_face : (n_cuts,) int32
+        These faces, by their index in the tree.
     mark_start : (n + 1,) int64
     marks : (n_marks,) int64
         Samples of the patch near another face that is close to the plane.
@@ -101,7 +102,7 @@ class Patches(NamedTuple):
     hull: NDArray[np.float64]
     cut_start: NDArray[np.int64]
     cuts: NDArray[np.float64]
-    cut_normal: NDArray[np.float64]
+    cut_face: NDArray[np.int32]
     mark_start: NDArray[np.int64]
     marks: NDArray[np.int64]
     mark_far: NDArray[np.float64]
@@ -194,13 +195,13 @@ def _lay_out(
     graze = np.maximum(np.where(thick > 0, _GRAZE * tau, _LOW), 2 * turned)
     graze = np.where(is_ray, np.inf, graze)
     t0, t1 = np.searchsorted(s.owner, surface), np.searchsorted(s.owner, surface, "right")
-    cut_start, cuts, cut_normal, mark_start, marks, mark_far = find_cuts(
+    cut_start, cuts, cut_face, mark_start, marks, mark_far = find_cuts(
         frame, place, size, tau, graze, cell, before, np.stack([t0, t1], 1),
         s.corners.reshape(-1, 9), s.spacing, tree,
     )  # fmt: skip
     hull = _make_hulls(own, (square - low[own]).astype(np.float64), n)
     return Patches(
-        frame, place, size, first, cell, before, tau, graze, hull, cut_start, cuts, cut_normal,
+        frame, place, size, first, cell, before, tau, graze, hull, cut_start, cuts, cut_face,
         mark_start, marks, mark_far, np.ascontiguousarray(s.points[where]),
         np.ascontiguousarray(s.normals[where]), where,
     ), surface  # fmt: skip

@@ -37,6 +37,8 @@ class FaceTree(NamedTuple):
         Corners of the faces, in the tree's order.
     ids : (n_faces, 3) int32
         Welded vertices.
+    source : (n_faces,) int64
+        Their index in the caster.
     normals : (n_faces, 4) float64
         Unit normals, and the distance within which a point lies on the face's plane, by rounding of
         float64 at these coordinates [m].
@@ -46,6 +48,7 @@ class FaceTree(NamedTuple):
     links: NDArray[np.int32]
     corners: NDArray[np.float64]
     ids: NDArray[np.int32]
+    source: NDArray[np.intp]
     normals: NDArray[np.float64]
 
 
@@ -73,6 +76,7 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
         links,
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
+        kept[order],
         np.hstack([(planes[kept] / length[kept, None])[order], np.full((len(kept), 1), touch)]),
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import find_lowest, meet_boxes
@@ -104,7 +105,7 @@ def get(rows, i):
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def is_hidden(p, n, d, tree, stack, last, light=None):
     """
     Find a face between a point and the light; -1 where there is none.
@@ -124,7 +125,7 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
     return face
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _step_aside(p, n, scale):
     """Find the position slightly above a surface and beside the point, to the east and north."""
     x, y, z = n
@@ -138,7 +139,7 @@ def _step_aside(p, n, scale):
     )
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
     """
     Find a face that hides the sun; return whether the answer is certain.
@@ -225,7 +226,7 @@ def _hides(f, p, n, d, tree, light):
     return _YES
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _hides_beside(f, q, n, d, tree, light, p, scale):
     """As ``_hides``, for a ray from ``q``, a step of ``scale`` beside its point ``p``."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
@@ -287,45 +288,59 @@ def _measure(u):
 
 @njit(cache=True, nogil=True, parallel=True)
 def _find(points, normals, suns, tree, attached, masks):
-    count = points.shape[0]
-    for block in prange((count + _BLOCK - 1) // _BLOCK):
+    n = points.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
         stack = np.zeros(DEEPEST, np.int32)
-        for i in range(block * _BLOCK, min(count, (block + 1) * _BLOCK)):
-            p, n = get(points, i), get(normals, i)
-            last = -1  # the last face that hid the sun usually still does
-            for s in range(suns.shape[0]):
-                d = get(suns, s)
-                if _dot(n, d) <= 0.0:
-                    masks[s, i] = attached
-                    continue
-                face = is_hidden(p, n, d, tree, stack, last)
-                if face >= 0:
-                    masks[s, i] = 1
-                    last = face
+        end = min(n, (block + 1) * _BLOCK)
+        _find_block(points, normals, suns, tree, attached, masks, stack, block * _BLOCK, end)
+
+
+@borrowing
+def _find_block(points, normals, suns, tree, attached, masks, stack, first, end):
+    """Find which points from ``first`` to ``end`` are in shadow for each sun."""
+    for i in range(first, end):
+        p, n = get(points, i), get(normals, i)
+        last = -1  # the last face that hid the sun usually still does
+        for s in range(suns.shape[0]):
+            d = get(suns, s)
+            if _dot(n, d) <= 0.0:
+                masks[s, i] = attached
+                continue
+            face = is_hidden(p, n, d, tree, stack, last)
+            if face >= 0:
+                masks[s, i] = 1
+                last = face
 
 
 @njit(cache=True, nogil=True, parallel=True)
 def _find_from(points, normals, lights, tree, masks):
-    count = points.shape[0]
-    for block in prange((count + _BLOCK - 1) // _BLOCK):
+    n = points.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
         stack = np.zeros(DEEPEST, np.int32)
-        for i in range(block * _BLOCK, min(count, (block + 1) * _BLOCK)):
-            p, n = get(points, i), get(normals, i)
-            last = -1
-            for s in range(lights.shape[0]):
-                light, w = get(lights, s), lights[s, 3]
-                d = (light[0] - w * p[0], light[1] - w * p[1], light[2] - w * p[2])
-                length = np.sqrt(_dot(d, d))
-                if length == 0.0:
-                    continue
-                d = (d[0] / length, d[1] / length, d[2] / length)
-                if _dot(n, d) <= 0.0:
-                    masks[s, i] = 1
-                    continue
-                if w == 0.0:
-                    face = is_hidden(p, n, d, tree, stack, last)
-                else:
-                    face = is_hidden(p, n, d, tree, stack, last, light)
-                if face >= 0:
-                    masks[s, i] = 1
-                    last = face
+        end = min(n, (block + 1) * _BLOCK)
+        _find_block_from(points, normals, lights, tree, masks, stack, block * _BLOCK, end)
+
+
+@borrowing
+def _find_block_from(points, normals, lights, tree, masks, stack, first, end):
+    """Find which points from ``first`` to ``end`` are in shadow for each light."""
+    for i in range(first, end):
+        p, n = get(points, i), get(normals, i)
+        last = -1
+        for s in range(lights.shape[0]):
+            light, w = get(lights, s), lights[s, 3]
+            d = (light[0] - w * p[0], light[1] - w * p[1], light[2] - w * p[2])
+            length = np.sqrt(_dot(d, d))
+            if length == 0.0:
+                continue
+            d = (d[0] / length, d[1] / length, d[2] / length)
+            if _dot(n, d) <= 0.0:
+                masks[s, i] = 1
+                continue
+            if w == 0.0:
+                face = is_hidden(p, n, d, tree, stack, last)
+            else:
+                face = is_hidden(p, n, d, tree, stack, last, light)
+            if face >= 0:
+                masks[s, i] = 1
+                last = face
