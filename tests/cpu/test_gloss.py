@@ -104,15 +104,16 @@ def test_highlights_are_compressed_and_nothing_else():
     assert (np.diff(rising[:, 0]) > 0).all()
 
 
-def bumpy(normal, uv, **more):
-    """Look down at a square whose image holds one normal."""
+def bumpy(normal, uv, eye=(0, 0, 5), transform=None, shape=None, **more):
+    """Look at a square, from above, whose image holds one normal."""
     texel = np.round(127.5 * (np.array(normal) + 1)).astype(np.uint8)
     image = make_image(np.tile(texel, (2, 2, 1)), is_data=True)
     corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
     material = Material((1, 1, 1), normal_image=image, **more)
-    mesh = Mesh(corners, [(0, 1, 2), (0, 2, 3)], uv=np.array(uv, float))
-    scene = make_scene([Part("floor", "", mesh, material=material)])
-    camera = umbra.Camera((0, 0, 5), (0, 0, 0), (0, 1, 0), (4, 4), height=1.0)
+    mesh = Mesh(corners, [(0, 1, 2), (0, 2, 3)], uv=np.array(uv, float), **(shape or {}))
+    part = Part("floor", "", mesh, material=material, transform=transform)
+    scene = make_scene([part])
+    camera = umbra.Camera(eye, (0, 0, 0), (0, 1, 0), (4, 4), height=1.0)
     view, frame = FrameCounter(scene).see(camera)
     return find_surfaces(scene, frame, view)[1][0]
 
@@ -130,6 +131,28 @@ UPRIGHT = [(0, 1), (1, 1), (1, 0), (0, 0)]  # u to the right, v down, as picture
 )
 def test_red_leans_along_u(uv, expected):
     np.testing.assert_allclose(bumpy((0.6, 0, 0.8), uv), expected, atol=0.01)
+
+
+MESH_UP = np.tile([0.0, 0, 1], (4, 1))
+MIRROR = np.diag([-1.0, 1, 1, 1])
+
+
+@pytest.mark.parametrize(
+    ("tangent", "eye", "transform", "expected"),
+    [
+        ((0, 1, 0, 1), (0, 0, 5), None, (-0.48, 0.6, 0.64)),  # red along, green to its left
+        ((0, 1, 0, -1), (0, 0, 5), None, (0.48, 0.6, 0.64)),
+        ((0, 1, 0, 1), (0, 0, 5), MIRROR, (0.48, 0.6, 0.64)),
+        ((0, 1, 0, 1), (0, 0, -5), None, (0.48, -0.6, -0.64)),  # the other side of a bulge
+        ((0, 1, 0, 1), (0, 0, -5), MIRROR, (-0.48, -0.6, -0.64)),
+        ((0, 0, 0, 0), (0, 0, 5), None, (0.6, 0.48, 0.64)),  # none: those of the faces
+        ((0, 0, 0, 0), (0, 0, -5), None, (-0.6, -0.48, -0.64)),
+    ],
+)
+def test_normal_maps_follow_tangents(tangent, eye, transform, expected):
+    shape = {"normals": MESH_UP, "tangents": np.tile(np.float32(tangent), (4, 1))}
+    found = bumpy((0.6, 0.48, 0.64), UPRIGHT, eye, transform, shape)
+    np.testing.assert_allclose(found, expected, atol=0.01)
 
 
 def test_green_leans_up_in_the_picture():

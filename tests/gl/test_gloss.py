@@ -7,6 +7,7 @@ from support.spheres import make_sphere
 import umbra
 from umbra.gl.renderer import Renderer
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
+from umbra.scene.tangents import find_tangents
 
 SUN = umbra.directional_light((0.4, -0.8, 0.7))
 LAMP = umbra.point_light((-4, -5, 6), (1.0, 0.9, 0.8))
@@ -57,6 +58,45 @@ def test_both_devices_shade_by_one_rule(device, lights):
     assert is_wall.sum() > 5000
     assert np.percentile(difference[is_wall], 99) < 14
     assert np.abs(smooth - truth).mean() < 2.0
+
+
+def make_relief(transform, *, turned):
+    """Make a ball under a relief, open at its poles."""
+    u, v = np.meshgrid(np.linspace(0, 1, 25), np.linspace(0.05, 0.95, 25))
+    turn, fall = 2 * np.pi * u, np.pi * v
+    normals = np.stack([np.sin(fall) * np.cos(turn), np.sin(fall) * np.sin(turn), np.cos(fall)], -1)
+    numbers = np.arange(625).reshape(25, 25)
+    a, b, c, d = (n.ravel() for n in (numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:],
+                                      numbers[:-1, 1:]))  # fmt: skip
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    uv = np.stack([np.abs(u - 0.5) + 0.1 * v, v], -1).reshape(-1, 2).astype(np.float32)  # mirrored
+    points = normals.reshape(-1, 3)
+    tangents = find_tangents(points, faces, points.astype(np.float32), uv)
+    if turned:
+        tangents[:, :3] = np.cross(points, tangents[:, :3])
+    x = np.linspace(0, 8 * np.pi, 64)
+    one = np.ones((64, 64))
+    tilt = np.stack([0.5 * np.sin(x) * one, 0.4 * np.cos(x)[:, None] * one, one], -1)
+    tilt /= np.linalg.norm(tilt, axis=-1, keepdims=True)
+    bumps = make_image(np.round(127.5 * (tilt + 1)).astype(np.uint8), is_data=True)
+    material = Material((0.7, 0.6, 0.5), normal_image=bumps)
+    mesh = Mesh(points, faces, points.astype(np.float32), uv, tangents=tangents)
+    return make_scene([Part("ball", "", mesh, transform, material)])
+
+
+@pytest.mark.parametrize("eye", [(-3, -4, 2), (0.1, 0.1, 6)], ids=["outside", "through a hole"])
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1.3, 0.8)], ids=["as made", "mirrored"])
+def test_reliefs_follow_tangents_on_both_devices(device, eye, scale):
+    camera = umbra.Camera(eye, (0, 0, 0), size=(160, 120), fov=36)
+    pictures = []
+    for turned in (False, True):
+        scene = make_relief(np.diag([*scale, 1.0]), turned=turned)
+        truth = umbra.render(scene, camera, SUN, samples=1).astype(int)
+        with Renderer(scene, device=device) as renderer:
+            image = renderer.render(camera, [SUN])
+        assert np.percentile(np.abs(image - truth).max(-1), 98) < 8
+        pictures.append(image.astype(int))
+    assert (np.abs(pictures[0] - pictures[1]).max(-1) > 8).mean() > 0.1
 
 
 def test_what_glows_beyond_white_keeps_its_hue(device):

@@ -326,6 +326,25 @@ def test_normals_with_coordinates_of_their_own_are_left_out(made, read):
     assert scene.notes == ("m.glb: textures with coordinates of their own, left out: 1",)
 
 
+def test_tangents_are_the_files_or_those_of_mikktspace(made, read):
+    made.paint()
+    (plain,) = read(made).parts
+    assert plain.mesh.tangents is None  # without a normal map nothing needs them
+    made.material["normalTexture"] = {"index": 0}
+    (found,) = read(made).parts
+    np.testing.assert_allclose(found.mesh.tangents, [(1, 0, 0, 1)] * 4, atol=1e-6)
+    given = np.tile(np.array([0, 1, 0, -1], "f4"), (4, 1))
+    made.attributes["TANGENT"] = made.accessor(given)
+    (part,) = read(made).parts
+    np.testing.assert_array_equal(part.mesh.tangents, given)
+    made.primitive["targets"] = [{"POSITION": made.attributes["POSITION"]}]
+    (bending,) = read(made).parts
+    assert bending.mesh.tangents is None
+    del made.primitive["targets"], made.attributes["NORMAL"]
+    (flat,) = read(made).parts
+    assert flat.mesh.tangents is None
+
+
 def test_a_lost_gloss_makes_no_metal(made, read):
     made.paint()
     made.tree["images"].append({"uri": "nowhere.png"})

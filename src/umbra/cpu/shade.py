@@ -226,10 +226,11 @@ def find_surfaces(
                 corners = mesh.faces[faces[at] - first]
                 shares = _find_shares(one, corners, position[at])
                 albedo[at] *= _find_tint(one, corners, shares)
+                side = np.ones(len(at))
                 if mesh.normals is not None:
-                    normal[at] = _find_normals(one, corners, shares, normal[at])
+                    normal[at], side = _find_normals(one, corners, shares, normal[at])
                 if one.material.normal_image is not None and mesh.uv is not None:
-                    normal[at] = _bend_normals(one, corners, shares, normal[at])
+                    normal[at] = _bend_normals(one, corners, shares, normal[at], side)
         first += one.triangles
     return albedo, normal
 
@@ -274,19 +275,29 @@ def _find_normals(
     corners: NDArray[np.int32],
     shares: NDArray[np.float64],
     flat: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Interpolate normals, or use the face's own, and flip them to the visible side."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Interpolate normals, or use the face's own, and flip them to the visible side.
+
+    Returns them (n, 3), and -1 where they were flipped, else 1 (n,).
+    """
     assert part.mesh.normals is not None
     smooth = _mix(part.mesh.normals, corners, shares)
     if part.transform is not None:
         x, y, z = part.transform[:3, :3]
-        # The inverse transpose, up to scale and sign.
-        smooth = smooth @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)]).T
+        # The inverse transpose, up to scale.
+        cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
+        smooth = smooth @ cofactors.T * _find_mirror(part)
     length = np.linalg.norm(smooth, axis=1, keepdims=True)
     smooth = np.where(length > 0, smooth / np.where(length > 0, length, 1.0), flat)
-    away = np.einsum("ij,ij->i", smooth, flat) < 0
-    smooth[away] *= -1.0
-    return smooth
+    side = np.where(np.einsum("ij,ij->i", smooth, flat) < 0, -1.0, 1.0)
+    return smooth * side[:, None], side
+
+
+def _find_mirror(part: Part) -> float:
+    """Return -1 for a transform that mirrors, else 1."""
+    assert part.transform is not None
+    return -1.0 if np.linalg.det(part.transform[:3, :3]) < 0 else 1.0
 
 
 def _bend_normals(
@@ -294,8 +305,13 @@ def _bend_normals(
     corners: NDArray[np.int32],
     shares: NDArray[np.float64],
     normal: NDArray[np.float64],
+    side: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Perturb normals by the material's normal map, in a frame along the face's u and v."""
+    """
+    Perturb normals by the material's normal map, in a frame along the tangents, or u and v.
+
+    What bulges on the ``side`` 1 of a surface is a dent on its side -1.
+    """
     image, uv = part.material.normal_image, part.mesh.uv
     assert image is not None
     assert uv is not None
@@ -306,13 +322,21 @@ def _bend_normals(
     # Tangents along u and against v, up to a factor with the sign of the area in the image.
     sign = np.where(u1 * v2 - u2 * v1 < 0, -1.0, 1.0)
     along, against = sign * ((b - a) * v2 - (c - a) * v1), sign * ((b - a) * u2 - (c - a) * u1)
+    if part.mesh.tangents is not None:
+        tangents = _mix(part.mesh.tangents, corners, shares)
+        ways, hand = tangents[:, :3], np.where(tangents[:, 3:] < 0, -1.0, 1.0) * side[:, None]
+        if part.transform is not None:
+            ways, hand = ways @ part.transform[:3, :3].T, hand * _find_mirror(part)
+        has_one = (ways != 0).any(1, keepdims=True)
+        along = np.where(has_one, ways, along)
+        against = np.where(has_one, hand * np.cross(normal, ways), against)
     along -= normal * np.einsum("ij,ij->i", along, normal)[:, None]
     length = np.linalg.norm(along, axis=1, keepdims=True)
     along /= np.maximum(length, np.finfo(np.float64).tiny)
     across = np.cross(normal, along)
     across *= np.where(np.einsum("ij,ij->i", across, against) < 0, -1.0, 1.0)[:, None]
     bend = 2.0 * sample(image, _mix(uv, corners, shares))[:, :3] - 1.0
-    bend[:, :2] *= part.material.normal_scale
+    bend[:, :2] *= part.material.normal_scale * side[:, None]
     bent = bend[:, :1] * along + bend[:, 1:2] * across + bend[:, 2:] * normal
     size = np.linalg.norm(bent, axis=1, keepdims=True)
     is_sound = (length > 0) & (size > 0)  # else the image has no extent or no direction here

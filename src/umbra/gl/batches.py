@@ -88,6 +88,7 @@ def _list_carried(part: Part) -> tuple[str, ...]:
         "IS_GLOSSY": part.material.roughness is not None and not part.material.is_unlit,
         "HAS_GLOSS": part.material.gloss_image is not None,
         "HAS_BUMPS": part.material.normal_image is not None and part.mesh.uv is not None,
+        "HAS_TANGENTS": part.mesh.tangents is not None and part.material.normal_image is not None,
         "HAS_TINTS": part.mesh.colors is not None,
         "IS_UNLIT": part.material.is_unlit,
     }

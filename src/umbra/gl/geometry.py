@@ -323,5 +323,6 @@ def _is_bent(before: Mesh, after: Mesh) -> bool:
         and before.vertices.shape == after.vertices.shape
         and before.uv is after.uv
         and before.colors is after.colors
+        and before.tangents is after.tangents
         and (before.normals is None) == (after.normals is None)
     )

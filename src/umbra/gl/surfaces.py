@@ -30,7 +30,7 @@ from umbra.scene.material import WRAPS
 __all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is the lamp's
-_GLOSS, _BUMPS, _BEHIND = 5, 6, 7
+_GLOSS, _BUMPS, _BEHIND, _TANGENTS = 5, 6, 7, 11
 _EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
 
 
@@ -195,7 +195,7 @@ class SurfaceRenderer:
     def release(self) -> None:
         """Free the programs, buffers and textures."""
         images, programs = self._images.values(), (self._surface, self._ground)
-        release_all(*programs, *self._tables, *images, self._indices)
+        release_all(*programs, *self._tables.values(), *images, self._indices)
 
     def _set_up(
         self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
@@ -204,10 +204,11 @@ class SurfaceRenderer:
         self._geometry.bind(program)
         if lamp is not None:
             lamp.set(program)
-        for unit, table in enumerate(self._tables):
+        for unit, table in self._tables.items():
             table.bind(unit)
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, gloss=_GLOSS, bumps=_BUMPS,
+            tangents=_TANGENTS,
             sky=np.array(SKY), horizon=np.array(HORIZON), bounce=np.array(BOUNCE), **_EVEN,
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
@@ -234,11 +235,13 @@ class SurfaceRenderer:
         )  # fmt: skip
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
 
-    def _make_tables(self, scene: Scene) -> list[TextureBuffer]:
-        """Upload the normal, uv and tint of each point."""
+    def _make_tables(self, scene: Scene) -> dict[int, TextureBuffer]:
+        """Upload the normal, uv, tint and, if any has one, tangent of each point."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
         tints = np.full((count, 4), 255, np.uint8)
+        has_tangents = any(part.mesh.tangents is not None for part in scene.parts)
+        tangents = np.zeros((count if has_tangents else 1, 4), np.float32)
         for index, first in self._geometry.places():
             mesh = scene.parts[index].mesh
             rows = slice(first, first + len(mesh.vertices))
@@ -248,8 +251,11 @@ class SurfaceRenderer:
                 uvs[rows] = mesh.uv
             if mesh.colors is not None:
                 tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
-        return [
-            TextureBuffer(self._device, normals, "rgba32f"),
-            TextureBuffer(self._device, uvs, "rg32f"),
-            TextureBuffer(self._device, tints, "rgba8"),
-        ]
+            if mesh.tangents is not None:
+                tangents[rows] = mesh.tangents
+        return {
+            _NORMALS: TextureBuffer(self._device, normals, "rgba32f"),
+            _UVS: TextureBuffer(self._device, uvs, "rg32f"),
+            _TINTS: TextureBuffer(self._device, tints, "rgba8"),
+            _TANGENTS: TextureBuffer(self._device, tangents, "rgba32f"),
+        }

@@ -1,7 +1,7 @@
 """glTF's meshes: triangles of lists, strips and fans, and vertex attributes."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from umbra.readers.checks import need
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.readers.gltf_materials import GltfSurface, Materials
 from umbra.scene import Mesh
+from umbra.scene.tangents import find_tangents
 
 __all__ = ["Piece", "read_mesh"]
 
@@ -80,8 +81,12 @@ def read_mesh(
         }
         if shown["uv"] is not None:
             shown["uv"] = surface.transform(shown["uv"])
-        mesh = Mesh(vertices.astype(np.float64), faces.astype(np.int32), **shown)
         targets = primitive.get("targets", ())
+        mesh = Mesh(vertices.astype(np.float64), faces.astype(np.int32), **shown)
+        # Of a mesh that deforms they are found from its faces in each pose.
+        deforms = targets or "JOINTS_0" in attributes
+        if surface.material.normal_image is not None and not deforms:
+            mesh = _add_tangents(mesh, buffers, attributes.get("TANGENT"), where, counts)
         joints, influences = None, None
         if tree.get("skins") and "JOINTS_0" in attributes and "WEIGHTS_0" in attributes:
             joints, influences = _read_influences(buffers, attributes, where, len(vertices))
@@ -97,6 +102,18 @@ def read_mesh(
             )
         )
     return pieces
+
+
+def _add_tangents(
+    mesh: Mesh, buffers: Buffers, index: int | None, where: str, counts: Counter[str]
+) -> Mesh:
+    """Return a mesh with the file's tangents or, without any, those that glTF prescribes."""
+    if mesh.normals is None or mesh.uv is None:
+        return mesh
+    tangents = _read_shown(buffers, index, where, len(mesh.vertices), 4, counts)
+    if tangents is None:
+        tangents = find_tangents(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    return replace(mesh, tangents=tangents)
 
 
 def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArray[Any]:

@@ -150,7 +150,7 @@ def move_parts(
     Move parts; shared vertices stay shared.
 
     ``move`` takes the vertices (n, 3) of parts without a transform, ``place`` the parts that have
-    one, ``turn`` normals (n, 3), which stay by default.
+    one, ``turn`` normals and tangents (n, 3), which stay by default.
     """
     arrays: dict[int, NDArray[np.float64]] = {}
     moved = []
@@ -162,7 +162,11 @@ def move_parts(
         if id(vertices) not in arrays:
             arrays[id(vertices)] = move(vertices)
         turned = turn(normals) if turn is not None and normals is not None else None
-        moved.append(replace(part, mesh=part.mesh.moved(arrays[id(vertices)], turned)))
+        mesh = part.mesh.moved(arrays[id(vertices)], turned)
+        if turn is not None and mesh.tangents is not None:
+            along = turn(mesh.tangents[:, :3])
+            mesh = replace(mesh, tangents=np.column_stack([along, mesh.tangents[:, 3]]))
+        moved.append(replace(part, mesh=mesh))
     return tuple(moved)
 
 

@@ -35,12 +35,15 @@ class Mesh:
         Places in the material's texture; (0, 0) is the upper left corner.
     colors : (n_vertices, 3) float32, optional
         Linear RGB, multiplies the material's colour.
+    tangents : (n_vertices, 4) float32, optional
+        For normal maps: unit vectors along u, and 1 or -1, by which the product of normal and
+        tangent points up in the image; all 0, or none, for those of each face.
 
     Raises
     ------
     InputError
-        If a face names a vertex that does not exist, or normals, uv or colors
-        are not one row for each vertex.
+        If a face names a vertex that does not exist, or normals, uv, colors or
+        tangents are not one row for each vertex.
     """
 
     vertices: NDArray[np.float64]
@@ -48,6 +51,7 @@ class Mesh:
     normals: NDArray[np.float32] | None = None
     uv: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
+    tangents: NDArray[np.float32] | None = None
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} triangles)"
@@ -75,7 +79,7 @@ class Mesh:
                 f"(first: face {first}, {len(vertices)} vertices); repair the file"
             )
             raise InputError(msg, face=first)
-        for name, width in (("normals", 3), ("uv", 2), ("colors", 3)):
+        for name, width in (("normals", 3), ("uv", 2), ("colors", 3), ("tangents", 4)):
             given = getattr(self, name)
             if given is None:
                 continue
@@ -110,7 +114,7 @@ class Mesh:
     @property
     def _rows(self) -> tuple[NDArray[np.float32] | None, ...]:
         """Attributes with one row for each vertex."""
-        return self.normals, self.uv, self.colors
+        return self.normals, self.uv, self.colors, self.tangents
 
 
 @dataclass(frozen=True, eq=False)

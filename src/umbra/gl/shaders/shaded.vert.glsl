@@ -5,6 +5,7 @@
 uniform samplerBuffer normals;  // in the mesh's frame; 0 where a face is flat
 uniform samplerBuffer uvs;
 uniform samplerBuffer tints;
+uniform samplerBuffer tangents;  // in the mesh's frame, and their hands
 
 invariant gl_Position;
 out vec3 at;      // relative to the eye
@@ -17,24 +18,34 @@ out vec2 uv;
 #ifdef HAS_TINTS
 out vec3 tint;
 #endif
+#ifdef HAS_TANGENTS
+out vec4 tangent;
+#endif
 
 void main() {
     int point = gl_VertexID >> 1;
     ivec2 block = texelFetch(blocks, point >> BLOCK_BITS).xy;
     int stored = point + block.x;
     at = find_point(point);
+    vec3 a = vec3(1.0, 0.0, 0.0), b = vec3(0.0, 1.0, 0.0), c = vec3(0.0, 0.0, 1.0);
+    if (block.y >= 0) {
+        a = texelFetch(transforms, 3 * block.y).xyz;
+        b = texelFetch(transforms, 3 * block.y + 1).xyz;
+        c = texelFetch(transforms, 3 * block.y + 2).xyz;
+    }
+    float mirror = dot(a, cross(b, c)) < 0.0 ? -1.0 : 1.0;
 #ifdef HAS_NORMALS
     normal = texelFetch(normals, stored).xyz;
-    if (block.y >= 0) {
-        // Normals move by the cofactors, which also hold for uneven scales and mirrors.
-        vec3 a = texelFetch(transforms, 3 * block.y).xyz;
-        vec3 b = texelFetch(transforms, 3 * block.y + 1).xyz;
-        vec3 c = texelFetch(transforms, 3 * block.y + 2).xyz;
-        normal = vec3(dot(cross(b, c), normal), dot(cross(c, a), normal), dot(cross(a, b), normal));
-    }
+    // Normals move by the cofactors, which also hold for uneven scales.
+    normal = vec3(dot(cross(b, c), normal), dot(cross(c, a), normal), dot(cross(a, b), normal));
+    normal *= mirror;
 #endif
 #ifdef HAS_UV
     uv = texelFetch(uvs, stored).xy;
+#endif
+#ifdef HAS_TANGENTS
+    vec4 way = texelFetch(tangents, stored);
+    tangent = vec4(dot(a, way.xyz), dot(b, way.xyz), dot(c, way.xyz), mirror * way.w);
 #endif
 #ifdef HAS_TINTS
     tint = texelFetch(tints, stored).rgb;

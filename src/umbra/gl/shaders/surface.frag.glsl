@@ -31,6 +31,9 @@ in vec2 uv;
 #ifdef HAS_TINTS
 in vec3 tint;
 #endif
+#ifdef HAS_TANGENTS
+in vec4 tangent;
+#endif
 
 #ifdef IS_LAYER
 uniform sampler2D behind;  // normals and depth keys of what was drawn before
@@ -88,11 +91,13 @@ void main() {
     // about what points to the eye.
     vec3 flat_normal = normalize(cross(dFdx(at), dFdy(at)));
     vec3 seen_normal = flat_normal;
+    float side = 1.0;  // -1: the back of what the normals describe is seen
 #ifdef IS_SOUND
     seen_normal = normalize(normal);
 #elif defined(HAS_NORMALS)
     seen_normal = dot(normal, normal) > 0.0 ? normalize(normal) : flat_normal;
-    seen_normal *= dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
+    side = dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
+    seen_normal *= side;
 #endif
 
 #ifdef HAS_BUMPS
@@ -100,13 +105,19 @@ void main() {
     float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
     vec3 along = turn * (dFdx(at) * up.y - dFdy(at) * right.y);
     vec3 against = turn * (dFdx(at) * up.x - dFdy(at) * right.x);
+#ifdef HAS_TANGENTS
+    if (dot(tangent.xyz, tangent.xyz) > 0.0) {
+        along = tangent.xyz;
+        against = (tangent.w < 0.0 ? -side : side) * cross(seen_normal, along);
+    }
+#endif
     along -= seen_normal * dot(along, seen_normal);
     if (dot(along, along) > 0.0) {
         along = normalize(along);
         vec3 across = cross(seen_normal, along);
         across *= dot(across, against) < 0.0 ? -1.0 : 1.0;
         vec3 bend = 2.0 * texture(bumps, uv).xyz - 1.0;
-        bend.xy *= bump_scale;
+        bend.xy *= side * bump_scale;  // what bulges in front is a dent behind
         seen_normal = normalize(along * bend.x + across * bend.y + seen_normal * bend.z);
     }
     flat_normal = seen_normal;  // its terminator is that of the faces
