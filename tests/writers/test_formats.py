@@ -12,6 +12,8 @@ from PIL import Image
 from support.shapes import box, moved
 
 from umbra.errors import UmbraError
+from umbra.receivers import KINDS
+from umbra.receivers import KINDS
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.preview import make_preview
@@ -232,7 +234,7 @@ def test_top_has_lines_and_no_outlines_and_says_so(tmp_path):
 def test_every_format_names_its_files(tmp_path, study):
     for package in ("pyclipr", "shapely", "pyogrio", "rasterio", "ezdxf", "av"):
         pytest.importorskip(package)
-    names, said = write(study, tmp_path, *FORMATS)
+    names, said = write(study, tmp_path, *study.kind.formats)
     assert sorted(names) == sorted(path.name for path in tmp_path.iterdir())
     assert [line.partition(" at ")[0] for line in said] == ["note: shadows are outlined"]
 
@@ -250,7 +252,7 @@ def small_disk():
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", KINDS["ground"].formats)
 def test_a_full_disk_is_an_error_and_not_half_a_file(study, tmp_path, name):
     for package in ("resource", *FORMATS[name].packages):
         pytest.importorskip(package)

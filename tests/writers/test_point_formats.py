@@ -4,6 +4,7 @@ import io
 import json
 
 import numpy as np
+import pyproj
 import pytest
 import trimesh
 from PIL import Image
@@ -14,6 +15,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.writers.formats import Job, write_formats
 from umbra.writers.pixels import shade_ramp
+from umbra.writers.tileset import find_placement
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
@@ -156,3 +158,45 @@ def test_geoparquet_has_a_row_for_each_surface_and_its_months(tmp_path, monkeypa
     np.testing.assert_allclose(months, table.mean_sun_hours, rtol=1e-6)
     assert (table.least_sun_hours <= table.mean_sun_hours).all()
     assert table["mean_sun_hours_2026-06"].max() > table["mean_sun_hours_2026-01"].max() / 2 > 0
+
+
+@pytest.mark.parametrize("receivers", ["surfaces", "ground"])
+def test_a_tileset_places_the_model_on_the_earth(tmp_path, receivers):
+    more = {"spacing": 1.0} if receivers == "surfaces" else {"cell": 2.0}
+    study = run(receivers=receivers, **more)
+    names = write_formats(Job(study, tmp_path), ["3dtiles"])
+    assert names == ["tileset.json", "hours.glb"]
+    tileset = json.loads((tmp_path / "tileset.json").read_text())
+    assert tileset["asset"]["version"] == "1.1"
+    root = tileset["root"]
+    assert root["children"][0]["content"] == {"uri": "hours.glb"}
+    matrix = np.array(root["transform"]).reshape(4, 4).T
+    tree, _, *_ = read_tree(tmp_path / "hours.glb")
+    origin = np.array(tree["asset"]["extras"]["origin"])
+    place = pyproj.Transformer.from_crs(31256, 4326, always_xy=True)
+    earth = pyproj.Transformer.from_crs(4979, 4978, always_xy=True)
+    for offset in ([0, 0, 0], [40, -30, 25], [-35, 60, 2]):
+        point = origin + offset
+        expected = earth.transform(*place.transform(*point[:2]), point[2])
+        np.testing.assert_allclose(matrix[:3] @ [*offset, 1], expected, atol=0.01)
+    # The box holds the model, which rises 25 m.
+    box = np.array(root["boundingVolume"]["box"])
+    assert box[11] == pytest.approx(12.5, abs=0.1)
+
+
+def test_without_a_crs_the_tileset_lies_at_the_site():
+    site = umbra.Site(48.2, 16.37, "Europe/Vienna", true_north=30)
+    matrix = find_placement(np.array([5.0, 6.0, 100.0]), None, site)
+    assert np.linalg.det(matrix[:3, :3]) == pytest.approx(1)
+    back = pyproj.Transformer.from_crs(4978, 4979, always_xy=True)
+    assert back.transform(*matrix[:3, 3]) == pytest.approx((16.37, 48.2, 100))
+    # True north lies 30 degrees clockwise from the model's +y.
+    north = matrix[:3, :3] @ [np.sin(np.radians(30)), np.cos(np.radians(30)), 0]
+    longitude, latitude, _ = back.transform(*(matrix[:3, 3] + 100 * north))
+    assert longitude == pytest.approx(16.37)
+    assert latitude > 48.2008
+
+
+def read_tree(path):
+    data = path.read_bytes()
+    return (json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")]), data)

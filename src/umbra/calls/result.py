@@ -190,7 +190,7 @@ class ShadowStudy:
             warning names files of an earlier study that have no successor.
         *formats : str
             ``'geotiff'``, ``'geojson'``, ``'gpkg'``, ``'dxf'``, ``'csv'``, ``'glb'``,
-            ``'geoparquet'``, ``'gif'``, ``'mp4'``, ``'pdf'``, ``'svg'``.
+            ``'3dtiles'``, ``'geoparquet'``, ``'gif'``, ``'mp4'``, ``'pdf'``, ``'svg'``.
         report : bool
             Also ``report.html``.
         sheet : bool

@@ -126,7 +126,7 @@ class PlanKind(ReceiverKind):
     """Base of ground planes and topmost surfaces."""
 
     is_plan = True
-    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
+    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "gif", "mp4")
     tile: ClassVar[type[PlanTile]]
 
     def check_judged(self, receivers: str) -> None:

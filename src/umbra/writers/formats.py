@@ -141,7 +141,7 @@ def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
 
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:
     """Write some of the formats; return the names of the files."""
-    return [file for name in names for file in FORMATS[name].write(job)]
+    return list(dict.fromkeys(file for name in names for file in FORMATS[name].write(job)))
 
 
 def _write_geotiff(job: Job) -> list[str]:
@@ -247,6 +247,16 @@ def _write_glb(job: Job) -> list[str]:
     return names
 
 
+def _write_tileset(job: Job) -> list[str]:
+    from umbra.writers.tileset import find_placement, read_place, write_tileset  # noqa: PLC0415
+
+    files = _write_glb(job)
+    origin, bounds = read_place(job.folder / files[0])
+    placement = find_placement(origin, job.crs, job.study.site)
+    write_tileset(job.folder / "tileset.json", files, bounds, placement, job.study.facts)
+    return ["tileset.json", *files]
+
+
 def _write_geoparquet(job: Job) -> list[str]:
     from umbra.writers.vectors.surface_table import (  # noqa: PLC0415
         find_surface_columns,
@@ -297,6 +307,7 @@ FORMATS = {
     "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
     "csv": Format(_write_csv),
     "glb": Format(_write_glb),
+    "3dtiles": Format(_write_tileset),
     "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city"),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),
