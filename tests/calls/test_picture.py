@@ -1,5 +1,6 @@
 """``umbra.render``, ``make_camera`` and ``show``: what the commands do, in Python."""
 
+import importlib.util
 import inspect
 import sys
 from io import BytesIO
@@ -195,7 +196,8 @@ def notebook(monkeypatch):
 
 @pytest.mark.usefixtures("notebook")
 def test_in_a_notebook_a_picture_is_shown(scene, tmp_path):
-    picture = umbra.show(scene, VIENNA, date="2026-03-21", at="15:00", size=(80, 60))
+    size = (80, 60)
+    picture = umbra.show(scene, VIENNA, date="2026-03-21", at="15:00", size=size, device="cpu")
     sun = umbra.sun_light(VIENNA, "2026-03-21", "15:00")
     np.testing.assert_allclose(picture.lights[0].position, sun.position, atol=1e-12)
     assert picture.position[..., 2].min() == pytest.approx(4, abs=0.01)  # just below the table
@@ -205,6 +207,15 @@ def test_in_a_notebook_a_picture_is_shown(scene, tmp_path):
     bare = umbra.show(scene, size=(80, 60), ground=False, soft="wedges")
     assert bare.position[..., 2][bare.is_seen].min() == pytest.approx(4)
     assert bare.visibility.shape == (1, 60, 80)
+
+
+@pytest.mark.usefixtures("notebook")
+def test_without_anywidget_a_notebook_shows_a_picture(scene, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "anywidget" else find(name)
+    )
+    assert isinstance(umbra.show(scene, VIENNA, size=(80, 60)), umbra.Picture)
 
 
 @pytest.mark.usefixtures("notebook")

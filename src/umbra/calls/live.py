@@ -5,6 +5,7 @@ import os
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PIL import Image
 
@@ -14,7 +15,10 @@ from umbra.scene import Scene
 from umbra.sun import Site
 from umbra.writers.atomic import replace_file
 
-__all__ = ["make_config", "make_live_page", "write_live_page"]
+if TYPE_CHECKING:
+    from umbra.web.widget import LiveView
+
+__all__ = ["make_config", "make_live_page", "make_widget", "write_live_page"]
 
 _NAMED = 3  # files in a title
 _QUALITY = 82  # of the poster, which stands in where the model cannot be drawn
@@ -93,3 +97,12 @@ def write_live_page(
     page = make_live_page(scene, site, options)
     with replace_file(path) as beside:
         beside.write_text(page, "utf-8", newline="\n")
+
+
+def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveView":
+    """Make the page of a scene for a notebook's cell; parameters as in `make_config`."""
+    from umbra.web.pack import pack_model  # noqa: PLC0415
+    from umbra.web.widget import LiveView  # noqa: PLC0415
+
+    config = make_config(scene, site, options)
+    return LiveView(pack_model(scene, site), config, height=options.size[1])

@@ -1,5 +1,6 @@
 """The window of ``umbra view``, or a picture in a notebook."""
 
+import importlib.util
 import os
 import sys
 import warnings
@@ -19,6 +20,7 @@ from umbra.scene import Scene
 from umbra.sun import Site
 
 if TYPE_CHECKING:
+    from umbra.web.widget import LiveView
     from umbra.window.view import ViewState
 
 __all__ = ["begin_view", "draw_view", "find_height", "is_page", "open_window", "show"]
@@ -49,9 +51,15 @@ def show(  # noqa: PLR0913  (each option by its name)
     time: float | None = None,
     view: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
-) -> Picture | None:
+) -> "Picture | LiveView | None":
     """
-    Show a scene in a window, or as a picture in a notebook.
+    Show a scene in a window; in a notebook as a model that moves, or as a picture.
+
+    The environment decides. In a notebook with anywidget (``pip install
+    'umbra-shadows[notebook]'``) the cell holds the live model, which the browser draws. Without
+    anywidget, or with an option that only umbra's own devices know (``method``, ``soft``,
+    ``device``, ``mask_scale``, ``animation``, ``time``, ``out`` and the like), it holds a picture.
+    Elsewhere a window opens.
 
     Parameters
     ----------
@@ -92,8 +100,9 @@ def show(  # noqa: PLR0913  (each option by its name)
 
     Returns
     -------
-    picture : Picture or None
-        In a notebook; None when the window is closed.
+    shown : LiveView, Picture or None
+        In a notebook: a widget whose ``date``, ``time`` and ``viewpoint`` follow its controls and
+        can be set, or a picture; None when the window is closed or a page is written.
 
     Raises
     ------
@@ -116,6 +125,10 @@ def show(  # noqa: PLR0913  (each option by its name)
         write_live_page(options.out, scene, site, options)
         return None
     if _is_notebook():
+        if _is_live(options):
+            from umbra.calls.live import make_widget  # noqa: PLC0415
+
+            return make_widget(scene, site, options)
         return draw_view(scene, site, options)
     open_window(scene, site, options)
     return None
@@ -223,6 +236,14 @@ def _is_notebook() -> bool:
     """Return whether a notebook displays a cell's result."""
     shell: Any = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return shell is not None and hasattr(shell, "kernel")
+
+
+def _is_live(options: ViewOptions) -> bool:
+    """Return whether a notebook can show a view as a widget that moves."""
+    own = ("method", "soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "device",
+           "animation", "time", "out")  # fmt: skip
+    has_own = any(getattr(options, name) is not None for name in own)
+    return not has_own and importlib.util.find_spec("anywidget") is not None
 
 
 def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:

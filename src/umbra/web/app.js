@@ -78,10 +78,12 @@ export class App {
     this.revision = 0;
     this.state = this.#begin();
     this.sun = this.daylight.sun(this.state);
-    /** @type {ArrayLike<number> | null} which parts stand before a change; null: all */
+    /** @type {ArrayLike<number> | null} which parts cast before a change; null: all */
     this.before = null;
     /** @type {ArrayLike<number> | null} */
     this.after = null;
+    /** @type {Record<'before' | 'after', ArrayLike<number> | null>} which are seen; null: all */
+    this.seen = { before: null, after: null };
     this.hasChanges = false;
     this.plane = findPlane(this, this.state);
     this.#findParts();
@@ -191,8 +193,12 @@ export class App {
 
   #findParts() {
     const { standing } = this.state, count = this.model.parts.length;
-    this.before = findShown(this.things, standing, false, count);
-    this.after = findShown(this.things, standing, true, count);
+    const { no_cast: silent = [] } = this.config.view;
+    for (const state of /** @type {const} */ (["before", "after"])) {
+      const seen = findShown(this.things, standing, state === "after", count);
+      this.seen[state] = seen;
+      this[state] = silent.length ? (seen ?? new Uint8Array(count).fill(1)).map((one, part) => (silent.includes(part) ? 0 : one)) : seen;
+    }
     this.hasChanges = [...standing.values()].some((one) => one === "proposed" || one === "removed");
   }
 

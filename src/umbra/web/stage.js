@@ -68,7 +68,7 @@ export class Stage {
     renderer.setClip(app.plane);
     renderer.setViews(this.#findViews(state, wide, high));
     if (state.compare !== "swipe" && state.compare !== "beside") {
-      renderer.setParts(state.compare === "before" ? app.before : app.after);
+      renderer.setParts(app[state.compare], app.seen[state.compare]);
     }
     renderer.draw();
     this.#drawSigns(state, wide, high);
@@ -76,7 +76,8 @@ export class Stage {
 
   /** @param {State} state @param {number} wide @param {number} high @returns {View[] | null} */
   #findViews({ compare, swipe }, wide, high) {
-    const before = { cast: this.app.before, show: this.app.before }, after = { cast: this.app.after, show: this.app.after };
+    const before = { cast: this.app.before, show: this.app.seen.before };
+    const after = { cast: this.app.after, show: this.app.seen.after };
     const x = Math.round(compare === "swipe" ? wide * swipe : wide / 2);
     const left = /** @type {[number, number, number, number]} */ ([0, 0, x, high]);
     const right = /** @type {[number, number, number, number]} */ ([x, 0, wide - x, high]);
