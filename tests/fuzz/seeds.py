@@ -2,12 +2,17 @@
 
 import json
 import re
+import struct
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
 import numpy as np
+from support.dae_files import document as dae_document
 from support.gltf_files import Document
+from support.gml_files import building as gml_building
+from support.gml_files import city as gml_city
+from support.gml_files import prism
 from support.model_files import save_city, save_city_sequence, save_glb, save_obj
 from support.packed_files import draco_packed, meshopt_packed, plain
 from support.shapes import box, city, terrain
@@ -15,6 +20,7 @@ from support.small_files import BYTES
 
 __all__ = ["make_seeds"]
 
+BALL = {"sphere": [4e6, 1e6, 4.8e6, 100]}
 LIBRARY = "newmtl brick\nKd 0.5 0.2 0.1\nd 0.5\nmap_Kd -s 1 1 bricks.png\nnewmtl plain\nKe 1 1 1\n"
 
 
@@ -52,6 +58,7 @@ def make_seeds(folder: Path) -> dict[str, bytes]:
         seeds["draco.glb"] = draco_packed().glb()
         modes = {0: (12, "ATTRIBUTES"), 1: (8, "ATTRIBUTES"), 3: (4, "TRIANGLES")}
         seeds["meshopt.glb"] = meshopt_packed(plain(), modes).glb()
+    seeds |= _make_strangers(folder)
     if find_spec("ifcopenshell"):
         seeds["house.ifc"] = _make_house(folder / "house.ifc")
     return seeds
@@ -129,6 +136,53 @@ def _make_house(path: Path) -> bytes:
     numbers = count(1)
     text = re.sub(r"'[\w$]{22}'", lambda _: f"'{next(numbers):022d}'", text)
     return re.sub(r"FILE_NAME\(.*?\);", "FILE_NAME('','',(''),(''),'','','');", text).encode()
+
+
+def _make_strangers(folder: Path) -> dict[str, bytes]:
+    """Make files of cities and of architects, most of whose readers need packages."""
+    faces = [corners for _, corners in prism(85_000, 447_000)]
+    room = {"identifier": "room", "faces": [_face(corners) for _, corners in prism()]}
+    model = {"type": "Model", "properties": {}, "units": "Feet", "rooms": [room]}
+    root = {"geometricError": 2, "content": {"uri": "tile.b3dm"}, "boundingVolume": BALL}
+    root["children"] = [{"geometricError": 0, "content": {"uri": "town.glb"}, "refine": "ADD"}]
+    tree = {"asset": {"version": "1.1"}, "geometricError": 9, "root": root}
+    head = struct.pack("<4s6I", b"b3dm", 1, 28, 0, 0, 0, 0)
+    seeds = {"house.hbjson": json.dumps(model).encode(), "tileset.json": json.dumps(tree).encode()}
+    seeds["tile.b3dm"] = head + (folder / "town.glb").read_bytes()
+    (folder / "tile.b3dm").write_bytes(seeds["tile.b3dm"])
+    if find_spec("lxml"):
+        seeds["town.gml"] = gml_city(
+            *(gml_building(f"h{n}", prism(9 * n)) for n in range(3))
+        ).encode()
+    if find_spec("collada"):
+        seeds["plate.dae"] = dae_document().encode()
+    if find_spec("flatcitybuf"):
+        from support.fcb_files import make_fcb  # noqa: PLC0415 - it needs flatcitybuf
+
+        seeds["town.fcb"] = make_fcb({"a": faces, "b": faces})
+    if find_spec("pyarrow") and find_spec("shapely"):
+        seeds["town.parquet"] = _make_parquet(folder / "town.parquet")
+    return seeds
+
+
+def _face(corners: list) -> dict:
+    shape = {"type": "Face3D", "boundary": [list(corner) for corner in corners]}
+    return {"type": "Face", "identifier": "f", "face_type": "Wall", "geometry": shape}
+
+
+def _make_parquet(path: Path) -> bytes:
+    """Make footprints with Overture's columns and a box of each."""
+    import pyarrow as pa  # noqa: PLC0415 - extras
+    import shapely  # noqa: PLC0415
+    from pyarrow import parquet  # noqa: PLC0415
+
+    shapes = [shapely.box(x, 48.0, x + 0.001, 48.001) for x in (11.0, 11.1, 11.2)]
+    box = [dict(zip(("xmin", "ymin", "xmax", "ymax"), one.bounds, strict=True)) for one in shapes]
+    table = {"id": ["a", "b", "c"], "geometry": shapely.to_wkb(shapes), "bbox": box,
+             "height": [5.0, None, 7.5], "num_floors": [1, 2, None],
+             "is_underground": [False, False, True]}  # fmt: skip
+    parquet.write_table(pa.table(table), path, compression="none")
+    return path.read_bytes()
 
 
 def _make_holes() -> bytes:
