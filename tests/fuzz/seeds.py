@@ -3,6 +3,7 @@
 import json
 import re
 import struct
+from datetime import date
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
@@ -160,6 +161,8 @@ def _make_strangers(folder: Path) -> dict[str, bytes]:
         from support.fcb_files import make_fcb  # noqa: PLC0415 - it needs flatcitybuf
 
         seeds["town.fcb"] = make_fcb({"a": faces, "b": faces})
+    if find_spec("laspy") and find_spec("lazrs"):
+        seeds["town.laz"] = _make_cloud(folder / "town.laz")
     if find_spec("pyarrow") and find_spec("shapely"):
         seeds["town.parquet"] = _make_parquet(folder / "town.parquet")
     return seeds
@@ -168,6 +171,21 @@ def _make_strangers(folder: Path) -> dict[str, bytes]:
 def _face(corners: list) -> dict:
     shape = {"type": "Face3D", "boundary": [list(corner) for corner in corners]}
     return {"type": "Face", "identifier": "f", "face_type": "Wall", "geometry": shape}
+
+
+def _make_cloud(path: Path) -> bytes:
+    """Make a point cloud of ground, a roof and a tree."""
+    import laspy  # noqa: PLC0415 - an extra
+
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.creation_date = date(2026, 1, 1)
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y = (one.ravel() for one in np.meshgrid(np.arange(12.0), np.arange(12.0)))
+    cloud.z = cloud.x % 5
+    cloud.classification = np.array([2, 6, 5], np.uint8)[np.arange(144) % 3]
+    cloud.return_number = np.ones(144, np.uint8)
+    cloud.write(path)
+    return path.read_bytes()
 
 
 def _make_parquet(path: Path) -> bytes:

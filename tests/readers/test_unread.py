@@ -23,7 +23,6 @@ OLD_GLTF = {"accessors": {"a": {}}, "meshes": {"m": {}}, "nodes": {"n": {}}}
         ("a.dwg", b"AC1027\0\0", "ODA File"),
         ("a.dxf", b"  0\nSECTION\n  2\nHEADER\n", "DXF .*FreeCAD"),
         ("a.dxf", b"999\nmade by hand\n  0\nSECTION\n", "DXF .*FreeCAD"),
-        ("a.laz", b"LASF\0\0", "pdal translate"),
         ("a.fbx", b"Kaydara FBX Binary  \0", "FBX .*Blender"),
         ("a.fbx", b"; FBX 7.3.0 project file", "FBX .*Blender"),
         ("a.3mf", b"PK\x03\x04...", "3MF"),

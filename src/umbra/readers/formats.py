@@ -20,9 +20,9 @@ __all__ = [
 ]  # fmt: skip
 
 FORMATS = (
-    "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), FlatCityBuf (.fcb), glTF (.gltf, "
-    ".glb), 3D Tiles (tileset.json, .b3dm), IFC, Rhino (.3dm), COLLADA (.dae), HBJSON, OBJ, PLY, "
-    "STL, OFF, footprints (.geojson, .gpkg, .shp, .parquet), height rasters (.tif)"
+    "CityJSON (.json, .jsonl), CityGML (.gml, .zip), FlatCityBuf, glTF (.gltf, .glb), 3D Tiles "
+    "(tileset.json), IFC, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, footprints (.geojson, "
+    ".gpkg, .shp, .parquet), height rasters (.tif), LAZ"
 )
 
 Reader = Callable[[Any, Path, ReadChoices], FileModel]
@@ -38,6 +38,7 @@ READERS = {
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "parquet": ("umbra.readers.parquet", "read_parquet"),
+    "points": ("umbra.readers.point_cloud", "read_points"),
     "rhino": ("umbra.readers.rhino", "read_rhino"),
     "off": ("umbra.readers.triangle_soup", "read_off"),
     "ply": ("umbra.readers.triangle_soup", "read_ply"),
@@ -46,7 +47,7 @@ READERS = {
     "vector": ("umbra.readers.footprint_files", "read_vectors"),
 }
 
-STREAMED = {"citygml", "fcb", "parquet", "tiff", "vector"}
+STREAMED = {"citygml", "fcb", "parquet", "points", "tiff", "vector"}
 """Formats whose readers take a `FileContent`, and read it as a stream or by its name."""
 
 BY_ENDING = {
@@ -69,6 +70,8 @@ BY_ENDING = {
     ".fcb": "fcb",
     ".parquet": "parquet",
     ".geoparquet": "parquet",
+    ".las": "points",
+    ".laz": "points",
     ".tif": "tiff",
     ".tiff": "tiff",
     ".gpkg": "vector",
@@ -86,6 +89,7 @@ BY_CONTENT = {
     b"fcb\x00fcb": "fcb",
     b"3D Geometry File Format": "rhino",
     b"PAR1": "parquet",
+    b"LASF": "points",
     b"ISO-10303-21": "ifc",
     b"II*\x00": "tiff",
     b"MM\x00*": "tiff",
@@ -292,8 +296,8 @@ REFUSED = (
     UnreadFormat("DXF is not read; open it in FreeCAD or Blender and export OBJ, or "
                  f"{_OGR.format('.dxf')}",
                  (".dxf",), (b"0\nSECTION", b"0\r\nSECTION", b"AutoCAD Binary DXF")),
-    UnreadFormat("point clouds are not read; make a height raster of it (pdal translate FILE "
-                 "FILE.tif)", (".las", ".laz", ".e57", ".copc"), (b"LASF", b"ASTM-E57")),
+    UnreadFormat("E57 point clouds are not read; convert it to LAZ (pdal translate FILE FILE.laz)",
+                 (".e57",), (b"ASTM-E57",)),
     UnreadFormat(f"FBX is not read; {_BLENDER} (or assimp export FILE.fbx FILE.glb)",
                  (".fbx",), (b"Kaydara FBX", b"; FBX")),
     UnreadFormat("3MF is not read; export STL or OBJ from the slicer, or convert it "

@@ -24,7 +24,7 @@ from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
 
-__all__ = ["read_raster"]
+__all__ = ["MOST_BYTES", "make_crowns", "make_surface", "read_raster"]
 
 TALLEST = 130.0  # [m]; above all trees
 LOWEST = -500.0  # [m]; below all land: many such cells are an undeclared nodata value
@@ -217,22 +217,9 @@ def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
             "ground, give canopy_heights='absolute'"
         )
         raise InputError(msg, tallest=tallest)
-    rows, cols = np.nonzero(there)
-    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
-    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        place[rows + down, cols + right] = 0
-    row, col = np.nonzero(place >= 0)
-    place[row, col] = np.arange(len(row), dtype=np.int32)
-    plan = raster.matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
-    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
-    cells = np.full(there.shape, -1, np.int32)
-    cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
     trunk, share = _read_trunk(crowns.trunk, choices, raster, there)
-    grid = CrownRaster(cells, corners, raster.heights[there], trunk, share, is_absolute)
-    faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
-    faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
-    mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
-    part = Part(path.stem, "Canopy", mesh)
+    heights = raster.heights[there]
+    part, grid = make_crowns(path.stem, heights, there, raster.matrix, trunk, share, is_absolute)
     return FileModel(
         "GeoTIFF canopy",
         (part,),
@@ -241,6 +228,46 @@ def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
         crowns=grid,
         is_high_in_metres=raster.has_unit,
     )
+
+
+def make_crowns(
+    name: str,
+    tops: NDArray[np.float64],
+    there: NDArray[np.bool_],
+    matrix: NDArray[np.float64],
+    trunk: NDArray[np.float64] | None,
+    share: float,
+    is_absolute: bool,
+) -> tuple[Part, CrownRaster]:
+    """
+    Make the cells of a canopy, whose body `stand_crowns` makes when the ground is known.
+
+    Parameters
+    ----------
+    name : str
+    tops : (n,) float64
+        Heights of the cells ``there`` [m].
+    there : (rows, cols) bool
+    matrix : (2, 3) float64
+        From (column, row, 1), cell corners, to x and y.
+    trunk, share, is_absolute
+        As in `CrownRaster`.
+    """
+    rows, cols = np.nonzero(there)
+    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
+    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        place[rows + down, cols + right] = 0
+    row, col = np.nonzero(place >= 0)
+    place[row, col] = np.arange(len(row), dtype=np.int32)
+    plan = matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
+    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
+    cells = np.full(there.shape, -1, np.int32)
+    cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
+    grid = CrownRaster(cells, corners, tops, trunk, share, is_absolute)
+    faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
+    faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
+    mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
+    return Part(name, "Canopy", mesh), grid
 
 
 def _read_trunk(

@@ -16,7 +16,7 @@ from umbra.scene.material import GREY, find_linear
 
 __all__ = ["read_rhino"]
 
-SECONDS = 20.0
+SECONDS = 5.0
 """Processor time that one object may take [s]."""
 PARSING = 1e-6  # more of it for the whole file [s/byte]
 UNITS = {
