@@ -181,7 +181,7 @@ def _make_cloud(path: Path) -> bytes:
     header.creation_date = date(2026, 1, 1)
     cloud = laspy.LasData(header)
     cloud.x, cloud.y = (one.ravel() for one in np.meshgrid(np.arange(12.0), np.arange(12.0)))
-    cloud.z = cloud.x % 5
+    cloud.z = np.arange(144.0) % 5
     cloud.classification = np.array([2, 6, 5], np.uint8)[np.arange(144) % 3]
     cloud.return_number = np.ones(144, np.uint8)
     cloud.write(path)
