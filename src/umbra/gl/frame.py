@@ -228,9 +228,8 @@ class GlFrameCounter(DeviceUser):
             self._surface.set(**projection.uniforms(), first=0, step=1)
             self._faces.draw(self._surface, 0, 3 * self._n_opaque)
             if self._local_ground is not None:
-                draw_ground(
-                    state, self._plane, projection, self._local_ground, first=GROUND, step=0
-                )
+                faces = {"first": GROUND, "step": 0}
+                draw_ground(state, self._plane, projection, self._local_ground, faces)
             if self._sheer is not None:
                 self._sheer.draw(state, projection, self._n_opaque, before)
         face = np.ascontiguousarray(self._target.read())

@@ -1,5 +1,6 @@
 """The endless ground plane, behind a model's own floors in the same plane."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from umbra.gl.programs import Program
@@ -21,8 +22,8 @@ def draw_ground(
     program: Program,
     projection: Projection,
     ground: float,
+    uniforms: Mapping[str, object],
     how: Pass = _SURFACE,
-    **uniforms: object,
 ) -> None:
     """
     Draw the plane z = ``ground``, relative to the scene's origin [m].
@@ -33,5 +34,6 @@ def draw_ground(
     steps = _STEPS if projection.reverses_depth else _STEPS_24_BITS
     state.use(replace(how, polygon_offset=(0.0, steps)))
     height = float(ground - projection.eye[2])
-    program.set(projection=projection.uniforms()["projection"], height=height, **uniforms)
+    program.set(projection=projection.uniforms()["projection"], height=height)
+    program.set(**uniforms)
     program.draw(4 * RINGS * 6)

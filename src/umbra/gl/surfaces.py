@@ -169,10 +169,8 @@ class SurfaceRenderer:
             plane = self._ground.find(*needs, RINGS=RINGS)
             if lamp is not None:
                 lamp.set(plane)
-            draw_ground(
-                state, plane, projection, ground, albedo=np.array(GROUND_COLOR), **_EVEN,
-                **find_rays(projection),
-            )  # fmt: skip
+            shown = {"albedo": np.array(GROUND_COLOR), **_EVEN, **find_rays(projection)}
+            draw_ground(state, plane, projection, ground, shown)
 
     def draw_layer(
         self, state: State, projection: Projection, behind: Target, *, is_first: bool

@@ -67,7 +67,7 @@ class Keys:
         self._indices.draw(self._faces, 0, self._geometry.faces.size)
         if self._planner.ground is not None:
             rays = find_rays(projection)
-            draw_ground(state, self._ground, projection, self._planner.ground, _AGAIN, **rays)
+            draw_ground(state, self._ground, projection, self._planner.ground, rays, _AGAIN)
         return shown.textures[0]
 
     def release(self) -> None:
