@@ -7,6 +7,19 @@ from support.cities import DAY
 import umbra
 
 EXTENT = (84950, 446950, 85520, 447290)
+SIDES = (3000, 220, 57)
+
+
+def compare(found, whole):
+    """Compare every byte of two datasets; the names of axes and parts as text."""
+    assert set(found.variables) == set(whole.variables)
+    for name in whole.variables:
+        assert found[name].dims == whole[name].dims, name
+        left, right = found[name].values, whole[name].values
+        if right.dtype.kind == "U":
+            assert left.tolist() == right.tolist(), name
+        else:
+            assert left.astype(right.dtype).tobytes() == right.tobytes(), name
 
 
 @pytest.mark.parametrize("receivers", ["ground", "top"])
@@ -16,12 +29,43 @@ def test_tiles_hold_the_bytes_of_one_study(city, tmp_path, receivers, more):
     scene = umbra.read(*city)
     whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
     assert 0.1 < float(whole.shadow_hours.mean() / 7.5) < 0.9
-    for side in (1000, 220, 57):
+    for side in SIDES:
         made = umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options)
-        found = made.dataset.load()
-        assert set(found.variables) == set(whole.variables)
-        for name in whole.variables:
-            assert found[name].dims == whole[name].dims
-            if name != "xyz":
-                np.testing.assert_array_equal(found[name], whole[name], name)
+        compare(made.dataset.load(), whole)
         assert made.facts["merged_objects"] == 3
+
+
+@pytest.mark.parametrize("more", [{}, {"masks": True, "date": "2026-12-21,2026-06-21"}])
+def test_surfaces_are_in_the_order_of_files_for_any_tiles(city, tmp_path, more):
+    options = {**DAY, **more, "receivers": "surfaces", "spacing": 3.0}
+    found = [
+        umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options).dataset.load()
+        for side in SIDES
+    ]
+    for other in found[1:]:
+        compare(other, found[0])
+    assert len(found[0].part) == 60 + 60 + 4  # the three in both files once
+    # One scene of the files without duplicates.
+    scene = umbra.read(*city)
+    parts = [
+        p for p in scene if not (p.layer == "b_east" and p.name in {"east 0", "east 1", "east 2"})
+    ]
+    alone = umbra.make_scene(
+        [umbra.Part(p.name, p.kind, p.mesh.moved(p.mesh.vertices + scene.origin), layer=p.layer)
+         for p in parts], crs=scene.crs,
+    )  # fmt: skip
+    whole = umbra.shadow_study(alone, umbra.find_site(scene), **options).dataset
+    for name in ("shadow_hours", "position", "normal", "area", "surface_of_sample"):
+        np.testing.assert_array_equal(found[0][name], whole[name], name)
+
+
+def test_canopies_let_light_through_in_any_tile(city, tmp_path):
+    options = {
+        **DAY, "receivers": "top", "cell": 4.0, "extent": EXTENT, "canopy": "east*",
+        "transmissivity": 0.3,
+    }  # fmt: skip
+    scene = umbra.read(*city)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    assert float(whole.canopy_hours.max()) > 1
+    made = umbra.city_study(city, out=tmp_path, tiles=150, **options)
+    compare(made.dataset.load(), whole)

@@ -110,7 +110,11 @@ class Samples:
 
 
 def sample_surfaces(
-    scene: Scene, spacing: float, on: Sequence[str] = (), parts: Sequence[int] | None = None
+    scene: Scene,
+    spacing: float,
+    on: Sequence[str] = (),
+    parts: Sequence[int] | None = None,
+    faces: NDArray[np.int32] | None = None,
 ) -> Samples:
     """
     Sample the surfaces of some parts.
@@ -127,6 +131,8 @@ def sample_surfaces(
         Shell patterns of names, kinds, layers or tags; all parts by default.
     parts : sequence of int, optional
         Indices of the parts, instead of ``on``.
+    faces : (n, 3) int32, optional
+        Faces of the parts' triangles, wound outward; by default found of the whole scene.
 
     Raises
     ------
@@ -139,7 +145,7 @@ def sample_surfaces(
         raise InputError(msg, spacing=spacing)
     parts = scene.select(on, option="on") if parts is None else parts
     soup = scene.triangles(parts)
-    faces = _turn_outward(scene, parts)
+    faces = _turn_outward(scene, parts) if faces is None else faces
     corners = soup.vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(normals, axis=1)

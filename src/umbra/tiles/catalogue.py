@@ -10,6 +10,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -100,14 +101,29 @@ class CityFile:
         folder = Path(self.folder)
         return Bases(np.load(folder / "bases.npy"), np.load(folder / "floors.npy"))
 
-    def find_name(self, thing: int) -> str:
-        """Return the name of an object."""
-        return str(self.words["names"][int(np.argmax(self.geometry.object_of == thing))])
+    @property
+    def kinds_of_parts(self) -> list[str]:
+        """Kind of each part."""
+        return self.words["kinds"]
+
+    @property
+    def names_of_objects(self) -> list[str]:
+        """Name of each object."""
+        names = [""] * self.counts["objects"]
+        for name, thing in zip(self.words["names"], self.geometry.object_of.tolist(), strict=True):
+            names[thing] = name
+        return names
 
     @property
     def words(self) -> dict[str, list]:
         """Names, kinds and tags of its parts."""
-        return orjson.loads((Path(self.folder) / _WORDS).read_bytes())
+        return _read_words(f"{self.folder}/{_WORDS}", self.sources[0].sha256)
+
+
+@lru_cache(maxsize=16)
+def _read_words(path: str, _: str) -> dict[str, list]:
+    """Read the words of a file's parts; its content is a key of the cache, too."""
+    return orjson.loads(Path(path).read_bytes())
 
 
 @dataclass(frozen=True)

@@ -22,15 +22,16 @@ from umbra.scene.grid import Grid
 from umbra.study.loop import look, pass_lights
 from umbra.study.result import Study
 from umbra.study.setup import Result
+from umbra.tiles.assembly import write_pieces
+from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.lattice import CityTile
-from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
+from umbra.tiles.neighbourhood import Neighbourhood, Selection
 from umbra.tiles.store import CityStore
-from umbra.volume.adjacency import Caster, make_caster
+from umbra.tiles.surfaces import count_surfaces
 
 __all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
 
-_ABYSS = -1e7  # z of the face that stands for no caster [m]
 _LEAST_SIDE = 64  # cells: smaller windows are not cut
 # Memory of a process, measured and rounded up [byte]: of itself, for each face of the
 # neighbourhood, for each cell, and for each cell and thread.
@@ -84,9 +85,21 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     record : TileRecord
     """
     begun = time.perf_counter()
-    place = job.open()
-    store = CityStore(job.store)
-    lattice = job.lattice
+    place, store = job.open(), CityStore(job.store)
+    if place.kind.is_plan:
+        triangles, bare = _count_cells(place, store, tile)
+    else:
+        pieces, triangles = count_surfaces(place, tile)
+        write_pieces(store.find_place(tile.number), pieces)
+        bare = 0
+    record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
+    store.mark(record.number, vars(record))
+    return record
+
+
+def _count_cells(place: Workplace, store: CityStore, tile: CityTile) -> tuple[int, int]:
+    """Count and write the cells of a tile; return the numbers of triangles and bare cells."""
+    job, lattice = place.job, place.job.lattice
     assert lattice is not None
     arrays: dict[str, NDArray] = {}
     triangles = bare = 0
@@ -112,9 +125,7 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
                     arrays[name] = np.zeros((*values.shape[:-2], *shape), values.dtype)
                 arrays[name][(..., *where)] = values
     store.write_tile(arrays, slice(*tile.rows), slice(*tile.cols))
-    record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
-    store.mark(record.number, vars(record))
-    return record
+    return triangles, bare
 
 
 def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
@@ -219,38 +230,6 @@ def find_box(
         least = max(floor, below) if place.job.frame.has_end else floor
         most = max(least, above)
     return np.array([[*low, least], [*high, most]])
-
-
-def make_tile_casters(place: Workplace, scene: PartScene) -> tuple[Caster, Canopy | None, Any]:
-    """Return the casters of a scene, its canopies if there are any, and its visible triangles."""
-    roles = place.roles
-
-    def ask(find: Any) -> NDArray[np.bool_]:
-        found = np.zeros(len(scene.group), np.bool_)
-        for file in np.unique(scene.number[:, 0]).tolist():
-            mine = scene.number[:, 0] == file
-            found[mine] = find(file)[scene.number[mine, 1]]
-        return found
-
-    casts = ask(roles.find_casting)
-    soup = scene.pick(casts)
-    group = scene.group[soup.part]
-    vertices, faces = soup.vertices, soup.faces
-    if not len(faces):  # a face below every receiver casts nothing
-        vertices = np.array([[0.0, 0.0, _ABYSS], [1.0, 0.0, _ABYSS], [0.0, 1.0, _ABYSS]])
-        faces, group = np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
-    caster = make_caster(vertices, faces, group)
-    if roles.season is None:
-        return caster, None, scene.triangles()
-    crowns = ask(roles.find_canopies)
-    canopy = Canopy(
-        *(
-            tuple(np.flatnonzero(which).tolist())
-            for which in (crowns, crowns & casts, casts & ~crowns)
-        ),
-        roles.season,
-    )
-    return caster, canopy, scene.pick(~crowns)
 
 
 def count_receivers(

@@ -22,11 +22,10 @@ from umbra.tiles.lattice import Lattice, find_side
 
 __all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
 
-IN_TILES = ("ground", "top")
+IN_TILES = ("ground", "top", "surfaces")
 CELL = 1.0
 """Side of a cell by default [m]."""
 _SAME = 1e-3  # bounds of one object in two files differ by at most this [m]
-_PLANS = {"ground", "top"}
 
 
 def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
@@ -100,14 +99,20 @@ def _find_ground(catalogue: Catalogue) -> float | None:
 
 
 def lay_out_lattice(
-    catalogue: Catalogue, frame: Frame, period: Period, options: StudyOptions, length: float
+    catalogue: Catalogue,
+    kind: ReceiverKind,
+    frame: Frame,
+    period: Period,
+    options: StudyOptions,
+    length: float,
 ) -> tuple[Lattice, NDArray[np.float64], NDArray[np.float64]]:
     """
-    Choose the cells of a plan and its tiles.
+    Choose the cells of a plan and its tiles, or the squares of objects.
 
     Parameters
     ----------
     catalogue : Catalogue
+    kind : ReceiverKind
     frame : Frame
     period : Period
     options : StudyOptions
@@ -119,10 +124,15 @@ def lay_out_lattice(
     lattice : Lattice
     x : (cols,) float64
     y : (rows,) float64
-        Cell centres in the city's own coordinates [m].
+        Cell centres of a plan in the city's own coordinates [m].
     """
-    reaching = np.zeros((0, 3)) if frame.has_end else period.find_reaching_suns()
     low, high = catalogue.bounds[:, :2]
+    if not kind.is_plan:
+        # Squares of objects, by their centres.
+        count = np.maximum(np.ceil((high - low) / length), 1).astype(int).tolist()
+        x0, y0 = (low + length / 2 - frame.origin[:2]).tolist()
+        return Lattice(Grid(x0, y0, length, length, *count), 1, TILE), np.zeros(0), np.zeros(0)
+    reaching = np.zeros((0, 3)) if frame.has_end else period.find_reaching_suns()
     corners = catalogue.find_corners() if options.extent is None else iter(())
     skyline = Skyline.gather(corners, low, high, frame.ground)
     size, cell = options.size, options.cell
@@ -188,7 +198,4 @@ def _measure_objects(
     np.maximum.at(high, geometry.objects, geometry.boxes[:, 1])
     sizes = np.diff(geometry.unit_start)
     counts = np.bincount(geometry.objects, sizes, count).astype(np.int64)
-    names = [""] * count
-    for name, thing in zip(file.words["names"], geometry.object_of.tolist(), strict=True):
-        names[thing] = name
-    return names, np.stack([low, high], axis=1) + np.array(file.origin), counts
+    return file.names_of_objects, np.stack([low, high], axis=1) + np.array(file.origin), counts

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Scene, Triangles
+from umbra.scene import Part, Scene, Triangles
+from umbra.tiles.catalogue import Catalogue
 from umbra.tiles.job import Workplace
 from umbra.tiles.reach import MARGIN, find_reaching
+from umbra.tiles.roles import NOTHING
 
 __all__ = ["Neighbourhood", "PartScene", "Selection"]
 
@@ -46,6 +48,8 @@ class PartScene(Scene):
         Object of each part.
     number : (n_parts, 2) int
         File and part of each.
+    thing : (n_parts,) int
+        Object of each in its file.
     box : (2, 3) float64
         Bounds of the whole city: rounding is judged by them, whatever is at hand [m].
     """
@@ -53,6 +57,7 @@ class PartScene(Scene):
     soup: Triangles = None  # type: ignore[assignment]
     group: NDArray[np.int32] = None  # type: ignore[assignment]
     number: NDArray[np.intp] = None  # type: ignore[assignment]
+    thing: NDArray[np.intp] = None  # type: ignore[assignment]
     box: NDArray[np.float64] = None  # type: ignore[assignment]
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
@@ -74,6 +79,19 @@ class PartScene(Scene):
     def groups(self) -> NDArray[np.int32]:
         """Return the object of each part."""
         return self.group
+
+    def labels(self) -> list[str]:
+        """Name each part's object, such that names sort in the order of files and objects."""
+        return [
+            f"{file:08}/{thing:010}"
+            for file, thing in zip(self.number[:, 0].tolist(), self.thing.tolist(), strict=True)
+        ]
+
+    def with_words(self, catalogue: Catalogue) -> "PartScene":
+        """Return the same with the parts' kinds, without meshes."""
+        kinds = {file: catalogue.files[file].kinds_of_parts for file in set(self.number[:, 0])}
+        parts = tuple(Part("", kinds[file][part], NOTHING) for file, part in self.number.tolist())
+        return replace(self, parts=parts)
 
     def bounds(self) -> NDArray[np.float64]:
         """Return the bounds of the whole city in its own coordinates, (2, 3) [m]."""
@@ -115,6 +133,13 @@ class Neighbourhood:
                 found.append((number, units))
         return Selection(tuple(found))
 
+    def find_bounds(self, selection: Selection) -> NDArray[np.float64]:
+        """Return the bounds of some units, local frame, (2, 3) [m]."""
+        boxes = np.concatenate(
+            [boxes + self._place.shifts[number] for number, boxes in self._boxes(selection)]
+        )
+        return np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
+
     def find_heights(self, seen: Selection) -> tuple[float, float]:
         """Return the lowest and highest z of some units, local frame [m]; inf, -inf if none."""
         low, high = np.inf, -np.inf
@@ -143,7 +168,7 @@ class Neighbourhood:
             The parts whose faces are read.
         """
         place = self._place
-        vertices, faces, parts, groups, numbers = [], [], [], [], []
+        vertices, faces, parts, groups, numbers, objects = [], [], [], [], [], []
         points = things = rows = 0
         for number, units in selection.units:
             geometry = place.catalogue.files[number].geometry
@@ -160,6 +185,7 @@ class Neighbourhood:
             own, local = np.unique(part, return_inverse=True)
             parts.append(local.ravel().astype(np.int32) + np.int32(rows))
             groups.append(np.unique(geometry.object_of[own], return_inverse=True)[1] + things)
+            objects.append(geometry.object_of[own])
             numbers.append(np.stack([np.full(len(own), number), own], axis=1))
             points, rows = points + len(used), rows + len(own)
             things = int(groups[-1].max()) + 1
@@ -173,6 +199,7 @@ class Neighbourhood:
             (), place.origin, soup=soup, box=np.array(frame.bounds),
             group=np.concatenate([np.zeros(0, np.int32), *groups]).astype(np.int32),
             number=np.concatenate([np.zeros((0, 2), np.intp), *numbers]),
+            thing=np.concatenate([np.zeros(0, np.intp), *objects]),
         )  # fmt: skip
 
     def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:

@@ -62,7 +62,7 @@ class Preparation:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
             file, thing = self.job.merged[0]
-            name = self.catalogue.files[file].find_name(thing)
+            name = self.catalogue.files[file].names_of_objects[thing]
             found.append(
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
@@ -80,7 +80,9 @@ class Preparation:
         # Results are the same whatever counts them, and however long it takes.
         for name in ("threads", "prepare_seconds", "count_seconds", "source"):
             facts.pop(name, None)
-        facts |= place.kind.describe_level(scene, job.frame.ground, self.assumed, share)
+        if place.kind.is_plan:
+            facts |= place.kind.describe_level(scene, job.frame.ground, self.assumed, share)
+        facts.pop("ground_z" if not place.kind.is_plan else "", None)
         facts["command"] = "umbra.city_study"
         facts["source"] = _name_sources(self.catalogue)
         if job.min_altitude:
@@ -131,7 +133,7 @@ def prepare_city(
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
     period = make_city_period(options, site, city.min_altitude or 0.0)
-    lattice, x, y = lay_out_lattice(catalogue, frame, period, options, city.tiles)
+    lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles)
     job = CityJob(
         str(folder.absolute()), options, site, kind.name, frame, lattice, "",
         min_altitude=city.min_altitude or 0.0, memory=city.bytes,
@@ -143,11 +145,11 @@ def prepare_city(
     if not _check_same(folder / _STUDY, facts):
         store = CityStore(job.store)
         store.unmark(store.find_done())
-        template = _find_template(Workplace(job))
-        template |= {"x": (("x",), x), "y": (("y",), y)}
-        sizes = {"y": len(y), "x": len(x)}
-        side = {"y": lattice.side, "x": lattice.side}
-        store.create(template, sizes, side, {})
+        if kind.is_plan:
+            template = _find_template(Workplace(job))
+            template |= {"x": (("x",), x), "y": (("y",), y)}
+            sizes = {"y": len(y), "x": len(x)}
+            store.create(template, sizes, dict.fromkeys(sizes, lattice.side), {})
         unfinished = folder / f".{_STUDY}"
         unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
         unfinished.replace(folder / _STUDY)

@@ -12,9 +12,9 @@ from umbra.scene import Mesh, Part
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
 
-__all__ = ["Roles"]
+__all__ = ["NOTHING", "Roles"]
 
-_NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
 class Roles:
@@ -113,6 +113,6 @@ def _match(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
     for k, (name, kind, tags) in enumerate(
         zip(words["names"], words["kinds"], words["tags"], strict=True)
     ):
-        part = Part(name, kind, _NOTHING, layer=file.layer, tags=tuple(tags))
+        part = Part(name, kind, NOTHING, layer=file.layer, tags=tuple(tags))
         found[k] = any(part.matches(pattern) for pattern in patterns)
     return found

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from umbra.errors import InputError, UmbraError
+from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
@@ -146,6 +147,10 @@ def run_job(
         raise UmbraError(msg, failed=failed)
     (folder / _FAILED).unlink(missing_ok=True)
     facts = finish(store.find_done())
+    place = job.open()
+    if not place.kind.is_plan:
+        folders = [store.find_place(tile.number) for tile in tiles]
+        assemble(store, folders, place.catalogue, facts)
     store.finish(facts)
     return CityStudy(folder, job, facts)
 

@@ -19,6 +19,8 @@ from umbra.study.attributes import find_attributes
 __all__ = ["CityStore", "check_zarr"]
 
 MARKS = "tiles"
+ROWS = {"sample", "surface", "part"}
+"""Dimensions of surfaces."""
 _EPOCH = "microseconds since 1970-01-01 00:00:00"
 _NOT_A_TIME = np.iinfo(np.int64).min
 _LEVEL = 3  # of Zstandard
@@ -75,7 +77,7 @@ class CityStore:
         for name, (dims, values) in template.items():
             array, attributes = encode(np.asarray(values))
             shape = tuple(sizes.get(dim, n) for dim, n in zip(dims, array.shape, strict=True))
-            is_whole = dims[-len(sizes) :] != tuple(sizes)
+            is_whole = dims[-len(side) :] != tuple(side) and not set(dims) & ROWS
             chunks = tuple(
                 max(1, min(n, side.get(dim, n if is_whole else 16)))
                 for dim, n in zip(dims, shape, strict=True)
@@ -99,6 +101,13 @@ class CityStore:
             array, _ = encode(values)
             group[name][(..., rows, cols)] = array  # type: ignore[index]
 
+    def write_rows(self, name: str, values: NDArray, axis: int, rows: slice) -> None:
+        """Write a range of rows of a variable along an axis."""
+        import zarr  # noqa: PLC0415
+
+        group = zarr.open_group(str(self.path), mode="r+")
+        group[name][(*(slice(None),) * axis, rows)] = encode(values)[0]  # type: ignore[index]
+
     def write_whole(self, name: str, values: NDArray) -> None:
         """Write all values of a variable."""
         import zarr  # noqa: PLC0415
@@ -117,6 +126,10 @@ class CityStore:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
             zarr.consolidate_metadata(str(self.path))
+
+    def find_place(self, number: int) -> Path:
+        """Return the folder of a tile's pieces."""
+        return self._marks / f"{number:06}"
 
     def mark(self, number: int, facts: Mapping[str, object]) -> None:
         """Mark a tile as done."""

@@ -145,16 +145,18 @@ def make_caster(
     vertices: NDArray[np.float64],
     faces: NDArray[np.int32],
     group: NDArray[np.int32] | None = None,
+    *,
+    is_welded: bool = False,
 ) -> Caster:
     """
     Make a caster of a triangle soup: weld vertices, find components, pair faces at edges.
 
     Closed faces are counter-clockwise seen from outside. Triangles with two equal corners are left
     out: they cast nothing. ``group`` (n_faces,) is the object of each face: an object that is
-    closed on its own stays closed even if it touches an open one.
+    closed on its own stays closed even if it touches an open one. ``is_welded`` says that only
+    equal indices are one vertex.
     """
-    first = weld_vertices(vertices)
-    welded = first[faces]
+    welded = faces if is_welded else weld_vertices(vertices)[faces]
     whole = (
         (welded[:, 0] != welded[:, 1])
         & (welded[:, 1] != welded[:, 2])

@@ -1,0 +1,61 @@
+"""Casters of a neighbourhood: adjacency, canopies, and what is seen."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters import Canopy
+from umbra.scene import Triangles
+from umbra.tiles.job import Workplace
+from umbra.tiles.neighbourhood import PartScene
+from umbra.volume.adjacency import Caster, make_caster
+
+__all__ = ["make_tile_casters"]
+
+_ABYSS = -1e7  # z of the face that stands for no caster [m]
+
+
+def make_tile_casters(
+    place: Workplace, scene: PartScene
+) -> tuple[Caster, Canopy | None, Triangles]:
+    """
+    Prepare the casters of a neighbourhood.
+
+    Parameters
+    ----------
+    place : Workplace
+    scene : PartScene
+        As ``Neighbourhood.read`` returns it.
+
+    Returns
+    -------
+    caster : Caster
+        Canopies as if they were opaque.
+    canopy : Canopy or None
+        If the study has canopies.
+    seen : Triangles
+        All but canopies.
+    """
+    roles = place.roles
+
+    def ask(find: Callable[[int], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        found = np.zeros(len(scene.group), np.bool_)
+        for file in np.unique(scene.number[:, 0]).tolist():
+            mine = scene.number[:, 0] == file
+            found[mine] = find(file)[scene.number[mine, 1]]
+        return found
+
+    casts = ask(roles.find_casting)
+    soup = scene.pick(casts)
+    vertices, faces, group = soup.vertices, soup.faces, scene.group[soup.part]
+    if not len(faces):  # a face below every receiver casts nothing
+        vertices = np.array([[0.0, 0.0, _ABYSS], [1.0, 0.0, _ABYSS], [0.0, 1.0, _ABYSS]])
+        faces, group = np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
+    caster = make_caster(vertices, faces, group)
+    if roles.season is None:
+        return caster, None, scene.triangles()
+    crowns = ask(roles.find_canopies)
+    chosen = (crowns, crowns & casts, casts & ~crowns)
+    parts = (tuple(np.flatnonzero(which).tolist()) for which in chosen)
+    return caster, Canopy(*parts, roles.season), scene.pick(~crowns)
