@@ -47,6 +47,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "title": " + ".join(stems[:_NAMED]) + more if stems else "Scene",
         "subtitle": _describe(scene, site),
         "view": to_json(view),
+        "isFramed": options.view is None,
         "ground": find_height(options, scene),
         "proposed": proposed,
         "notes": list(scene.notes),

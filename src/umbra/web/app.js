@@ -16,6 +16,7 @@ import { makeShare } from "./share.js";
 import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
+import { frame } from "./viewpoint.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
@@ -36,6 +37,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {string} title
  * @property {string} subtitle
  * @property {Record<string, any>} view as umbra's window saves it, in the model's own coordinates
+ * @property {boolean} isFramed whether the first view shows the whole model
  * @property {number | null} ground in the model's own coordinates [m]
  * @property {number[]} proposed parts of the proposal
  * @property {string[]} notes
@@ -107,7 +109,7 @@ export class App {
     this.frame = makeFrame(this, this.panels.slice(1).map((panel) => panel.element), share.keys);
     this.stage.renderer.setGround(this.ground);
     this.#layHours();
-    if (!this.#linked) this.orbit.set(this.#frameFirst());
+    if (!this.#linked && config.isFramed) this.orbit.set(this.#frameFirst());
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
@@ -142,11 +144,10 @@ export class App {
   /** Whether the view came with a link: it is not framed then. */
   #linked = false;
 
-  /** The packed view fits a window; from there come near enough to fill this picture. */
+  /** The whole model, in this picture; a view that was saved stays as it is. */
   #frameFirst() {
-    const { wide, high } = this.stage.size, { viewpoint } = this.state;
-    const times = Math.max(1, 1.25 / (wide / high));  // a tall picture is narrow
-    return { ...viewpoint, distance: viewpoint.distance * times };
+    const { wide, high } = this.stage.size, columns = this.state.compare === "beside" ? 2 : 1;
+    return frame(this.state.viewpoint, this.model.bounds, wide / columns / high);
   }
 
   /**
