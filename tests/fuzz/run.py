@@ -33,7 +33,7 @@ from fuzz.seeds import make_seeds
 
 MEMORY = 1_500_000_000  # [byte] above what the packages take
 SILENT = 120  # [s] after which a child that waits for something is ended
-IFC_SHARE = 0.003  # of all files: reading one costs a process of its own, hundreds of others
+SLOW_SHARE = 0.005  # of all files, IFC and LAZ: each costs a process, hundreds of others
 
 
 def judge(path: Path) -> str:
@@ -66,8 +66,8 @@ def judge(path: Path) -> str:
 def damage(seeds: dict[str, bytes], seed: int, number: int) -> tuple[str, bytes]:
     """Give the n-th damaged file and the name of what it was made of."""
     dice = random.Random(f"{seed} {number}")
-    is_ifc = dice.random() < IFC_SHARE
-    names = [name for name in seeds if name.endswith(".ifc") == is_ifc]
+    is_slow = dice.random() < SLOW_SHARE
+    names = [name for name in seeds if name.endswith((".ifc", ".laz")) == is_slow]
     name = dice.choice(names or list(seeds))
     return name, mutate(seeds[name], list(seeds.values()), dice)
 

@@ -2,10 +2,12 @@
 LAS and LAZ point clouds: the surface of ground and buildings, and the canopy of trees.
 
 Of each cell the highest first return counts. Points of classes 3 to 5 make a canopy on the
-lowest ground points (class 2); without classes all points make one surface.
+lowest ground points (class 2); without classes all points make one surface. The points are read
+in a child process, as the decoder ends its process on damaged files.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,14 +17,16 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
-from umbra.readers.checks import need
+from umbra.readers.checks import need, require
+from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
 from umbra.readers.model import TRUNK, FileModel, ReadChoices
 from umbra.readers.raster import MOST_BYTES, make_crowns, make_surface
+from umbra.readers.region import Region
 from umbra.scene import Mesh, Part
 
-__all__ = ["read_points"]
+__all__ = ["grid_points", "read_points"]
 
 CELLS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Sides of a cell, in the unit of the plan."""
@@ -31,6 +35,9 @@ PER_CELL = 4
 GROUND, TREES, NOISE = 2, (3, 4, 5), (7, 18)
 _UNCLASSIFIED = (0, 1)
 _CHUNK = 1_000_000  # points read at once
+SECONDS = 20.0
+"""Processor time that as many points may take [s]."""
+PARSING = 1e-7  # more of it for the whole file [s/byte]
 _ROUNDS = 3  # cells by which gaps between heights are filled from each side
 _AROUND = 5  # neighbours with heights that a filled cell has
 
@@ -78,30 +85,50 @@ class _Grid:
         self.classes |= set(np.unique(kind[kept]).tolist())
 
 
-def read_points(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a point cloud as a surface and a canopy; of a region only its points."""
-    laspy = need("laspy", "city", "LAS and LAZ")
-    need("lazrs", "city", "LAZ")
-    try:
-        with laspy.open(path) as file:
-            crs = _find_crs(file.header)
-            grid = _lay_out(file.header, choices, crs)
-            for points in file.chunk_iterator(_CHUNK):
-                grid.add(points)
-    except InputError:
-        raise
-    except Exception as error:  # lazrs raises kinds of its own
-        if isinstance(error, MemoryError):
-            raise
-        reason = " ".join(str(error).split())[:120]
-        msg = f"is a damaged point cloud ({reason}); fetch it again"
-        raise InputError(msg) from error
+    require("laspy", "city", "LAS and LAZ")
+    require("lazrs", "city", "LAZ")
+    work = str(path.resolve()), choices.region
+    first = PARSING * content.size
+    child = ReadingChild("umbra.readers.point_cloud:grid_points", work, SECONDS, first)
+    last = None
+    for piece in child:
+        last = piece
+    if not child.is_done or not isinstance(last, tuple):
+        what = "does not end" if child.has_hung else "ends its process"
+        msg = f"is a point cloud at which its reader {what}; it is damaged: fetch it again"
+        raise InputError(msg, has_hung=child.has_hung)
+    grid, crs = last
     parts, notes = _make_parts(grid, path.stem)
     if crs is None:
         notes.append("no CRS is named, so coordinates are taken as metres")
     is_terrain = len(parts) == 1
     form = "LAZ" if path.suffix.lower() == ".laz" else "LAS"
     return FileModel(form, parts, crs, tuple(notes), is_terrain=is_terrain)
+
+
+def grid_points(work: tuple[str, Region | None]) -> Iterator[int | tuple[_Grid, str | None]]:
+    """Grid a file's points in a child process: yield the points so far, at last grid and CRS."""
+    path, region = work
+    laspy = need("laspy", "city", "LAS and LAZ")
+    try:
+        with laspy.open(path) as file:
+            crs = _find_crs(file.header)
+            grid = _lay_out(file.header, region, crs)
+            for points in file.chunk_iterator(_CHUNK):
+                grid.add(points)
+                yield grid.used
+        yield grid, crs
+    except InputError:
+        raise
+    except MemoryError as error:
+        msg = "is a point cloud too large for memory, or damaged; fetch it again"
+        raise InputError(msg) from error
+    except Exception as error:  # lazrs raises kinds of its own
+        reason = " ".join(str(error).split()).partition("Error: ")[2][:120] or "its points"
+        msg = f"is a damaged point cloud ({reason}); fetch it again"
+        raise InputError(msg) from error
 
 
 def _find_crs(header: Any) -> str | None:
@@ -116,7 +143,7 @@ def _find_crs(header: Any) -> str | None:
     return crs
 
 
-def _lay_out(header: Any, choices: ReadChoices, crs: str | None) -> _Grid:
+def _lay_out(header: Any, region: Region | None, crs: str | None) -> _Grid:
     """Choose the cell by the density of first returns, and the cells' extent."""
     low, high = np.array(header.mins, np.float64)[:2], np.array(header.maxs, np.float64)[:2]
     if not (np.isfinite([*low, *high]).all() and (high >= low).all()):
@@ -130,12 +157,12 @@ def _lay_out(header: Any, choices: ReadChoices, crs: str | None) -> _Grid:
     area = max(float((high - low).prod()), 1e-6)
     wanted = math.sqrt(PER_CELL * area / count)
     cell = next((side for side in CELLS if side >= 0.999 * wanted), wanted)
-    if choices.region is not None:
-        west, south, east, north = choices.region.settle(crs).find_box(crs)
+    if region is not None:
+        west, south, east, north = region.settle(crs).find_box(crs)
         low, high = np.maximum(low, [west, south]), np.minimum(high, [east, north])
         if (high <= low).any():
-            msg = f"has no point inside {choices.region.shown}; umbra inspect shows its bounds"
-            raise InputError(msg, option=choices.region.option)
+            msg = f"has no point inside {region.shown}; umbra inspect shows its bounds"
+            raise InputError(msg, option=region.option)
     cols, rows = (int(n) for n in np.floor((high - low) / cell) + 1)
     needed, held = rows * cols * MOST_BYTES, find_memory()
     if needed > held:
