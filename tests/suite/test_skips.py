@@ -12,6 +12,7 @@ REASONS = {
     "there is no OpenGL here: no OpenGL 3.3 opens here (egl: x)": "opengl",
     "there is no Chromium on this machine": "browser",
     "there is no axe-core on this machine": "axe",
+    "there is no TypeScript on this machine": "typescript",
     "Xvfb and xdotool is missing: no window can be tried": "window",
     "the real model delft.city.json is not in ../shared/data": "models",
     "could not import 'rasterio': No module named 'rasterio'": "packages",
@@ -37,9 +38,9 @@ def test_each_thing_that_is_lacking_has_a_line_with_its_remedy():
 
 
 def test_what_a_machine_is_known_to_lack_may_skip():
-    lacking = ["opengl", "browser", "axe", "window", "models", "packages"]
+    lacking = ["opengl", "browser", "axe", "typescript", "window", "models", "packages"]
     assert find_unexpected(REASONS, lacking) == ["a whim"]
-    assert len(find_unexpected(REASONS, [""])) == 8
+    assert len(find_unexpected(REASONS, [""])) == 9
 
 
 TESTS = """

@@ -35,6 +35,7 @@ WANTS = {
     "axe": Want(
         "accessibility rules", "no axe-core", "npm install axe-core, or AXE=PATH/axe.min.js"
     ),
+    "typescript": Want("TypeScript", "no TypeScript", "apt install node-typescript"),
     "window": Want("a screen for windows", "no window can be tried", "apt install xvfb xdotool"),
     "models": Want(
         "real models",

@@ -153,13 +153,13 @@ export class Target {
    * @param {number} columns
    * @param {number} rows
    * @param {number} samples
-   * @param {boolean} counts for counts: linear, of one sample
+   * @param {number} format of colours
    */
-  constructor({ gl }, columns, rows, samples, counts = false) {
+  constructor({ gl }, columns, rows, samples, format) {
     this.gl = gl;
     this.columns = columns;
     this.rows = rows;
-    const format = counts ? gl.RGBA8 : gl.SRGB8_ALPHA8;
+    this.format = format;
     const most = Math.max(0, ...gl.getInternalformatParameter(gl.RENDERBUFFER, format, gl.SAMPLES));
     this.asked = samples;
     this.samples = samples > 1 ? Math.min(samples, most) : 0;

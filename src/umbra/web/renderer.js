@@ -13,7 +13,7 @@
 
 import { Device, Target } from './device.js';
 import { Shadows, findPlace } from './shadows.js';
-import { CELLS, CREASE, ENCODE, FILL, GROUND, SKY, SURFACE, VOLUME } from './shaders.js';
+import { CELLS, CREASE, ENCODE, FILL, GROUND, RICH_SURFACE, SKY, SURFACE, VOLUME } from './shaders.js';
 import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
 import { along, dot, scale, subtract } from './vectors.js';
 import { Sight } from './view.js';
@@ -220,14 +220,18 @@ export class Renderer {
     if (this.isLost || !this.device || !this.fitCanvas()) return;
     const { device, canvas, samples } = this;
     const { gl } = device;
+    // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
+    // costs software half of a frame, but a canvas that is transparent needs more alpha than 2 bits.
+    const format = this.style.background ? gl.RGB10_A2 : gl.SRGB8_ALPHA8;
     if (
       !this.target ||
       this.target.columns !== canvas.width ||
       this.target.rows !== canvas.height ||
-      this.target.asked !== samples
+      this.target.asked !== samples ||
+      this.target.format !== format
     ) {
       this.target?.delete();
-      this.target = new Target(device, canvas.width, canvas.height, samples);
+      this.target = new Target(device, canvas.width, canvas.height, samples, format);
     }
     this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target.frame);
@@ -535,7 +539,7 @@ export class Renderer {
     gl.depthFunc(device.nearer);
     gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
     const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    device.use(SURFACE).set({ ...common, ...light, plan: onModel });
+    device.use(this.findSurface(light)).set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.all);
     gl.drawElements(gl.TRIANGLES, stage.count, gl.UNSIGNED_INT, 0);
     if (common.groundSize) {
@@ -563,7 +567,7 @@ export class Renderer {
     }
     gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
     const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    const program = device.use(SURFACE).set({ ...common, ...light, plan: onModel });
+    const program = device.use(this.findSurface(light)).set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.lit);
     gl.enable(gl.CULL_FACE);
     gl.cullFace(gl.BACK);
@@ -580,6 +584,14 @@ export class Renderer {
       gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
     }
     gl.disable(gl.BLEND);
+  }
+
+  /**
+   * The program of the faces: a simple one where it can do.
+   * @param {Record<string, any>} light
+   */
+  findSurface(light) {
+    return light.range > 0 || this.clip || this.overlay?.plan?.onModel ? RICH_SURFACE : SURFACE;
   }
 
   /** @param {Sight} sight */
@@ -693,7 +705,7 @@ export class Renderer {
     const sight = this.findSight(view);
     const common = this.findCommon(sight);
     const stage = this.findStage(view);
-    const target = new Target(device, columns, rows, 1, true);
+    const target = new Target(device, columns, rows, 1, gl.RGBA8);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.disable(gl.SCISSOR_TEST);
     gl.viewport(0, 0, columns, rows);

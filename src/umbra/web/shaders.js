@@ -61,17 +61,40 @@ void main() {
 };
 
 /**
- * Faces of the model in the light that reaches them: with `share` 1 that of the sky, with
- * `exposure` above 0 that of a light, which the stencil has found to be visible.
+ * Faces of the model under the sky and a sun; `share` is 1 for the sky's light. Nothing is left out
+ * in the fragment shader, so that depth and stencil are tested before it runs.
  */
 export const SURFACE = {
   vertex: `${HEAD}${PLACE}${AMBIENT}
-in vec3 place, normal;
-in vec4 color;
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 color;
 uniform vec4 light;
 uniform vec3 tint;               // of the light, times its exposure
-uniform float share;             // of the sky's light
-uniform float turn;              // -1 for faces lit from behind
+uniform float share, turn;       // turn: -1 for faces lit from behind
+out vec3 front, back;            // radiance of either side
+void main() {
+  gl_Position = projection * vec4(fromEye(place), 1.0);
+  vec3 albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
+  vec3 sun = tint * max(turn * dot(normal, light.xyz), 0.0);
+  front = albedo * (share * findAmbient(normal.z) + sun);
+  back = albedo * (share * findAmbient(-normal.z) + sun);
+}`,
+  fragment: `${HEAD}
+in vec3 front, back;
+out vec4 color;
+void main() { color = vec4(gl_FrontFacing ? front : back, 1.0); }`,
+};
+
+/** The same under lamps, with sections and results laid over them. */
+export const RICH_SURFACE = {
+  vertex: `${HEAD}${PLACE}${AMBIENT}
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 color;
+uniform vec4 light;
+uniform vec3 tint;
+uniform float share, turn;
 uniform vec4 cut;                // surfaces end where this plane is below 0; relative to the eye
 out vec3 front, back;            // radiance of either side
 out vec3 albedo, at, way;
