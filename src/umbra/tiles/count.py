@@ -93,7 +93,7 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
         write_pieces(store.find_place(tile.number), pieces)
         bare = 0
     record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
-    store.mark(record.number, vars(record))
+    store.mark(tile, vars(record))
     return record
 
 

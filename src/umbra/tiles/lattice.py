@@ -28,11 +28,14 @@ class CityTile:
         In order of rows, then columns.
     rows, cols : (int, int)
         First, and end.
+    place : (int, int)
+        Number of its row and column of tiles.
     """
 
     number: int
     rows: tuple[int, int]
     cols: tuple[int, int]
+    place: tuple[int, int] = (0, 0)
 
     @property
     def cells(self) -> int:
@@ -74,6 +77,7 @@ class Lattice:
                 number,
                 (row, min(row + self.side, rows)),
                 (col, min(col + self.side, cols)),
+                (row // self.side, col // self.side),
             )
 
     def cut(self, tile: CityTile, most: int) -> Iterator[tuple[slice, slice]]:

@@ -204,15 +204,15 @@ def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
     }
     return {
         "umbra": __version__,
+        "files": [
+            [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
+            for one in catalogue.files
+        ],
         "options": options,
         "min_altitude": job.min_altitude,
         "site": repr(job.site),
         "frame": asdict(job.frame),
         "lattice": None if job.lattice is None else asdict(job.lattice),
-        "files": [
-            [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
-            for one in catalogue.files
-        ],
     }
 
 

@@ -126,6 +126,7 @@ def run_job(
     """
     store, folder = CityStore(job.store), Path(job.folder)
     tiles = job.tiles()
+    store.drop_damaged(tiles)
     done = store.find_done()
     left = [tile for tile in tiles if tile.number not in done]
     failed: dict[int, str] = {}

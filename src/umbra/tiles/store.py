@@ -5,7 +5,8 @@ Every chunk is written under another name and renamed, and carries a checksum. A
 written after its last chunk.
 """
 
-from collections.abc import Iterable, Mapping
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.study.attributes import find_attributes
+from umbra.tiles.lattice import CityTile
 
 __all__ = ["CityStore", "check_zarr"]
 
@@ -131,12 +133,37 @@ class CityStore:
         """Return the folder of a tile's pieces."""
         return self._marks / f"{number:06}"
 
-    def mark(self, number: int, facts: Mapping[str, object]) -> None:
-        """Mark a tile as done."""
+    def mark(self, tile: CityTile, facts: Mapping[str, object]) -> None:
+        """Mark a tile as done, with the checksum of its files."""
         self._marks.mkdir(exist_ok=True)
+        number, held = tile.number, {**facts, "checksum": self._sum_up(tile)}
         unfinished = self._marks / f".{number:06}.json"
-        unfinished.write_bytes(orjson.dumps(dict(facts)))
+        unfinished.write_bytes(orjson.dumps(held))
         unfinished.replace(self._marks / f"{number:06}.json")
+
+    def drop_damaged(self, tiles: Iterable[CityTile]) -> None:
+        """Remove the marks of tiles whose files are not as they were written."""
+        done = self.find_done()
+        self.unmark(
+            tile.number
+            for tile in tiles
+            if tile.number in done and done[tile.number].get("checksum") != self._sum_up(tile)
+        )
+
+    def _sum_up(self, tile: CityTile) -> int:
+        """Return the CRC-32 of a tile's files, with their names."""
+        total = 0
+        for path in sorted(self._find_files(tile)):
+            total = zlib.crc32(path.read_bytes(), zlib.crc32(path.name.encode(), total))
+        return total
+
+    def _find_files(self, tile: CityTile) -> Iterator[Path]:
+        yield from self.find_place(tile.number).glob("*")
+        for array in self.path.glob("*/zarr.json"):
+            dims = orjson.loads(array.read_bytes()).get("dimension_names") or []
+            if dims[-2:] == ["y", "x"]:
+                lead = "*/" * (len(dims) - 2)
+                yield from array.parent.glob(f"c/{lead}{tile.place[0]}/{tile.place[1]}")
 
     def find_done(self) -> dict[int, dict[str, Any]]:
         """Return the facts of each tile that is done, by its number."""
