@@ -75,6 +75,7 @@ class FeatureReader:
         self._counts, self._lacks = Losses(), False
         self._coordinates: list[float] = []
         self._objects: dict[str, Any] = {}
+        self._near: dict[str, Any] = {}  # surfaces with kinds, to which most links lead
         self._local: dict[str, Any] | None = None
         self._member = member
         for element in member:
@@ -159,13 +160,14 @@ class FeatureReader:
                     self._read_object(child, name)
 
     def _name_surfaces(self, themes: list[tuple[str, Any]]) -> dict[str, str]:
-        """Return the kind of each surface by its id."""
+        """Return the kind of each surface by its id, and remember the surfaces by it."""
         kinds = {}
         for theme, shape in themes:
             for element in shape.iter(*LINKED_TAGS):
                 name = id_of(element)
                 if name is not None:
                     kinds[name] = theme
+                    self._near[name] = element
         return kinds
 
     def _read_geometry(
@@ -224,12 +226,13 @@ class FeatureReader:
         self._held += _LINK
         if self._held > _AT_ONCE:
             self._spend()
-        if self._local is None:
-            self._local = {
-                n: e for e in self._member.iter(*LINKED_TAGS) if (n := id_of(e)) is not None
-            }
         name = link.strip().removeprefix("#")
-        target = self._local.get(name)
+        target = self._near.get(name)
+        if target is None:
+            if self._local is None:
+                linked = ((id_of(one), one) for one in self._member.iter(*LINKED_TAGS))
+                self._local = {name: one for name, one in linked if name is not None}
+            target = self._local.get(name)
         if target is None:
             target = self.shared.get(name)
         if target is None:

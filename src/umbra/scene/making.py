@@ -104,12 +104,14 @@ def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
     for part in parts:
         array = part.mesh.vertices
         if id(array) not in bends:
-            is_used = used.setdefault(id(array), np.zeros(len(array), np.bool_))
-            is_used[part.mesh.faces.ravel()] = True
+            if id(array) not in used:
+                used[id(array)] = np.zeros(len(array), np.bool_)
+            used[id(array)][part.mesh.faces.ravel()] = True
+    wasteful = {key for key, is_used in used.items() if not is_used.all()}
     arrays = {
         id(part.mesh.vertices): part.mesh.vertices
         for part in parts
-        if not used.get(id(part.mesh.vertices), np.ones(1, np.bool_)).all()
+        if id(part.mesh.vertices) in wasteful
     }
     if not arrays:
         return parts
