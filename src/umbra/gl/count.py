@@ -118,8 +118,11 @@ class VolumeCounter:
         if start or not is_clear:
             target.use()
             state.clear(stencil=start, scissor=plan.scissor)
+        if not plan.draws:
+            return
+        program = self._prepare(self._in_stencil, plan)
         for draw in plan.draws:
-            program = self._prepare(self._in_stencil, plan, draw)
+            program.set(is_cut=draw.is_cut)
             passes = [self._find_pass(IN_STENCIL, plan, draw)]
             if not self._two_sided:
                 one = passes[0]
@@ -139,9 +142,9 @@ class VolumeCounter:
         """
         floats = self._floats.over(target)
         floats.fill(state, float(plan.start))
+        program = self._prepare(self._in_floats, plan)
         for draw in plan.draws:
-            program = self._prepare(self._in_floats, plan, draw)
-            program.set(front=_FRONT[draw.kind])
+            program.set(front=_FRONT[draw.kind], is_cut=draw.is_cut)
             state.use(self._find_pass(IN_FLOATS, plan, draw))
             self._indices.draw(program, draw.first, draw.count)
         return floats
@@ -166,8 +169,8 @@ class VolumeCounter:
             passes[draw.kind], scissor=plan.scissor, depth_bounds=depths, depth_clamp=clamps
         )
 
-    def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:
-        """Choose the program for a draw, and set its inputs."""
+    def _prepare(self, programs: Programs, plan: VolumePlan) -> Program:
+        """Choose the program for a plan's draws, and set the inputs that they share."""
         nearby = self._indices.nearby
         needs = self._needs if nearby is None else (*self._needs, "HAS_NEARBY")
         program = programs.find(*needs)
@@ -175,7 +178,7 @@ class VolumeCounter:
         if nearby is not None:
             nearby.bind(_NEARBY_UNIT)
             program.set(nearby=_NEARBY_UNIT, first_nearby=self._indices.first_nearby)
-        program.set(**plan.uniforms(), is_cut=draw.is_cut)
+        program.set(**plan.uniforms())
         return program
 
     def release(self) -> None:

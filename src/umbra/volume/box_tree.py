@@ -140,6 +140,18 @@ def _is_beyond_any(planes, box):
 
 
 @njit(cache=True, nogil=True)
+def _is_within_all(planes, box):
+    """Return whether a box lies wholly within all planes."""
+    for k in range(planes.shape[0]):
+        lowest = planes[k, 3]
+        for axis in range(3):
+            lowest += min(planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis])
+        if lowest < 0.0:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def _find_seen(
     bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, found
 ):
@@ -163,6 +175,10 @@ def _find_seen(
                     continue
                 if level == 0:
                     found[k, order[child]] = True
+                elif not cone.size and reach == np.inf and _is_within_all(planes, box):
+                    leaves = _WIDTH**level
+                    for leaf in range(child * leaves, min((child + 1) * leaves, order.size)):
+                        found[k, order[leaf]] = True
                 else:
                     stack[depth, 0], stack[depth, 1] = level - 1, child
                     depth += 1
