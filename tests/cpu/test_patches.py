@@ -9,6 +9,7 @@ from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup,
 
 import umbra.cpu.patch_count
 import umbra.cpu.patches
+from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
 from umbra.rays.face_tree import make_face_tree
@@ -29,7 +30,7 @@ def prepare(mesh, spacing):
     caster = make_caster(seen.vertices, seen.faces)
     tree = make_face_tree(caster)
     patches = make_patches(samples, tree)
-    return samples, patches, PatchCounter(patches, caster, tree), tree, scene
+    return samples, patches, PatchCounter(patches, EdgeBinner(caster), tree), tree, scene
 
 
 def make_suns(rng, n, lowest=0.01):
@@ -167,3 +168,30 @@ def test_a_town_is_counted_by_rims_and_not_by_rays(monkeypatch):
     monkeypatch.setattr(umbra.cpu.patches, "FEW", 10**9)
     _, patches, _, _, _ = prepare(mesh, 0.4)
     assert np.isinf(patches.graze).all()
+
+
+def test_counters_of_two_pieces_share_the_silhouettes_of_the_same_suns(monkeypatch):
+    scene = make_scene(*merge(FLOOR, box((-1, -1, 0), (1, 1, 3))))
+    samples, seen = sample_surfaces(scene, 0.5), scene.triangles()
+    caster = make_caster(seen.vertices, seen.faces)
+    tree = make_face_tree(caster)
+    suns = make_suns(np.random.default_rng(3), 3)
+    found = []
+    find = EdgeBinner._find
+    monkeypatch.setattr(EdgeBinner, "_find", lambda *args: found.append(1) or find(*args))
+    pieces = [slice(0, 500), slice(500, len(samples.points))]
+    expected = find_hidden(tree, samples.points, samples.normals, suns)
+
+    def count(room):
+        binner = EdgeBinner(caster, room)
+        found.clear()
+        for piece in pieces:
+            counter = PatchCounter(make_patches(samples.piece(piece), tree), binner, tree)
+            np.testing.assert_array_equal(counter.masks(suns), expected[:, piece])
+        times = len(found)
+        binner.forget()
+        counter.masks(suns)
+        return times, len(found)
+
+    assert count(1_000_000) == (1, 2)
+    assert count(0) == (2, 3)

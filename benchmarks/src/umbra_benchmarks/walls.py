@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import umbra
+from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
 from umbra.rays.face_tree import make_face_tree
@@ -22,6 +23,7 @@ from umbra_benchmarks.scenes import SquareModel, make_suns, make_town
 __all__ = ["bench_walls", "make_low_suns"]
 
 _PIECE = 2_097_152  # samples that are counted at a time, as in a study
+_KEPT = 256_000_000  # memory for silhouettes that pieces share [byte], as in a study
 _ASKED = 200_000  # samples of which Embree is asked, in runs of neighbours
 _RUNS = 20
 _AT_ONCE = 8  # suns whose masks are compared at a time
@@ -90,8 +92,9 @@ def _measure(case: _Case, run: BenchmarkRun) -> Row:
     caster = make_caster(soup.vertices, soup.faces, case.scene.groups()[soup.part])
     tree = make_face_tree(caster, float(np.abs(case.scene.origin).max()))
     patches = [make_patches(samples.piece(piece), tree) for piece in _cut(count)]
-    alone = _Walls([PatchCounter(some, caster, tree) for some in patches])
-    together = _Walls([PatchCounter(some, caster, tree, run.threads) for some in patches])
+    binner = EdgeBinner(caster, _KEPT)
+    alone = _Walls([PatchCounter(some, binner, tree) for some in patches], binner)
+    together = _Walls([PatchCounter(some, binner, tree, run.threads) for some in patches], binner)
     chosen = _choose(count)
     rays = _Rays(
         Embree(soup.vertices, soup.faces), samples.points[chosen], samples.normals[chosen], suns
@@ -121,9 +124,11 @@ class _Walls:
     """umbra's side: counters of samples, piece by piece."""
 
     counters: list[PatchCounter]
+    binner: EdgeBinner
 
     def count(self, suns: NDArray[np.float64]) -> None:
-        """Count the suns that leave each sample in shadow."""
+        """Count the suns that leave each sample in shadow; find their silhouettes first."""
+        self.binner.forget()
         for counter in self.counters:
             counter.add_steps(suns, np.zeros(counter.size, np.int32))
 

@@ -81,6 +81,11 @@ class SunBins(NamedTuple):
     table: NDArray[np.float32]
     most: int
 
+    @property
+    def bytes(self) -> int:
+        """Memory of the arrays."""
+        return sum(array.nbytes for array in self[:-1])
+
 
 class EdgeBinner:
     """
@@ -89,9 +94,12 @@ class EdgeBinner:
     Parameters
     ----------
     caster : Caster
+    room : int
+        Memory for bins that are kept for the next counter under the same suns [byte].
     """
 
-    def __init__(self, caster: Caster) -> None:
+    def __init__(self, caster: Caster, room: int = 0) -> None:
+        self._room, self._kept = room, dict[bytes, SunBins]()
         self.caster = caster.opened(np.ones(len(caster.is_closed), np.bool_))
         pairs = self.caster.edges.astype(np.int64)
         key = pairs[:, 0] << 32 | pairs[:, 1]
@@ -123,6 +131,21 @@ class EdgeBinner:
         suns : (n, 3) float64
             Unit directions toward the sun.
         """
+        key = suns.tobytes()
+        if key in self._kept:
+            return self._kept[key]
+        bins = self._bin(suns)
+        # Pieces take the suns in the same order: what is kept first is of most use.
+        if bins.bytes <= self._room - sum(kept.bytes for kept in self._kept.values()):
+            self._kept[key] = bins
+        return bins
+
+    def forget(self) -> None:
+        """Free the bins that are kept."""
+        self._kept.clear()
+
+    def _bin(self, suns: NDArray[np.float64]) -> SunBins:
+        """Find the suns' silhouettes and sort them into bins."""
         edge, change, first = self._find(suns)
         n = len(suns)
         flat = np.hypot(suns[:, 0], suns[:, 1])

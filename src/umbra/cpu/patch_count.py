@@ -25,7 +25,6 @@ from umbra.cpu.patches import Patches
 from umbra.kernels import borrowing
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
-from umbra.volume.adjacency import Caster
 
 __all__ = ["PatchCounter"]
 
@@ -44,16 +43,18 @@ class PatchCounter:
     ----------
     patches : Patches
         The samples.
-    caster : Caster
+    binner : EdgeBinner
+        Edges of the caster; counters of other samples may share it.
     tree : FaceTree
         Hierarchy over the caster's faces.
     threads : int
     """
 
-    def __init__(self, patches: Patches, caster: Caster, tree: FaceTree, threads: int = 1) -> None:
+    def __init__(
+        self, patches: Patches, binner: EdgeBinner, tree: FaceTree, threads: int = 1
+    ) -> None:
         self._patches, self._threads = patches, threads
-        self._binner = EdgeBinner(caster)
-        self._tree = tree
+        self._binner, self._tree = binner, tree
 
     @property
     def size(self) -> int:

@@ -1,7 +1,7 @@
 """Single points as receivers, counted tile by tile."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
+from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
 from umbra.errors import InputError
@@ -27,6 +28,7 @@ CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
 _MANY_SUNS = 16  # suns from which patches of surfaces pay; rays are faster for fewer
+_KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
 _BYTES = 300  # per point: position, normal, hours, and copies made in writing
 
 
@@ -44,12 +46,15 @@ class PointTile:
         Part of each point; -1 for none.
     samples : Samples, optional
         Surface samples that the points come from, if any.
+    binners : dict
+        Casters' edges, shared with other tiles.
     """
 
     casting: Casting
     places: Places
     part: NDArray[np.signedinteger]
     samples: Samples | None = None
+    binners: dict[Caster, EdgeBinner] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -67,7 +72,9 @@ class PointTile:
             return self
         casting = self.casting
         patches = make_patches(self.samples, casting.tree)
-        return PatchCounter(patches, casting.caster, casting.tree, casting.threads)
+        binner = self.binners.get(casting.caster) or EdgeBinner(casting.caster, _KEPT)
+        self.binners[casting.caster] = binner
+        return PatchCounter(patches, binner, casting.tree, casting.threads)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the points in shadow, cast or attached."""
@@ -159,11 +166,14 @@ class SingleReceivers(Receivers):
         self, chunk: int, samples: Samples | None
     ) -> list[tuple[slice, Callable[[], PointTile]]]:
         pieces = [slice(at, at + chunk) for at in range(0, len(self.local), chunk)]
-        return [(some, partial(self._make_tile, samples, some)) for some in pieces]
+        binners: dict[Caster, EdgeBinner] = {}
+        return [(some, partial(self._make_tile, samples, some, binners)) for some in pieces]
 
-    def _make_tile(self, samples: Samples | None, some: slice) -> PointTile:
+    def _make_tile(
+        self, samples: Samples | None, some: slice, binners: dict[Caster, EdgeBinner]
+    ) -> PointTile:
         piece = None if samples is None else samples.piece(some)
-        return PointTile(self.casting, self.local.pick(some), self.part[some], piece)
+        return PointTile(self.casting, self.local.pick(some), self.part[some], piece, binners)
 
     def variables(self) -> Variables:
         """Return the position and normal of each."""
