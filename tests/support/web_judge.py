@@ -20,9 +20,9 @@ PIXELS = 1 / 64
 ROUNDING = 4e-7
 """Of float32 coordinates and depth, relative to the largest."""
 
-ANOTHER_GRID = 9
+OTHER_GRIDS = (11, 13)
 """
-Times as large a picture as that in which a doubtful pixel is counted again.
+Times as large pictures as that in which doubtful pixels are counted again.
 
 SwiftShader cuts faces that leave the picture into pieces, and rounds the cuts of two neighbours
 differently: a crack of a step of its grid, through which a pixel's middle may fall.
@@ -90,11 +90,11 @@ class WebJudge:
 
     def _find_cracks(self, verdicts, places, expected):
         """Move what another grid of the rasteriser counts right from the wrong to the cracks."""
-        again = self.picture.count(times=ANOTHER_GRID).ravel()
+        grids = [self.picture.count(times=times).ravel() for times in OTHER_GRIDS]
         still = []
         for line in verdicts.wrong:
             pixel = places[int(line.split()[1])]
-            if again[pixel] == expected[pixel]:
+            if any(counts[pixel] == expected[pixel] for counts in grids):
                 self.cracks += 1
             else:
                 still.append(line)

@@ -12,12 +12,12 @@
 // that the light shines on are drawn again where the count is 0.
 
 import { Device, Target } from './device.js';
-import { Shadows, findPlace } from './shadows.js';
-import { CELLS, CREASE, ENCODE, FILL, GROUND, RICH_SURFACE, SKY, SURFACE, VOLUME } from './shaders.js';
+import { Passes } from './passes.js';
+import { Selection } from './selection.js';
+import { findPlace } from './shadows.js';
 import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
 import { along, dot, scale, subtract } from './vectors.js';
 import { Sight } from './view.js';
-import { List } from './volumes.js';
 
 /** @typedef {import('./types.js').Camera} Camera */
 /** @typedef {import('./types.js').Hit} Hit */
@@ -42,24 +42,6 @@ const STYLE = {
   edges: true,
   background: true,
 };
-
-/**
- * What is drawn for one choice of parts.
- * @typedef {object} Stage
- * @property {Mask} cast
- * @property {Mask} show
- * @property {Shadows} shadows
- * @property {WebGLBuffer | null} faces indices of the shown faces
- * @property {number} count of them
- * @property {WebGLVertexArrayObject | null} all vertex array of the shown faces
- * @property {WebGLBuffer | null} litFaces indices of the faces that the light shines on
- * @property {number} front number of indices of those lit at their fronts
- * @property {number} back number of those lit at their backs
- * @property {WebGLVertexArrayObject | null} lit
- * @property {WebGLVertexArrayObject | null} creases
- * @property {number} creaseCount
- * @property {WebGLBuffer | null} creaseLines
- */
 
 /**
  * Draws a model with its shadows into a canvas. `set...` keeps state, `draw` draws it once; nothing
@@ -104,8 +86,6 @@ export class Renderer {
     this.style = { ...STYLE, ...options.style };
     this.surfaces = makeSurfaces(model);
     this.creases = findCreases(model);
-    this.frontList = new List();
-    this.backList = new List();
     this.isLost = false;
     this.lose = (/** @type {Event} */ event) => {
       event.preventDefault(); // else it is never restored
@@ -126,19 +106,12 @@ export class Renderer {
   begin() {
     this.device = new Device(this.canvas);
     this.buffers = makeBuffers(this.device, this.model, this.surfaces);
-    /** @type {Stage[]} */
+    /** @type {Selection[]} */
     this.stages = [];
     /** @type {Target | null} */
     this.target = null;
-    const { gl } = this.device;
-    this.nothing = gl.createVertexArray();
-    this.plan = gl.createTexture();
-    this.blank = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.blank);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    /** @type {{array: WebGLVertexArrayObject | null, count: number} | null} */
-    this.cells = null;
-    if (this.overlay) this.setOverlay(this.overlay);
+    this.passes = new Passes(this.device);
+    if (this.overlay) this.passes.setOverlay(this.overlay);
   }
 
   /** @param {Light[]} lights none: night, ambient light alone */
@@ -174,31 +147,7 @@ export class Renderer {
   /** @param {Overlay | null} overlay */
   setOverlay(overlay) {
     this.overlay = overlay;
-    const { device } = this;
-    if (!device) return;
-    const { gl } = device;
-    this.cells = null;
-    if (overlay?.plan) {
-      const filter = overlay.plan.smooth ? gl.LINEAR : gl.NEAREST;
-      gl.bindTexture(gl.TEXTURE_2D, this.plan ?? null);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, overlay.plan.image);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
-    }
-    if (overlay?.cells) {
-      const { positions, colors, faces } = overlay.cells;
-      const array = device.makeArray(
-        CELLS,
-        {
-          place: [device.makeBuffer(positions), 3, gl.FLOAT, 12, 0],
-          color: [device.makeBuffer(colors), 4, gl.UNSIGNED_BYTE, 4, 0],
-        },
-        device.makeBuffer(faces, gl.ELEMENT_ARRAY_BUFFER),
-      );
-      this.cells = { array, count: faces.length };
-    }
+    this.passes?.setOverlay(overlay);
   }
 
   /**
@@ -217,8 +166,8 @@ export class Renderer {
   /** Draw one frame. Call it in the same task as `canvas.toBlob` for a screenshot. */
   draw() {
     const begun = performance.now();
-    if (this.isLost || !this.device || !this.fitCanvas()) return;
-    const { device, canvas, samples } = this;
+    if (this.isLost || !this.device || !this.passes || !this.fitCanvas()) return;
+    const { device, canvas, passes, samples } = this;
     const { gl } = device;
     // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
     // costs software half of a frame, but a canvas that is transparent needs more alpha than 2 bits.
@@ -243,10 +192,7 @@ export class Renderer {
     this.target.resolve();
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.bindTexture(gl.TEXTURE_2D, this.target.texture);
-    device.use(ENCODE).set({ picture: 0, behind: 0 });
-    gl.bindVertexArray(this.nothing ?? null);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    passes.encode(this.target);
     this.statistics.milliseconds = performance.now() - begun;
   }
 
@@ -302,8 +248,8 @@ export class Renderer {
   drawView(view) {
     const { viewport, scissor } = this.findRectangles(view);
     if (!(viewport[2] > 0 && viewport[3] > 0 && scissor[2] > 0 && scissor[3] > 0)) return;
-    const { device, style, lights } = this;
-    if (!device) return;
+    const { device, passes, style, lights } = this;
+    if (!device || !passes) return;
     const { gl } = device;
     const sight = this.findSight(view);
     const common = this.findCommon(sight);
@@ -315,14 +261,14 @@ export class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT);
 
     // The sky's light alone, and depth.
-    this.drawSurfaces(stage, sight, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
-    if (style.background) this.drawSky(sight);
+    passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    if (style.background) passes.drawSky(sight, style);
 
     let share = 1; // of the sky's light: the first light is drawn over it, others are added
     lights.forEach((light, k) => {
       const place = findPlace(light);
       const isNew = stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
-      if (isNew) this.listLit(stage);
+      if (isNew) stage.listLit();
       const within = stage.shadows.findScissor(sight);
       if (within) this.narrow(viewport, scissor, within);
       if (k > 0) this.clearStencil();
@@ -331,7 +277,7 @@ export class Renderer {
       const tint = (light.color ?? [1, 1, 1]).map((c) => strength * c);
       const range = 'position' in light ? light.range ?? 1e9 : 0;
       const toLight = place[3] ? [...subtract(place, sight.eye), 1] : place;
-      this.drawLit(stage, common, { light: toLight, tint, range, share });
+      passes.drawLit(stage, common, { light: toLight, tint, range, share });
       if (within) gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
       share = 0;
       this.statistics.casters += stage.shadows.casters;
@@ -339,7 +285,7 @@ export class Renderer {
       this.statistics.sides += stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
     });
     gl.disable(gl.STENCIL_TEST);
-    this.drawOver(stage, sight, common);
+    passes.drawOver(stage, sight, common, style);
   }
 
   /** Clear depth and stencil in the scissor. */
@@ -386,6 +332,7 @@ export class Renderer {
     return {
       'corners[0]': corners.flat(),
       groundSize: corners.length,
+      isSection: Boolean(this.clip),
       projection: sight.findMatrix(),
       eyeHigh: high,
       eyeLow: subtract(sight.eye, high),
@@ -409,235 +356,22 @@ export class Renderer {
   /**
    * What is drawn for a view's parts; made when first asked for.
    * @param {View} view
-   * @returns {Stage}
+   * @returns {Selection}
    */
   findStage(view) {
     const cast = view.cast === undefined ? this.cast : view.cast;
     const show = view.show === undefined ? (view.cast === undefined ? this.show : cast) : view.show;
-    const stages = /** @type {Stage[]} */ (this.stages);
-    const known = stages.find((stage) => isSame(stage.cast, cast) && isSame(stage.show, show));
+    const stages = /** @type {Selection[]} */ (this.stages);
+    const known = stages.find((stage) => stage.isOf(cast, show));
     if (known) return known;
-    if (stages.length >= 4) this.deleteStage(/** @type {Stage} */ (stages.shift()));
-    const stage = this.makeStage(cast && Array.from(cast), show && Array.from(show));
-    stages.push(stage);
-    return stage;
-  }
-
-  /**
-   * @param {Mask} cast
-   * @param {Mask} show
-   * @returns {Stage}
-   */
-  makeStage(cast, show) {
-    const { model, surfaces } = this;
+    if (stages.length >= 4) stages.shift()?.delete();
+    const { model, creases, surfaces } = this;
     const device = /** @type {Device} */ (this.device);
     const buffers = /** @type {ReturnType<typeof makeBuffers>} */ (this.buffers);
-    const { gl } = device;
-    let { corners } = surfaces;
-    const { lines, part } = this.creases;
-    let drawn = lines;
-    if (show) {
-      const shown = model.facePart.map((p) => (show[p] ? 1 : 0));
-      corners = corners.filter((_, i) => shown[Math.floor(i / 3)]);
-      drawn = lines.filter((_, i) => show[part[i >> 1]]);
-    }
-    const faces = device.makeBuffer(corners, gl.ELEMENT_ARRAY_BUFFER);
-    const litFaces = gl.createBuffer();
-    const { surface, doubled, stride } = buffers;
-    /** @type {Record<string, [WebGLBuffer | null, number, number, number, number]>} */
-    const attributes = {
-      place: [surface, 3, gl.FLOAT, stride, 0],
-      normal: [surface, 3, gl.SHORT, stride, 12],
-      color: [surface, 4, gl.UNSIGNED_BYTE, stride, 20],
-    };
-    const creaseLines = device.makeBuffer(drawn, gl.ELEMENT_ARRAY_BUFFER);
-    return {
-      cast,
-      show,
-      shadows: new Shadows(device, model, doubled, cast, show),
-      faces,
-      count: corners.length,
-      all: device.makeArray(SURFACE, attributes, faces),
-      litFaces,
-      front: 0,
-      back: 0,
-      lit: device.makeArray(SURFACE, attributes, litFaces),
-      creases: device.makeArray(CREASE, { place: [doubled, 4, gl.FLOAT, 16, 0] }, creaseLines),
-      creaseCount: drawn.length,
-      creaseLines,
-    };
-  }
-
-  /** @param {Stage} stage */
-  deleteStage(stage) {
-    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
-    stage.shadows.delete();
-    for (const buffer of [stage.faces, stage.litFaces, stage.creaseLines]) gl.deleteBuffer(buffer);
-    for (const array of [stage.all, stage.lit, stage.creases]) gl.deleteVertexArray(array);
-  }
-
-  /**
-   * List the shown faces that the light shines on: at their fronts, or where the back can be seen
-   * at their backs.
-   * @param {Stage} stage
-   */
-  listLit(stage) {
-    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
-    const { model, surfaces } = this;
-    const { faceCount, facePart, faceComponent, isClosed, isInward } = model;
-    const { volumes, opened } = stage.shadows;
-    const { corners } = surfaces;
-    const front = this.frontList;
-    const back = this.backList;
-    front.size = back.size = 0;
-    const fronts = front.reserve(3 * faceCount);
-    const backs = back.reserve(3 * faceCount);
-    const { side } = volumes;
-    // Inside a solid nothing is lit, unless the light or the eye is there, too.
-    const isSolid = isClosed.map((is, k) => is & volumes.isClosed[k] & ~(opened?.[k] ?? 0) & ~isInward[k] & 1);
-    let [n, m] = [0, 0];
-    for (let f = 0; f < faceCount; f++) {
-      const mine = side[f];
-      if (mine === 0 || (stage.show && !stage.show[facePart[f]])) continue;
-      if (mine > 0) {
-        fronts[n] = corners[3 * f];
-        fronts[n + 1] = corners[3 * f + 1];
-        fronts[n + 2] = corners[3 * f + 2];
-        n += 3;
-      } else if (!isSolid[faceComponent[f]]) {
-        backs[m] = corners[3 * f];
-        backs[m + 1] = corners[3 * f + 1];
-        backs[m + 2] = corners[3 * f + 2];
-        m += 3;
-      }
-    }
-    stage.front = n;
-    stage.back = m;
-    gl.bindVertexArray(null);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, stage.litFaces);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * (n + m), gl.STREAM_DRAW);
-    if (n) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, fronts, 0, n);
-    if (m) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * n, backs, 0, m);
-  }
-
-  /**
-   * Draw the surfaces and their depth.
-   * @param {Stage} stage
-   * @param {Sight} sight
-   * @param {Record<string, any>} common
-   * @param {Record<string, any>} light
-   */
-  drawSurfaces(stage, sight, common, light) {
-    const { overlay } = this;
-    const device = /** @type {Device} */ (this.device);
-    const { gl } = device;
-    gl.disable(gl.STENCIL_TEST);
-    gl.disable(gl.BLEND);
-    gl.disable(gl.CULL_FACE);
-    gl.enable(gl.DEPTH_TEST);
-    gl.depthMask(true);
-    gl.depthFunc(device.nearer);
-    gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
-    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    device.use(this.findSurface(light)).set({ ...common, ...light, plan: onModel });
-    gl.bindVertexArray(stage.all);
-    gl.drawElements(gl.TRIANGLES, stage.count, gl.UNSIGNED_INT, 0);
-    if (common.groundSize) {
-      device.use(GROUND).set({ ...common, ...light });
-      gl.bindVertexArray(this.nothing ?? null);
-      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
-    }
-  }
-
-  /**
-   * Draw what a light shines on where the stencil is 0.
-   * @param {Stage} stage
-   * @param {Record<string, any>} common
-   * @param {Record<string, any>} light
-   */
-  drawLit(stage, common, light) {
-    const { overlay } = this;
-    const device = /** @type {Device} */ (this.device);
-    const { gl } = device;
-    gl.stencilFunc(gl.EQUAL, 0, 255);
-    gl.depthFunc(device.notFarther);
-    if (light.share === 0) {
-      gl.enable(gl.BLEND);
-      gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
-    }
-    gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
-    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    const program = device.use(this.findSurface(light)).set({ ...common, ...light, plan: onModel });
-    gl.bindVertexArray(stage.lit);
-    gl.enable(gl.CULL_FACE);
-    gl.cullFace(gl.BACK);
-    gl.drawElements(gl.TRIANGLES, stage.front, gl.UNSIGNED_INT, 0);
-    if (stage.back) {
-      program.set({ turn: -1 });
-      gl.cullFace(gl.FRONT);
-      gl.drawElements(gl.TRIANGLES, stage.back, gl.UNSIGNED_INT, 4 * stage.front);
-    }
-    gl.disable(gl.CULL_FACE);
-    if (common.groundSize) {
-      device.use(GROUND).set({ ...common, ...light });
-      gl.bindVertexArray(this.nothing ?? null);
-      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
-    }
-    gl.disable(gl.BLEND);
-  }
-
-  /**
-   * The program of the faces: a simple one where it can do.
-   * @param {Record<string, any>} light
-   */
-  findSurface(light) {
-    return light.range > 0 || this.clip || this.overlay?.plan?.onModel ? RICH_SURFACE : SURFACE;
-  }
-
-  /** @param {Sight} sight */
-  drawSky(sight) {
-    const device = /** @type {Device} */ (this.device);
-    const { gl } = device;
-    const half = sight.isPerspective ? sight.half : 0.4;
-    device.use(SKY).set({
-      forward: sight.forward,
-      right: scale(sight.right, half * sight.aspect),
-      up: scale(sight.up, half),
-      behind: device.reverses ? 0 : 1,
-      zenith: this.style.sky,
-      horizon: this.style.horizon,
-    });
-    gl.depthMask(false);
-    gl.depthFunc(gl.EQUAL);
-    gl.bindVertexArray(this.nothing ?? null);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-  }
-
-  /**
-   * Draw creases and coloured cells over the surfaces.
-   * @param {Stage} stage
-   * @param {Sight} sight
-   * @param {Record<string, any>} common
-   */
-  drawOver(stage, sight, common) {
-    const device = /** @type {Device} */ (this.device);
-    const { gl } = device;
-    gl.depthMask(false);
-    gl.depthFunc(device.nearer);
-    gl.enable(gl.BLEND);
-    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    if (this.cells) {
-      device.use(CELLS).set(common);
-      gl.bindVertexArray(this.cells.array);
-      gl.drawElements(gl.TRIANGLES, this.cells.count, gl.UNSIGNED_INT, 0);
-    }
-    if (this.style.edges) {
-      const pixels = sight.rows / 2 / sight.half;
-      device.use(CREASE).set({ ...common, pixels, ink: [...this.style.edge, 0.65] });
-      gl.bindVertexArray(stage.creases);
-      gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
-    }
-    gl.disable(gl.BLEND);
+    const shared = { device, model, creases, corners: surfaces.corners, ...buffers };
+    const stage = new Selection(shared, cast, show);
+    stages.push(stage);
+    return stage;
   }
 
   /**
@@ -695,7 +429,8 @@ export class Renderer {
    * @returns {Int32Array} rows from the top; 0 where nothing is seen
    */
   readCounts(light, times) {
-    const device = /** @type {Device} */ (this.device);
+    const { device, passes } = this;
+    if (!device || !passes) return new Int32Array(0);
     const { gl } = device;
     this.fitCanvas();
     const view = this.views[0];
@@ -710,25 +445,10 @@ export class Renderer {
     gl.disable(gl.SCISSOR_TEST);
     gl.viewport(0, 0, columns, rows);
     this.clear();
-    this.drawSurfaces(stage, sight, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
-    if (stage.shadows.prepare(this.lights[light], sight, this.ground, Boolean(this.clip))) this.listLit(stage);
+    passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    if (stage.shadows.prepare(this.lights[light], sight, this.ground, Boolean(this.clip))) stage.listLit();
     stage.shadows.count(sight, common);
-    // The stencil cannot be read: each of its bits adds its value to the picture.
-    gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT);
-    gl.bindVertexArray(this.nothing ?? null);
-    gl.depthFunc(gl.NOTEQUAL); // to the far plane: where something is seen
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
-    for (let bit = 1; bit < 256; bit *= 2) {
-      gl.stencilFunc(gl.EQUAL, bit, bit);
-      device.use(FILL).set({ fill: [bit / 255, 0, 0, 0], behind: device.reverses ? 0 : 1 });
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
-    }
-    gl.disable(gl.BLEND);
-    gl.disable(gl.STENCIL_TEST);
-    const bytes = new Uint8Array(4 * columns * rows);
-    gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    const bytes = passes.readStencil(columns, rows);
     target.delete();
     const [wide, tall] = [viewport[2], viewport[3]];
     const counts = new Int32Array(wide * tall);
@@ -748,24 +468,12 @@ export class Renderer {
     this.canvas.removeEventListener('webglcontextrestored', this.restore);
     const { device } = this;
     if (!device) return;
-    for (const stage of this.stages ?? []) this.deleteStage(stage);
+    for (const stage of this.stages ?? []) stage.delete();
     this.target?.delete();
     device.gl.deleteBuffer(this.buffers?.surface ?? null);
     device.gl.deleteBuffer(this.buffers?.doubled ?? null);
-    device.gl.deleteTexture(this.plan ?? null);
-    device.gl.deleteTexture(this.blank ?? null);
+    this.passes?.delete();
     for (const { program } of device.programs.values()) device.gl.deleteProgram(program);
     this.isLost = true;
   }
-}
-
-/**
- * @param {Mask} a
- * @param {Mask} b
- */
-function isSame(a, b) {
-  if (a === b) return true;
-  if (!a || !b || a.length !== b.length) return false;
-  for (let i = 0; i < a.length; i++) if (Boolean(a[i]) !== Boolean(b[i])) return false;
-  return true;
 }
