@@ -113,3 +113,16 @@ def test_a_parser_that_never_ends_is_ended(file, read, monkeypatch):
     monkeypatch.setattr("umbra.readers.rhino.PARSING", 0)
     with pytest.raises(InputError, match="openNURBS does not end"):
         read(file)
+
+
+@pytest.mark.parametrize("height", [4, -4])
+def test_an_extrusion_that_was_never_shaded_is_a_closed_body(file, read, height):
+    corners = [(0, 0), (6000, 0), (6000, 3000), (2000, 1000), (0, 3000), (0, 0)]
+    ring = rhino.PolylineCurve(rhino.Point3dList([rhino.Point3d(x, y, 0) for x, y in corners]))
+    file.Objects.AddExtrusion(rhino.Extrusion.Create(ring, 1000 * height, True), told("tower"))
+    (part,) = read(file).parts
+    a, b, c = (part.mesh.vertices[part.mesh.faces[:, k]] / 1000 for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+    assert abs(volume) == pytest.approx(4 * 12)
+    edges = np.concatenate([part.mesh.faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    assert {tuple(edge) for edge in edges} == {tuple(edge) for edge in edges[:, ::-1]}

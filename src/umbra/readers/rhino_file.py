@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.checks import need
+from umbra.readers.triangulate import triangulate
 
 __all__ = ["Color", "RhinoFacts", "RhinoObject", "read_objects"]
 
+_PIECES = 64
+"""Straight pieces of a curved profile."""
 _ROUNDS = 3
 """Times that the control net of a SubD is divided: it is then near the smooth surface."""
 
@@ -119,7 +122,7 @@ def _mesh(
         return None, None
     meshes = [mesh for mesh in meshes if mesh is not None and len(mesh.Faces)]
     if not meshes:
-        return None, None
+        return _extrude(geometry) if kind == "Extrusion" else (None, None)
     points, corners, count = [], [], 0
     for mesh in meshes:
         found = [(point.X, point.Y, point.Z) for point in mesh.Vertices]
@@ -128,3 +131,39 @@ def _mesh(
         corners.append(np.array(indices, np.int64).reshape(-1, 4) + count)
         count += len(found)
     return np.concatenate(points), np.concatenate(corners)
+
+
+def _extrude(geometry: Any) -> tuple[NDArray[np.float64] | None, NDArray[np.int64] | None]:
+    """Return the walls and caps of an extrusion that was never shaded."""
+    low, high = ([_sample(geometry.Profile3d(k, end)) for k in range(geometry.ProfileCount)]
+                 for end in (0.0, 1.0))  # fmt: skip
+    if not low or any(len(a) != len(b) or len(a) < 2 for a, b in zip(low, high, strict=True)):
+        return None, None
+    lengths = np.array([len(ring) for ring in low], np.int64)
+    count = int(lengths.sum())
+    points = np.concatenate([*low, *high])
+    closed = bool(geometry.Profile3d(0, 0.0).IsClosed)
+    quads = []
+    for start, n in zip(np.cumsum(lengths) - lengths, lengths, strict=True):
+        here = start + np.arange(n if closed else n - 1)
+        there = start + (np.arange(n if closed else n - 1) + 1) % n
+        quads.append(np.column_stack([here, there, there + count, here + count]))
+    caps = []
+    ends = ((geometry.IsCappedAtBottom, 0), (geometry.IsCappedAtTop, count))
+    for is_capped, first in ends:
+        if is_capped and closed:
+            cut = triangulate(points, np.arange(count) + first, lengths, np.array([len(lengths)]))
+            faces = cut.faces[:, ::-1] if first == 0 else cut.faces
+            caps.append(faces[:, [0, 1, 2, 2]])
+    return points, np.concatenate([*quads, *caps]).astype(np.int64)
+
+
+def _sample(curve: Any) -> NDArray[np.float64]:
+    """Return the corners (n, 3) of a profile, those of a closed one once."""
+    if curve.IsPolyline():
+        points = [(point.X, point.Y, point.Z) for point in curve.TryGetPolyline()]
+    else:
+        begin, end = curve.Domain.T0, curve.Domain.T1
+        found = (curve.PointAt(at) for at in np.linspace(begin, end, _PIECES + 1).tolist())
+        points = [(point.X, point.Y, point.Z) for point in found]
+    return np.array(points[:-1] if curve.IsClosed else points, np.float64).reshape(-1, 3)
