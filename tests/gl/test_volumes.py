@@ -1,5 +1,6 @@
 """Volumes as index lists: instances, what is kept, what travels, what is left out."""
 
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -185,6 +186,19 @@ def test_nothing_is_done_while_nothing_moves(planner, monkeypatch):
     assert len(uploads) == 2
     assert plans._kept[0][0] is not volumes[0][0]
     assert plans._kept[1][0] is volumes[1][0]
+
+
+def test_volumes_of_a_lamp_that_moves_are_let_go(planner):
+    plans, projection = planner(city(3))
+    lamp = replace(LAMP, range=30.0)
+    (first,) = plans.plan(projection, [lamp])
+    assert first.draws
+    made = weakref.ref(first.volumes[0])
+    del first
+    for k in range(3):
+        (far,) = plans.plan(projection, [replace(lamp, position=np.array([500.0 + k, 0, 20, 1]))])
+        assert not far.draws
+    assert made() is None
 
 
 def test_each_box_of_a_town_is_a_caster(planner):

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,12 +81,13 @@ class KeptLight(Sequence[BodyVolumes]):
 
     def follow(self, old: "KeptLight") -> None:
         """Take over from the last frame what still holds; its volumes are reused on demand."""
-        self._old = {**old._old, **old._made}
+        self._old = old._made
         if old.moves == self.moves:
             self._bounded = old._bounded
             self._step = float(np.abs(self.source - old.source).sum())
             if not self._step:
                 self._nearby, self._touched = old._nearby, old._touched
+                self._old = {**old._old, **old._made}
 
     def touch(self, selection: Selection) -> Nearby | None:
         """Find the points near the light of the shells drawn now or before."""
@@ -103,6 +105,11 @@ class KeptLight(Sequence[BodyVolumes]):
             self._nearby = find_nearby(wanted, self.source)
         return self._nearby
 
+    @cached_property
+    def is_special(self) -> bool:
+        """Whether components of any body may be open, which depends on the view."""
+        return bool(self.near) or any(body.any_inward for body in self.bodies)
+
     def bound(self, selection: Selection, bounds: NDArray, most: NDArray[np.int64]) -> int:
         """
         Bound the count of the drawn shells.
@@ -110,6 +117,7 @@ class KeptLight(Sequence[BodyVolumes]):
         ``bounds`` (n_shells, 2, 3) are the boxes of all shells, ``most`` (n_shells,) the largest
         count that each adds while no component is open.
         """
+        # What is wound inward is open elsewhere, too, but not convex: it adds as many either way.
         for index in self.near:
             opened = self[index].opened
             if opened.any():

@@ -312,11 +312,13 @@ class Planner:
     ) -> None:
         """Keep a light's volumes, those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
-        if old is not None and old.moves == self._moves and np.array_equal(old.source, source):
-            # Open components depend on the view.
-            depends = bool(near) or any(body.any_inward for body in self.bodies)
-            if old.camera is camera or not depends:
-                return
+        if (
+            old is not None
+            and old.moves == self._moves
+            and np.array_equal(old.source, source)
+            and (old.camera is camera or not old.is_special)
+        ):
+            return
         origin, moves = self.scene.origin, self._moves
         kept = KeptLight(self.bodies, self._starts, source, near, camera, origin, moves)
         if old is not None:
