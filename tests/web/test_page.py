@@ -2,6 +2,7 @@
 
 import base64
 import http.client
+import itertools
 import os
 import re
 import signal
@@ -20,6 +21,7 @@ from support.shapes import box
 
 import umbra
 from umbra.window.file import from_json
+from umbra.writers.pixels import paint_shares
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 PLACE = np.array([1000.0, 340000.0, 20.0])
@@ -385,6 +387,41 @@ def test_a_browser_without_webgl_shows_a_picture(webgl, written):
     page.open(written, "document.documentElement.dataset.ready == 'no'")
     assert page.ask("document.querySelector('.missing img').naturalWidth") == 1280
     assert "WebGL" in page.ask("document.querySelector('[role=alert]').textContent")
+
+
+def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(webgl, quarter, tmp_path):
+    study = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="ground", cell=1.0)
+    path = tmp_path / "hours.html"
+    umbra.show(quarter, VIENNA, study=study, out=path)
+    webgl.events.clear()
+    page = Page(webgl)
+    page.resize(1280, 800)
+    page.open(path, READY)
+    page.ask("umbra.set({hasPath: false, hasCompass: false, hasEdges: false})")
+    page.ask("umbra.orbit.look(0, -89.9)")
+    page.wait("umbra.stage.renderer.overlay !== null")
+    shown = read_picture(page)
+    seen = 0
+    for column, row in itertools.product(range(100, 900, 90), range(100, 650, 90)):
+        place = page.ask(f"umbra.stage.pick({column}, {row})")
+        if place["part"] >= 0:
+            continue
+        x, y = (np.array(place["position"]) + page.ask("umbra.model.origin"))[:2]
+        if not (study.x[0] < x < study.x[-1] and study.y[0] < y < study.y[-1]):
+            continue
+        share = float(study.shadow_hours.sel(x=x, y=y, method="nearest")) / study.result.up_hours
+        np.testing.assert_allclose(shown[row, column], paint_shares(share) * 255, atol=4)
+        seen += 1
+    assert seen >= 10
+    assert page.ask("document.querySelector('.ticks').innerText").split()[-1] == "8"
+    page.ask("document.querySelector('.switch input').click()")
+    page.wait("umbra.stage.renderer.overlay === null")
+    check(page)
+    walls = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="surfaces")
+    with pytest.raises(umbra.InputError, match="receivers='ground' or 'top'"):
+        umbra.show(quarter, VIENNA, study=walls, out=path)
+    with pytest.raises(umbra.InputError, match="study is no study but a str"):
+        umbra.show(quarter, VIENNA, study="hours", out=path)
 
 
 def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(webgl, quarter, tmp_path):

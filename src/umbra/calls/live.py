@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING
 from PIL import Image
 
 from umbra.calls.options import ViewOptions
+from umbra.calls.result import ShadowStudy
 from umbra.calls.window import begin_view, draw_view, find_height
+from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.study import Study
 from umbra.sun import Site
 from umbra.writers.atomic import replace_file
+from umbra.writers.live import make_hours
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -37,6 +41,8 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     """
     from umbra.window.file import to_json  # noqa: PLC0415
 
+    study = _find_study(options.study)
+    hours = None if study is None else make_hours(study)
     view = begin_view(options, scene, site, options.size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stems = [name.split(".")[0] or name for name in names]
@@ -48,14 +54,24 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "subtitle": _describe(scene, site),
         "view": to_json(view),
         "isFramed": options.view is None,
-        "ground": find_height(options, scene),
+        "ground": find_height(options, scene) if study is None else float(study.ground),
         "proposed": proposed,
         "notes": list(scene.notes),
-        "hours": None,
+        "hours": hours,
         "hasLink": True,
         "takesWheel": True,
         "poster": "",
     }
+
+
+def _find_study(given: object) -> Study | None:
+    """Return a study's result."""
+    if given is None:
+        return None
+    if isinstance(given, ShadowStudy):
+        return given.result
+    msg = f"study is no study but a {type(given).__name__}; give what umbra.shadow_study returns"
+    raise InputError(msg, option="study")
 
 
 def _describe(scene: Scene, site: Site | None) -> str:
@@ -102,8 +118,8 @@ def write_live_page(
 
 def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveView":
     """Make the page of a scene for a notebook's cell; parameters as in `make_config`."""
+    config = make_config(scene, site, options)  # finds what is wrong, before anywidget loads
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.widget import LiveView  # noqa: PLC0415
 
-    config = make_config(scene, site, options)
     return LiveView(pack_model(scene, site), config, height=options.size[1])

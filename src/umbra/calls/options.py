@@ -344,6 +344,7 @@ class ViewOptions:
         "patterns",
         "Parts of a proposal, which a page compares, before and after; repeatable.", default=(),
     )  # fmt: skip
+    study: Any = option("any", flag=None)
     animation: int | str | None = option("any", flag=None)
     time: float | None = option("number", unit="s", flag=None)
     view: Any = _window(

@@ -20,6 +20,7 @@ from umbra.scene import Scene
 from umbra.sun import Site
 
 if TYPE_CHECKING:
+    from umbra.calls.result import ShadowStudy
     from umbra.web.widget import LiveView
     from umbra.window.view import ViewState
 
@@ -47,6 +48,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
     proposed: str | Sequence[str] = (),
+    study: "ShadowStudy | None" = None,
     animation: int | str | None = None,
     time: float | None = None,
     view: str | os.PathLike[str] | None = None,
@@ -87,6 +89,8 @@ def show(  # noqa: PLR0913  (each option by its name)
         Patterns of the parts that cast, or do not; others are only visible.
     proposed : str or sequence of str
         Patterns of the parts of a proposal, which a page compares: before and after.
+    study : ShadowStudy, optional
+        Of receivers ``ground`` or ``top``: a page or a notebook shows its hours as colours.
     animation : int or str, optional
         Animation of the scene: its number, its name, or ``"all"``. It plays in a window
         unless ``time`` is given.

@@ -302,7 +302,7 @@ export class App {
       await image.decode();
       if (!this.state.hasHours) return;
       const { extent, onModel } = hours.plan, [x, y] = this.model.origin;
-      overlay = { plan: { image, extent: [extent[0] - x, extent[1] - y, extent[2] - x, extent[3] - y], onModel } };
+      overlay = { plan: { image, extent: [extent[0] - x, extent[1] - y, extent[2] - x, extent[3] - y], onModel }, shaded: false };
     }
     renderer.setOverlay(overlay);
     this.redraw();
