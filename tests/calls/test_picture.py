@@ -46,7 +46,7 @@ def test_python_draws_what_the_command_draws(scene, tmp_path, soft):
         for name, array in picture.arrays().items():
             np.testing.assert_array_equal(arrays[name], array)
             assert arrays[name].dtype == array.dtype
-    image = umbra.render(scene, camera, lights, ground=0, **more)
+    image = umbra.render(scene, camera, lights, ground=0, style="plain", **more)
     np.testing.assert_array_equal(image, np.asarray(Image.open(tmp_path / "a.png")))
     np.testing.assert_array_equal(image, picture.image)
     assert image.dtype == np.uint8

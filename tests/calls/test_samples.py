@@ -66,9 +66,10 @@ def test_a_pixel_is_the_mean_of_what_it_holds(town, view):
     truth, large = supersample(town, camera, lights, ground=0.0)
     kinds = count_kinds(large)
     errors = [
-        np.abs(umbra.render(town, camera, lights, ground=0.0, samples=samples) / 255 - truth).max(
-            -1
-        )
+        np.abs(
+            umbra.render(town, camera, lights, ground=0.0, samples=samples, style="plain") / 255
+            - truth
+        ).max(-1)
         for samples in (1, 4, 8, 16)
     ]
     jagged, *smooth = (error.mean() for error in errors)
@@ -84,9 +85,10 @@ def test_what_is_thinner_than_a_pixel_is_seen_by_its_share():
     rod = Part("rod", "", Mesh(*box((0.1, -100, 0), (0.35, 100, 1))), material=Material((0, 0, 0)))
     camera = umbra.Camera((0, 0, 20), (0, 0, 0), (0, 1, 0), (8, 8), height=8)
     scene, light = make_scene([rod]), umbra.directional_light((0, 0, 1))
-    centres = umbra.render(scene, camera, light, ground=-5.0, samples=1)
+    centres = umbra.render(scene, camera, light, ground=-5.0, samples=1, style="plain")
     assert (centres == centres[0, 0]).all()
-    image = find_linear(umbra.render(scene, camera, light, ground=-5.0, samples=16) / 255.0)
+    image = umbra.render(scene, camera, light, ground=-5.0, samples=16, style="plain")
+    image = find_linear(image / 255.0)
     share = 1 - image[..., 0] / image[0, 0, 0]
     np.testing.assert_allclose(share[:, 4], 0.25, atol=0.01)
     np.testing.assert_allclose(np.delete(share, 4, 1), 0, atol=0.01)
@@ -101,7 +103,7 @@ def test_texels_finer_than_a_pixel_are_averaged():
     light = umbra.directional_light((0, 0, 1))
     levels = {
         samples: find_linear(
-            umbra.render(make_scene([part]), camera, light, samples=samples) / 255.0
+            umbra.render(make_scene([part]), camera, light, samples=samples, style="plain") / 255.0
         )
         for samples in (1, 16)
     }
@@ -114,7 +116,10 @@ def test_soft_shadows_keep_their_slopes_and_lose_their_jags(town, soft):
     more = {} if soft is None else {"soft": soft, "light_size": 1.0}
     truth, _ = supersample(town, camera, LAMP, ground=0.0, **more)
     jagged, smooth = (
-        np.abs(umbra.render(town, camera, LAMP, ground=0.0, samples=n, **more) / 255 - truth)
+        np.abs(
+            umbra.render(town, camera, LAMP, ground=0.0, samples=n, style="plain", **more) / 255
+            - truth
+        )
         for n in (1, 8)
     )
     assert smooth.mean() < 0.6 * jagged.mean()

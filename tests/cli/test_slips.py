@@ -66,9 +66,9 @@ def test_a_light_is_a_point_or_a_direction(umbra_here, tmp_path, model):
 @pytest.mark.parametrize("metres", [1e-2, 0.1, 10, 1e4])
 def test_a_model_of_any_size_is_seen_whole(umbra_here, tmp_path, metres):
     path = save_obj(tmp_path / "s.obj", {"cube": box((0, 0, 0), (metres,) * 3)})
-    said = draw(umbra_here, tmp_path, path)
+    said = draw(umbra_here, tmp_path, path, "--no-ground")
     assert said.err == ""
-    assert said.json()["pixels"] == pytest.approx(1677, abs=20)
+    assert said.json()["pixels"] == pytest.approx(2109, abs=20)
 
 
 def test_a_view_of_nothing_is_told(umbra_here, tmp_path, model):
@@ -81,7 +81,7 @@ def test_a_view_of_nothing_is_told(umbra_here, tmp_path, model):
 
 
 def test_a_near_plane_that_cuts_is_told(umbra_here, tmp_path, model):
-    ahead = ["--eye", "2,-1,1", "--target", "2,5,1"]
+    ahead = ["--eye", "2,-1,1", "--target", "2,5,1", "--no-ground"]
     said = draw(umbra_here, tmp_path, model, *ahead, "--near", "1.5")
     assert "cuts the model open in" in said.err
     assert draw(umbra_here, tmp_path, model, *ahead, "--near", "0.5").err == ""

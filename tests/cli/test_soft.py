@@ -57,7 +57,18 @@ def test_a_soft_picture_has_shades_between(umbra_here, table, tmp_path):
     shades = {}
     for name, options in (("hard", []), ("soft", ["--soft", "wedges", "--light-size", "1"])):
         path = tmp_path / f"{name}.png"
-        said = umbra_here("render", table, *SMALL, "--light", "-4,0,8", *options, "--out", path)
+        said = umbra_here(
+            "render",
+            table,
+            *SMALL,
+            "--light",
+            "-4,0,8",
+            "--style",
+            "plain",
+            *options,
+            "--out",
+            path,
+        )
         assert said.status == 0, said
         with Image.open(path) as picture:
             shades[name] = len(set(picture.convert("L").tobytes()))

@@ -91,7 +91,7 @@ def test_reliefs_follow_tangents_on_both_devices(device, eye, scale):
     pictures = []
     for turned in (False, True):
         scene = make_relief(np.diag([*scale, 1.0]), turned=turned)
-        truth = umbra.render(scene, camera, SUN, samples=1).astype(int)
+        truth = umbra.render(scene, camera, SUN, samples=1, style="plain").astype(int)
         with Renderer(scene, device=device) as renderer:
             image = renderer.render(camera, [SUN])
         assert np.percentile(np.abs(image - truth).max(-1), 98) < 8
@@ -105,7 +105,7 @@ def test_what_glows_beyond_white_keeps_its_hue(device):
     floor = Part("floor", "", Mesh(corners, [(0, 1, 2), (0, 2, 3)]), material=material)
     camera = umbra.Camera((0, 0, 5), (0, 0, 0), (0, 1, 0), (6, 6), height=1.0)
     scene = make_scene([floor])
-    truth = umbra.render(scene, camera, SUN, samples=1)
+    truth = umbra.render(scene, camera, SUN, samples=1, style="plain")
     with Renderer(scene, device=device) as renderer:
         for lights in ([SUN], [SUN, LAMP]):
             image = renderer.render(camera, lights).astype(int)

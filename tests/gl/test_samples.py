@@ -22,7 +22,9 @@ def test_both_devices_draw_one_picture(height):
     town = make_scene(*city(4, seed=5))
     camera = umbra.Camera((-30, -40, 45), (25, 25, 0), size=SIZE, height=height)
     cpu, gl, centres = (
-        umbra.render(town, camera, LIGHTS, ground=0.0, device=name, samples=samples).astype(int)
+        umbra.render(
+            town, camera, LIGHTS, ground=0.0, device=name, samples=samples, style="plain"
+        ).astype(int)
         for name, samples in (("cpu", 8), ("gl", 8), ("cpu", 1))
     )
     # A sample within 1/128 pixel of an edge may fall on either side, and is an eighth of a pixel.
@@ -36,7 +38,7 @@ def test_volumes_are_counted_in_each_sample(device, samples, n_lights):
     town = make_scene(*city(4, seed=5))
     camera = umbra.Camera((-30, -40, 45), (25, 25, 0), size=SIZE)
     lights = LIGHTS[:n_lights]
-    truth = umbra.render(town, camera, lights, ground=0.0, samples=16).astype(int)
+    truth = umbra.render(town, camera, lights, ground=0.0, samples=16, style="plain").astype(int)
     with Renderer(town, 0.0, device=device) as renderer:
         jagged, smooth = (
             np.abs(renderer.render(camera, lights, samples=n) - truth).max(-1) / 255

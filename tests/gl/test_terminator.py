@@ -30,19 +30,26 @@ def balls():
 
 @pytest.mark.parametrize("lights", [[SUN], [LAMP], [SUN, LAMP]], ids=["sun", "lamp", "both"])
 def test_hard_pictures_are_the_cpus(device, balls, lights):
-    truth = umbra.render(balls, CAMERA, lights, ground=0.0, samples=1).astype(int)
+    truth = umbra.render(balls, CAMERA, lights, ground=0.0, samples=1, style="plain").astype(int)
     with Renderer(balls, 0.0, device=device) as renderer:
         image = renderer.render(CAMERA, lights)
         smooth = renderer.render(CAMERA, lights, samples=4)
     assert (np.abs(image - truth).max(-1) > 2).sum() < 12
-    truth = umbra.render(balls, CAMERA, lights, ground=0.0, samples=16).astype(int)
+    truth = umbra.render(balls, CAMERA, lights, ground=0.0, samples=16, style="plain").astype(int)
     assert (np.abs(smooth - truth).max(-1) > 40).sum() < 6
 
 
 @pytest.mark.parametrize("method", ["wedges", "samples"])
 def test_soft_pictures_are_the_cpus(device, balls, method):
     truth = umbra.render(
-        balls, CAMERA, SUN, ground=0.0, samples=1, soft="wedges", light_size=3.0
+        balls,
+        CAMERA,
+        SUN,
+        ground=0.0,
+        samples=1,
+        soft="wedges",
+        light_size=3.0,
+        style="plain",
     ).astype(int)
     with Renderer(balls, 0.0, device=device) as renderer:
         image = renderer.render(CAMERA, size_lights([SUN], (3.0,)), soft=method)

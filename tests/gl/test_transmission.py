@@ -25,7 +25,7 @@ def _case(request):
 
 def render(scene, camera, lights, **options):
     """Draw a picture of one sample a pixel."""
-    return umbra.render(scene, camera, lights, samples=1, **options)
+    return umbra.render(scene, camera, lights, samples=1, style="plain", **options)
 
 
 def count_differences(one, two, tolerance=1):
@@ -55,7 +55,9 @@ def test_smooth_edges_are_those_of_layers(device):
     truth = 255 * np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055)
     for name in ("cpu", "gl"):
         rough, smooth = (
-            np.abs(umbra.render(scene, camera, lights, device=name, samples=n) - truth).mean()
+            np.abs(
+                umbra.render(scene, camera, lights, device=name, samples=n, style="plain") - truth
+            ).mean()
             for n in (1, 8)
         )
         assert smooth < 0.4 * rough

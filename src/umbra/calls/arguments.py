@@ -28,7 +28,7 @@ def make_camera(
     target: ArrayLike | None = None,
     up: ArrayLike = (0.0, 0.0, 1.0),
     size: tuple[int, int] = (1024, 768),
-    fov: float = 50.0,
+    fov: float | None = None,
     height: float | None = None,
     near: float | None = None,
 ) -> Camera:
@@ -44,8 +44,8 @@ def make_camera(
         Upward in the picture.
     size : (int, int)
         Columns and rows of pixels.
-    fov : float
-        Vertical field of view [degrees].
+    fov : float, optional
+        Vertical field of view [degrees], 50 by default.
     height : float, optional
         Height of the picture [m], for an orthographic view instead.
     near : float, optional

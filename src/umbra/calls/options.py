@@ -30,6 +30,7 @@ _counting = partial(option, heading="Counting")
 _window = partial(option, heading="Window")
 _casters = partial(option, heading="Casters")
 _MOST_SAMPLES, _MOST_PLACES = 64, 4096
+_FOV = 50.0  # [degrees]
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # any valid view, for early checks
 
 
@@ -51,6 +52,7 @@ _no_cast = partial(
     _casters, "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
 )
 _ground = partial(_counting, "length", unit="m", metavar="Z")
+_looks = partial(option, heading="Style")
 _threads = partial(
     _counting, "whole", "Number of threads; default: all cores.", least=1, metavar="N"
 )
@@ -98,8 +100,8 @@ class CameraOptions:
         default=(0.0, 0.0, 1.0), count=3, metavar="X,Y,Z",
         remedy="numbers joined by commas; the file's own axis is --axis-up",
     )  # fmt: skip
-    fov: float = _camera(
-        "number", "Vertical field of view [degrees].", default=50.0, unit="degree", metavar="DEG"
+    fov: float | None = _camera(
+        "number", "Vertical field of view [degrees]; default: 50.", unit="degree", metavar="DEG"
     )
     height: float | None = _camera(
         "length", "Orthographic view: the height that the picture shows [m].", unit="m",
@@ -126,26 +128,41 @@ class CameraOptions:
                 "whole model"
             )
             raise InputError(msg, option=missing)
+        if self.fov is not None and self.height is not None:
+            msg = (
+                "fov= is the angle of a perspective view, height= makes the view orthographic; "
+                "leave one of them out"
+            )
+            raise InputError(msg, option="fov")
         # Report camera errors before reading any file.
         eye, target = (self.eye, self.target) if self.eye is not None else _SOMEWHERE
         near = 0.1 if self.near is None else self.near
-        Camera(eye, target, self.up, self.size, self.fov, self.height, near)  # type: ignore[arg-type]
+        Camera(eye, target, self.up, self.size, self._angle, self.height, near)  # type: ignore[arg-type]
+
+    @property
+    def _angle(self) -> float:
+        """The field of view, where it matters [degrees]."""
+        return _FOV if self.fov is None else self.fov
 
     def make(self, scene: "Scene") -> "Camera":
-        """Make the camera; defaults show the whole model."""
+        """Make the camera; by default the model fills the picture but for a margin."""
         from umbra.scene import Camera  # noqa: PLC0415
+        from umbra.scene.camera import fit_camera  # noqa: PLC0415
         from umbra.window.view import frame_bounds  # noqa: PLC0415
 
-        framed = frame_bounds(scene.bounds(), self.size, fov=self.fov).camera(self.size)
-        return Camera(
+        framed = frame_bounds(scene.bounds(), self.size, fov=self._angle).camera(self.size)
+        camera = Camera(
             framed.eye if self.eye is None else self.eye,  # type: ignore[arg-type]
             framed.target if self.target is None else self.target,  # type: ignore[arg-type]
             self.up,  # type: ignore[arg-type]
             size=self.size,
-            fov=self.fov,
+            fov=self._angle,
             height=self.height,
             near=framed.near if self.near is None else self.near,
         )
+        if self.eye is not None:
+            return camera
+        return fit_camera(camera, scene.triangles().vertices + scene.origin)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -231,7 +248,11 @@ class RenderOptions:
 
     cast: Sequence[str] = _cast()
     no_cast: Sequence[str] = _no_cast()
-    ground: float | None = _ground("Add a ground plane at this height [m].")
+    ground: float | bool | None = _ground(
+        "Add a ground plane at this height [m]; default: under a model without ground of its own, "
+        "at the height that umbra study assumes.",
+        passes=(False,),
+    )  # fmt: skip
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
         "choice", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
@@ -263,13 +284,25 @@ class RenderOptions:
         "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
         default=8, least=1, metavar="N",
     )  # fmt: skip
+    style: str = _looks(
+        "choice",
+        "architectural: pale, with lines, a ground, and corners that the sky darkens; material: "
+        "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
+        "models with textures or gloss, plain with arrays.",
+        default="auto", choices=("auto", "architectural", "material", "plain"),
+    )  # fmt: skip
+    transparent: bool = _looks("flag", "Leave the background out (PNG with alpha).", default=False)
+    caption: str = _looks(
+        "text", "A line at the foot of the picture; default: with --date the time and place.",
+        default="", metavar="TEXT",
+    )  # fmt: skip
     threads: int | None = _threads()
 
     def __post_init__(self) -> None:
         check_types(self)
         methods = find_device(self.device).methods
         methods.check(self.method)
-        if self.ground is not None and not math.isfinite(self.ground):
+        if self.ground not in {None, False} and not math.isfinite(self.ground):
             msg = f"the ground's height must be a finite number; got {self.ground:g}"
             raise InputError(msg, option="ground")
         if self.soft is not None:

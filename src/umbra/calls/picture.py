@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from io import BytesIO
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,12 @@ from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import InputError
 from umbra.machine import count_cores
-from umbra.rays.depth import NOTHING
+from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
+
+if TYPE_CHECKING:
+    from umbra.calls.styles import Style
 
 __all__ = ["Picture", "draw_picture", "render"]
 
@@ -93,19 +96,21 @@ class Picture:
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[True], cast: str | Sequence[str] = ..., no_cast: str | Sequence[str] = ...,
-    ground: float | None = ..., method: str = ...,
+    ground: float | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
+    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., style: str = ...,
+    transparent: bool = ..., caption: str = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[False] = ..., cast: str | Sequence[str] = ...,
-    no_cast: str | Sequence[str] = ..., ground: float | None = ..., method: str = ...,
+    no_cast: str | Sequence[str] = ..., ground: float | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
+    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., style: str = ...,
+    transparent: bool = ..., caption: str = ..., threads: int | None = ...,
 ) -> NDArray[np.uint8]: ...  # fmt: skip
 def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
@@ -114,7 +119,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     *,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
-    ground: float | None = None,
+    ground: float | bool | None = None,
     method: str = "auto",
     device: str = "auto",
     soft: str | None = None,
@@ -125,6 +130,9 @@ def render(  # noqa: PLR0913  (each option by its name)
     mask_scale: int = 1,
     mask_filter: str = "joint",
     samples: int = 8,
+    style: str = "auto",
+    transparent: bool = False,
+    caption: str = "",
     threads: int | None = None,
     arrays: bool = False,
 ) -> NDArray[np.uint8] | Picture:
@@ -142,8 +150,10 @@ def render(  # noqa: PLR0913  (each option by its name)
         default the file's lights, or one from the upper left; ``umbra.sun_light`` is the sun.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not; others are only visible.
-    ground : float, optional
-        z of a plane to draw, which receives shadows [m].
+    ground : float or False, optional
+        z of a plane to draw, which receives shadows [m]. By default one under a model that has
+        no ground of its own, as in a study; False: none. Plain pictures and arrays get none by
+        default.
     method : str
         ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
         ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
@@ -166,6 +176,15 @@ def render(  # noqa: PLR0913  (each option by its name)
     samples : int
         Samples per pixel averaged along edges, up to 64; 1 takes the pixel's centre alone.
         Arrays always hold the centres.
+    style : {'auto', 'architectural', 'material', 'plain'}
+        ``'architectural'``: pale colours, lines, an open sky that darkens corners, a ground;
+        ``'material'``: the model's own colours, without lines; ``'plain'``: surfaces and shadows
+        alone. ``'auto'`` takes ``'material'`` of models with textures or gloss, and ``'plain'``
+        with ``arrays``.
+    transparent : bool
+        A fourth channel, 0 where nothing is seen.
+    caption : str
+        A line at the foot of the picture.
     threads : int, optional
         All cores by default.
     arrays : bool
@@ -174,8 +193,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     Returns
     -------
     image : (rows, cols, 3) uint8
-        sRGB; row 0 is the top. With ``arrays`` a `Picture`, whose ``position``,
-        ``normal``, ``count``, ``lit`` and ``image`` are arrays.
+        sRGB, 4 channels if transparent; row 0 is the top. With ``arrays`` a `Picture`, whose
+        ``position``, ``normal``, ``count``, ``lit`` and ``image`` are arrays.
 
     Raises
     ------
@@ -200,7 +219,7 @@ def render(  # noqa: PLR0913  (each option by its name)
         cast=cast, no_cast=no_cast, ground=ground, method=method, device=device, soft=soft,
         light_size=light_size, light_samples=light_samples, layer_length=layer_length,
         layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, samples=samples,
-        threads=threads,
+        style=style, transparent=transparent, caption=caption, threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
@@ -208,7 +227,7 @@ def render(  # noqa: PLR0913  (each option by its name)
         raise InputError(msg)
     camera = make_camera(scene) if camera is None else camera
     said: list[str] = []
-    picture = draw_picture(scene, camera, make_lights(lights), options, said.append)
+    picture = draw_picture(scene, camera, make_lights(lights), options, said.append, is_bare=arrays)
     for text in said:
         warnings.warn(text, stacklevel=2)
     return picture if arrays else picture.image
@@ -221,6 +240,9 @@ def draw_picture(
     options: RenderOptions,
     warn: Warn,
     casters: list[int] | None = None,
+    *,
+    is_bare: bool = True,
+    tell: Warn = lambda _line: None,
 ) -> Picture:
     """
     Draw a picture; by default with the scene's own lights, or one from the upper left.
@@ -235,30 +257,44 @@ def draw_picture(
         Called with a line on each problem of the view or the method.
     casters : list of int, optional
         Indices of the parts that cast; from the options by default.
+    is_bare : bool
+        Whether the picture is of the surfaces that the arrays hold, and no others.
+    tell : callable
+        Called with a line on each assumption.
     """
+    from umbra.calls.finish import finish  # noqa: PLC0415
+    from umbra.calls.lines import LineFinder  # noqa: PLC0415
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
-    from umbra.cpu.shade import encode  # noqa: PLC0415
+    from umbra.calls.styles import Backdrop, choose_style, make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
 
-    shining = list(lights) or _find_own_lights(scene, camera)
+    shining = list(lights) or _find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = options.threads or count_cores()
     device, said = find_device(options.device), _SaidOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
-    frames = device.open_frames(scene, options.ground, casters=casters, threads=threads, warn=said)
+    style = choose_style(options.style, scene, is_bare=is_bare)
+    ground, shown = _choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
+    backdrop = Backdrop(scene, options.transparent)
+    frames = device.open_frames(scene, ground, casters=casters, threads=threads, warn=said)
     with frames as counter:
         view, frame = counter.see(camera)
-        _warn_of_view(scene, camera, frame, threads, warn)
-        shadows = PictureLights(counter, shining, sized, options)
+        _warn_of_view(scene, camera, frame, threads, warn, is_assumed=ground != options.ground)
+        shadows = PictureLights(
+            counter, shining, sized, options, style,
+            None if style.is_plain and not options.transparent else backdrop,
+            LineFinder(scene) if style.has_lines else None,
+        )  # fmt: skip
         layers = shadows.find_layers(view, frame, camera)
-        averaged = None
+        averages = None
         if options.samples > 1:
-            averaged = average_colors(scene, camera, shadows, layers[0])
+            averages = average_colors(shown, camera, shadows, layers)
 
     def draw() -> NDArray[np.uint8]:
-        return encode(shadows.find_colors(scene, camera, layers) if averaged is None else averaged)
+        found = averages or average_colors(shown, camera, shadows, layers)
+        return finish(found, style, options)
 
     seen = layers[0].seen
     hidden = np.zeros((), np.int32) if seen.hidden is None else np.stack(seen.hidden)
@@ -276,6 +312,25 @@ def draw_picture(
     )
 
 
+def _choose_ground(
+    scene: Scene, options: RenderOptions, style: "Style", tell: Warn
+) -> float | None:
+    """Return the height of the ground to draw [m]: given, or assumed where the style has one."""
+    from umbra.calls.styles import find_base  # noqa: PLC0415
+
+    if options.ground is False:
+        return None
+    if options.ground is not None or not style.has_ground or options.transparent:
+        return options.ground
+    base = find_base(scene)
+    if base is not None:
+        tell(
+            f"note: the model has no ground of its own; one is drawn at z = {base:.6g} m, as a "
+            "study would assume; ground= sets another height"
+        )
+    return base
+
+
 class _SaidOnce:
     """Filter that passes each text once, for any number of samples."""
 
@@ -288,21 +343,28 @@ class _SaidOnce:
             self._warn(text)
 
 
-def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
-    """Return the scene's own lights, or one from the upper left."""
+def _find_own_lights(scene: Scene, camera: Camera, *, is_bare: bool) -> list[Light]:
+    """Return the scene's own lights, or one from the upper left, behind the camera."""
     from umbra.scene.camera import expose_lights  # noqa: PLC0415
 
+    own = list(expose_lights(scene))
+    if own:
+        return own
     right, up, forward = camera.axes()
-    return list(expose_lights(scene)) or [
-        directional_light(-0.6 * right + 0.9 * up - 0.5 * forward)
-    ]
+    if is_bare:
+        return [directional_light(-0.6 * right + 0.9 * up - 0.5 * forward)]
+    ahead = np.cross(camera.up, right)
+    ahead, rise = (v / np.linalg.norm(v) for v in (ahead, camera.up))
+    return [directional_light(-0.8 * right - 0.4 * ahead + 0.75 * rise)]
 
 
-def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:
-    """Warn if the picture shows nothing of the model, or the near plane cuts it."""
+def _warn_of_view(
+    scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn, *, is_assumed: bool
+) -> None:
+    """Warn if the picture shows nothing but an assumed ground, or the near plane cuts the model."""
     from umbra.rays import count_cut  # noqa: PLC0415
 
-    if (frame.part == NOTHING).all():
+    if ((frame.part == NOTHING) | (is_assumed & (frame.part == GROUND))).all():
         middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))
         warn(
             "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "

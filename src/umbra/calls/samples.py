@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.calls.lines import LineFinder
+from umbra.calls.openness import find_openness, follow_openness
 from umbra.calls.options import RenderOptions
+from umbra.calls.styles import STYLES, Backdrop, Style
 from umbra.cpu.layers import blend_layers, follow_lights, see_behind
 from umbra.cpu.shade import find_colors
 from umbra.rays import VisibleSurface
@@ -22,7 +25,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_offsets
 from umbra.soft import AreaLight
 
-__all__ = ["PictureLayer", "PictureLights", "SeenLights", "average_colors"]
+__all__ = ["Averages", "PictureLayer", "PictureLights", "SeenLights", "average_colors"]
 
 _HALF = 0.5  # share of a light above which a point is lit
 _STEP = 1 / 32  # difference of light shares between adjacent pixels that is an edge
@@ -45,6 +48,21 @@ class SeenLights:
     visibility: Sequence[NDArray[np.float32]] | None = None
     transmission: Sequence[NDArray[np.float32]] | None = None
     hidden: Sequence[NDArray[np.int32]] | None = None
+    openness: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """
+    Means over the samples of each pixel, (rows, cols).
+
+    ``colors`` in linear RGB (rows, cols, 3), ``coverage``, the share of samples that see something,
+    and ``ink``, the strength of lines.
+    """
+
+    colors: NDArray[np.float64]
+    coverage: NDArray[np.float32]
+    ink: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +87,20 @@ class PictureLights:
     sized : sequence of AreaLight
         The lights with their sizes, for soft shadows.
     options : RenderOptions
+    style : Style
+    backdrop : Backdrop, optional
+        By default the sky runs from the top of the picture to its foot.
+    lines : LineFinder, optional
+        Of the style's lines.
     """
 
     counter: Any
     lights: Sequence[Light]
     sized: Sequence[AreaLight]
     options: RenderOptions
+    style: Style = STYLES["plain"]
+    backdrop: Backdrop | None = None
+    lines: LineFinder | None = None
 
     @property
     def is_sharp(self) -> bool:
@@ -103,28 +129,62 @@ class PictureLights:
         return replace(seen, transmission=transmission, hidden=hidden)
 
     def find_layers(
-        self, view: DepthBuffer, frame: VisibleSurface, camera: Camera
+        self,
+        view: DepthBuffer,
+        frame: VisibleSurface,
+        camera: Camera,
+        middle: Sequence[PictureLayer] = (),
     ) -> list[PictureLayer]:
-        """Find the lights' effect in a view, and on surfaces seen through it."""
-        return [
-            PictureLayer(seen, places, self.find(seen, places, camera), opacity)
-            for seen, places, opacity in see_behind(self.counter, camera, view, frame)
-        ]
+        """
+        Find the lights' effect in a view, and on surfaces seen through it.
+
+        The sky's light is taken from the layers at the pixels' centres, ``middle``, if there are.
+        """
+        layers: list[PictureLayer] = []
+        for seen, places, opacity in see_behind(self.counter, camera, view, frame):
+            found = self.find(seen, places, camera)
+            if self.style.directions:
+                if len(layers) < len(middle):
+                    at = middle[len(layers)]
+                    assert at.seen.openness is not None
+                    openness = follow_openness(at.seen.openness, at.view, seen)
+                else:
+                    openness = find_openness(
+                        self.counter, seen, places, camera, self.style.directions
+                    )
+                found = replace(found, openness=openness)
+            layers.append(PictureLayer(seen, places, found, opacity))
+        return layers
+
+    def color(
+        self,
+        scene: Scene,
+        camera: Camera,
+        view: DepthBuffer,
+        frame: VisibleSurface,
+        seen: SeenLights,
+    ) -> NDArray[np.float64]:
+        """Shade a view in linear RGB, (rows, cols, 3), before its backdrop."""
+        shown = find_colors(
+            scene, frame, self.lights, seen.reached, view, seen.counts, self.sized, camera,
+            seen.transmission, seen.openness,
+        )  # fmt: skip
+        return shown if self.backdrop is None else self.backdrop.color(shown, frame, camera)
+
+    def find_lines(self, view: DepthBuffer, camera: Camera) -> NDArray[np.float32]:
+        """Return the strength of lines in a view, (rows, cols)."""
+        if self.lines is None:
+            return np.zeros(view.face.shape, np.float32)
+        return self.lines.find(view, camera)
 
     def find_colors(
         self, scene: Scene, camera: Camera, layers: Sequence[PictureLayer]
     ) -> NDArray[np.float64]:
         """Composite layers in linear RGB, (rows, cols, 3)."""
         return blend_layers(
-            (
-                find_colors(
-                    scene, one.frame, self.lights, one.seen.reached, one.view, one.seen.counts,
-                    self.sized, camera, one.seen.transmission,
-                ),
-                one.opacity,
-            )
+            (self.color(scene, camera, one.view, one.frame, one.seen), one.opacity)
             for one in layers
-        )  # fmt: skip
+        )
 
     def _find_whole(
         self,
@@ -167,10 +227,10 @@ class PictureLights:
 
 
 def average_colors(
-    scene: Scene, camera: Camera, lights: PictureLights, middle: PictureLayer
-) -> NDArray[np.float64]:
+    scene: Scene, camera: Camera, lights: PictureLights, layers: Sequence[PictureLayer]
+) -> Averages:
     """
-    Average the colours of the samples of each pixel.
+    Average what the samples of each pixel show.
 
     Parameters
     ----------
@@ -178,25 +238,26 @@ def average_colors(
     camera : Camera
         Of the pixels' centres.
     lights : PictureLights
-    middle : PictureLayer
-        First surface at the pixels' centres.
+    layers : sequence of PictureLayer
+        Surfaces at the pixels' centres, the first ones first.
 
     Returns
     -------
-    colors : (rows, cols, 3) float64
-        Linear RGB.
+    averages : Averages
     """
-    if lights.counter.transmitters is not None:
-        return _average_layers(scene, camera, lights)
+    middle, samples = layers[0], lights.options.samples
     view, frame, seen = middle.view, middle.frame, middle.seen
-    sizes = lights.sized
-    colors = find_colors(
-        scene, frame, lights.lights, seen.reached, view, seen.counts, sizes, camera
-    )
+    if samples == 1:
+        colors = lights.find_colors(scene, camera, layers)
+        coverage = (frame.part != NOTHING).astype(np.float32)
+        return Averages(colors, coverage, lights.find_lines(view, camera))
+    if lights.counter.transmitters is not None:
+        return _average_layers(scene, camera, lights, layers)
+    colors = lights.color(scene, camera, view, frame, seen)
     edges = _find_textured(scene, frame)
     if not lights.is_sharp:
         edges |= _find_steps(seen.reached)
-    more, samples = np.zeros_like(colors), lights.options.samples
+    more, (coverage, ink) = np.zeros_like(colors), np.zeros((2, *view.face.shape), np.float32)
     for across, down in find_offsets(samples).tolist():
         other = replace(camera, offset=(across, down))
         looked = lights.counter.look(other)
@@ -209,21 +270,31 @@ def average_colors(
         some = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
         frame = lights.counter.locate(some, other)
         found = lights.find(some, frame, other, counts)
-        shown = find_colors(
-            scene, frame, lights.lights, found.reached, some, found.counts, sizes, other
-        )
+        if seen.openness is not None:
+            found = replace(found, openness=follow_openness(seen.openness, view, looked))
+        shown = lights.color(scene, other, some, frame, found)
         more[differs] += shown[differs] - colors[differs]
-    return colors + more / samples
+        coverage += looked.face != NOTHING
+        ink += lights.find_lines(looked, other)
+    n = np.float32(samples)
+    return Averages(colors + more / samples, coverage / n, ink / n)
 
 
-def _average_layers(scene: Scene, camera: Camera, lights: PictureLights) -> NDArray[np.float64]:
+def _average_layers(
+    scene: Scene, camera: Camera, lights: PictureLights, middle: Sequence[PictureLayer]
+) -> Averages:
     """Average all samples of every pixel in all layers: each may see another leaf."""
-    sums, samples = np.zeros(()), lights.options.samples
+    samples, shape = lights.options.samples, (camera.size[1], camera.size[0])
+    colors, (coverage, ink) = np.zeros((*shape, 3)), np.zeros((2, *shape), np.float32)
     for across, down in find_offsets(samples).tolist():
         other = replace(camera, offset=(across, down))
         view, frame = lights.counter.see(other)
-        sums = sums + lights.find_colors(scene, other, lights.find_layers(view, frame, other))
-    return sums / samples
+        layers = lights.find_layers(view, frame, other, middle)
+        colors += lights.find_colors(scene, other, layers)
+        coverage += view.face != NOTHING
+        ink += lights.find_lines(view, other)
+    n = np.float32(samples)
+    return Averages(colors / samples, coverage / n, ink / n)
 
 
 def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:

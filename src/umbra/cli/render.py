@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.calls.options import CameraOptions, LightOptions, RenderOptions
-from umbra.cli.options import NewPath, SectionedCommand, record_options, take_record
+from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,
     read_model,
@@ -21,10 +21,11 @@ from umbra.errors import InputError, write_for_shell
 
 if TYPE_CHECKING:
     from umbra.calls.picture import Picture
+    from umbra.sun import Site
 
 __all__ = ["command"]
 
-HEADINGS = ("Camera", "Lights", "Casters", "Site", "Reading", "Counting", "Files")
+HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting", "Files")
 
 
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)
@@ -34,6 +35,9 @@ HEADINGS = ("Camera", "Lights", "Casters", "Site", "Reading", "Counting", "Files
 @site_options
 @reading_options("--axis-up")
 @record_options(RenderOptions)
+@click.option(
+    "--no-ground", cls=HeadedOption, heading="Style", is_flag=True, help="No ground plane."
+)
 @click.option("--out", type=NewPath(), metavar="FILE.png", help="The picture to write.")
 @click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="The arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -41,6 +45,7 @@ def command(
     files: tuple[str, ...],
     out: Path | None,
     arrays: Path | None,
+    no_ground: bool,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -57,6 +62,7 @@ def command(
     written = _find_paths(out, arrays)
     lights = take_record(LightOptions, given)
     _check_site(lights)
+    given["ground"] = False if no_ground else given["ground"]
     options = take_record(RenderOptions, given)
     if out is None:  # arrays are those of the pixels' centres
         options = replace(options, samples=1)
@@ -75,7 +81,12 @@ def command(
         stages.show_scene(scene)
         stages.begin("drawing")
         shining = lights.make(lambda: find_model_site(scene))
-        picture = draw_picture(scene, lens.make(scene), shining, options, _warn)
+        if lights.date is not None and not options.caption:
+            options = replace(options, caption=_tell_sun(lights, find_model_site(scene)))
+        picture = draw_picture(
+            scene, lens.make(scene), shining, options, _warn, is_bare=arrays is not None,
+            tell=_tell,
+        )  # fmt: skip
         if out is not None:
             write_png(beside[out], picture.image)
         if arrays is not None:
@@ -118,6 +129,22 @@ def _sum_up(picture: "Picture") -> dict[str, Any]:
         "deepest_count": [int(n.max()) for n in picture.count],
         "lit_share": [float(m.sum() / max(seen, 1)) for m in picture.lit],
     }
+
+
+def _tell_sun(lights: LightOptions, site: "Site") -> str:
+    """Describe the sun's date, time and place."""
+    from umbra.sun.clock import find_stamps  # noqa: PLC0415
+    from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+    stamp = find_stamps(parse_date(str(lights.date)), [str(lights.at)], site.zone)
+    north = f"{abs(site.latitude):.3f}° {'N' if site.latitude >= 0 else 'S'}"
+    east = f"{abs(site.longitude):.3f}° {'E' if site.longitude >= 0 else 'W'}"
+    return f"{lights.date} {lights.at} {'/'.join(stamp.abbreviations())} · {north}, {east}"
+
+
+def _tell(message: str) -> None:
+    """Tell the person at the terminal which ground was assumed."""
+    echo(f"{write_for_shell(message)}, --no-ground none", err=True)
 
 
 def _warn(message: str) -> None:

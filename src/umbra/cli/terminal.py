@@ -222,8 +222,9 @@ class _Watched(Stages):
             self._notice.start()
 
     def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
+        is_new = self._stage != what  # a short stage is seen, too
         super().advance(done, everything, what, unit)
-        self._bar.update(self._task, completed=done, total=everything, unit=unit)
+        self._bar.update(self._task, completed=done, total=everything, unit=unit, refresh=is_new)
 
     def end(self) -> None:
         self._stop_timer()

@@ -19,6 +19,8 @@ __all__ = ["encode", "find_colors", "find_reached", "find_surfaces", "shade"]
 
 _LINEAR = 0.0031308  # below, sRGB is linear
 _COMPRESSED, _DESATURATION = 0.8, 0.15  # start of highlight compression; desaturation of highlights
+_OPEN = 1.8  # of the even light, where all of the sky is seen
+_INDIRECT = 0.2  # of the sky's light, where none of the sky is seen: from other surfaces
 _NO_SIZE = 1e-12  # sine of a light's angular radius
 _ALIKE = 0.99999  # cosine above which a face's normal and a smooth normal count as equal
 
@@ -81,12 +83,13 @@ def find_colors(
     areas: Sequence[AreaLight] = (),
     camera: Camera | None = None,
     transmission: Sequence[NDArray] | None = None,
+    openness: NDArray[np.floating] | None = None,
 ) -> NDArray[np.float64]:
     """
     Find the linear RGB that ``shade`` encodes, (rows, cols, 3).
 
     Parameters as there; ``transmission``, (rows, cols, 3) for each light, is the share of it that
-    passes glass and leaves.
+    passes glass and leaves; ``openness``, (rows, cols), the share of the sky that is not hidden.
     """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
@@ -95,6 +98,8 @@ def find_colors(
     albedo, normal = find_surfaces(scene, frame, view)
     position = frame.position[seen]
     ambient = find_ambient(normal[:, 2])
+    if openness is not None:
+        ambient *= _OPEN * (_INDIRECT + (1 - _INDIRECT) * openness[seen])[:, None]
     is_unlit = np.array([material.is_unlit for material in materials])[part]
     shown = albedo * np.where(is_unlit[:, None], 1.0, ambient)
     glossy = np.zeros(0, np.intp)

@@ -28,6 +28,7 @@ __all__ = [
     "find_ambient",
     "find_exposure",
     "find_offsets",
+    "fit_camera",
 ]
 
 GROUND_COLOR = (0.50, 0.50, 0.48)
@@ -38,6 +39,7 @@ BOUNCE = (0.25, 0.25, 0.24)
 AMBIENT = 0.20
 """Luminance of a white surface that looks up, without a light; half as much looking down."""
 _GOLDEN = (5**0.5 - 1) / 2
+_HALVINGS = 24  # of the place of a camera: less than a pixel
 _FARTHEST = 0.5  # most offset of a ray from its pixel's centre [pixels]
 
 
@@ -193,6 +195,45 @@ class Camera:
         if self.height is None:
             return np.append(self.eye - np.asarray(origin, np.float64), 1.0)
         return np.append(-self.axes()[2], 0.0)
+
+
+def fit_camera(camera: Camera, points: NDArray[np.float64], margin: float = 0.06) -> Camera:
+    """
+    Move a camera, without turning it, so that points (n, 3) fill its picture but for a margin.
+
+    In perspective each side of the picture is a plane through the eye that touches the points: two
+    opposite planes give the nearest eye that sees all between them; the farther of both pairs
+    decides. An orthographic camera is only centred. ``margin`` is a share of the picture on every
+    side.
+    """
+    axes, (cols, rows) = camera.axes(), camera.size
+    x, y, z = (points @ axes.T).T
+    if camera.height is not None:
+        place = [float(along.min() + along.max()) / 2 for along in (x, y)]
+        depth = float(z.min()) - max(float(np.ptp(z)), 1.0)
+    else:
+        half = np.tan(np.radians(camera.fov) / 2) * (1.0 - 2.0 * margin)
+        depth = float(z.min()) - 2 * camera.near
+        for along, slope in ((x, half * cols / rows), (y, half)):
+            sides = float((along - slope * z).max()), float((-along - slope * z).max())
+            depth = min(depth, -sum(sides) / (2 * slope))
+        place = [_find_middle(along, z - depth) for along in (x, y)]
+    eye = np.array([*place, depth]) @ axes
+    away = max(float(np.median(z)) - depth, camera.near)
+    return replace(camera, eye=eye, target=eye + away * axes[2])
+
+
+def _find_middle(along: NDArray[np.float64], away: NDArray[np.float64]) -> float:
+    """Find the place across from which points appear as far to one side as to the other."""
+    low, high = float(along.min()), float(along.max())
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        seen = (along - middle) / away
+        if seen.max() + seen.min() > 0:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
 
 
 def find_offsets(samples: int) -> NDArray[np.float64]:

@@ -156,13 +156,13 @@ def write_png(
     path: str | os.PathLike[str], rgb: NDArray[np.uint8], dots_per_inch: float | None = None
 ) -> None:
     """
-    Write an sRGB image (rows, cols, 3) uint8, row 0 the top, as an 8-bit RGB PNG.
+    Write an sRGB image (rows, cols, 3 or 4) uint8, row 0 the top, as an 8-bit PNG.
 
     ``dots_per_inch`` is kept in the file, so that it prints at its intended size. A ValueError
     says that the image has another shape or dtype.
     """
     rgb = np.asarray(rgb)
-    if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
+    if rgb.ndim != 3 or rgb.shape[2] not in {3, 4} or rgb.dtype != np.uint8:
         msg = f"a picture is (rows, cols, 3) uint8; got {rgb.shape} {rgb.dtype}"
         raise ValueError(msg)
     extra = {} if dots_per_inch is None else {"dpi": (dots_per_inch, dots_per_inch)}

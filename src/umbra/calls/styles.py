@@ -1,0 +1,137 @@
+"""Styles of pictures: what is added to the exact shadows so that a picture reads well."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.rays import VisibleSurface
+from umbra.rays.depth import GROUND, NOTHING
+from umbra.scene import Camera, Scene
+from umbra.scene.camera import GROUND_COLOR, HORIZON, SKY
+
+__all__ = ["PAPER", "STYLES", "Backdrop", "Style", "choose_style", "find_base", "make_pale"]
+
+_PLASTER = np.array((0.80, 0.79, 0.77))  # linear RGB
+PAPER = (0.76, 0.76, 0.74)
+"""Of a ground that the picture adds; linear RGB."""
+_NEAR, _FAR = 0.8, 3.0  # from the model's centre, where the ground begins and ends to fade [radii]
+_HIGH = 0.5  # sine of the altitude at which the sky has its full colour
+
+
+@dataclass(frozen=True)
+class Style:
+    """
+    What a picture shows besides surfaces and shadows.
+
+    ``directions``: of the sky, whose shadows darken corners; 0 for an even light everywhere.
+    ``has_lines``: outlines and creases. ``has_ground``: under a model that has none.
+    ``paleness``: share of plaster in the colours of surfaces.
+    """
+
+    directions: int = 0
+    has_lines: bool = False
+    has_ground: bool = False
+    paleness: float = 0.0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing is added."""
+        return self == Style()
+
+
+STYLES = {
+    "plain": Style(),
+    "material": Style(directions=48, has_ground=True),
+    "architectural": Style(directions=48, has_lines=True, has_ground=True, paleness=0.45),
+}
+"""By the names that ``style=`` takes."""
+
+
+def choose_style(name: str, scene: Scene, *, is_bare: bool) -> Style:
+    """
+    Return a style by its name; ``'auto'`` is chosen by the model.
+
+    A bare picture, whose arrays are asked for, is plain by default, and gets no ground of its own:
+    it shows what the arrays hold.
+    """
+    if name == "auto":
+        has_looks = any(
+            part.material.images or part.material.roughness is not None for part in scene.parts
+        )
+        name = "plain" if is_bare else "material" if has_looks else "architectural"
+    return replace(STYLES[name], has_ground=STYLES[name].has_ground and not is_bare)
+
+
+def find_base(scene: Scene) -> float | None:
+    """Find the height of a ground for a model [m]; None if it brings its own."""
+    from umbra.receivers import find_kind  # noqa: PLC0415
+    from umbra.receivers.level import find_level, has_terrain  # noqa: PLC0415
+
+    if has_terrain(scene):
+        return None
+    level, _ = find_level(scene, find_kind("ground"), None)
+    return level
+
+
+def make_pale(scene: Scene, share: float) -> Scene:
+    """Return the scene for shading alone, its colours mixed with plaster."""
+    if not share:
+        return scene
+    parts = []
+    for part in scene.parts:
+        color = share * _PLASTER + (1 - share) * np.array(part.material.color)
+        red, green, blue = color.tolist()
+        parts.append(replace(part, material=replace(part.material, color=(red, green, blue))))
+    return replace(scene, parts=tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Backdrop:
+    """Sky above a horizon, into which the ground fades with distance; none if transparent."""
+
+    scene: Scene
+    is_transparent: bool = False
+
+    @cached_property
+    def _circle(self) -> tuple[NDArray[np.float64], float]:
+        """Return the model's centre in plan and its radius [m]."""
+        low, high = self.scene.bounds()[:, :2]
+        return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)
+
+    def color(
+        self, linear: NDArray[np.float64], frame: VisibleSurface, camera: Camera
+    ) -> NDArray[np.float64]:
+        """Put it behind a picture in linear RGB (rows, cols, 3)."""
+        empty, ground = frame.part == NOTHING, frame.part == GROUND
+        if self.is_transparent:
+            linear[empty] = 0.0
+            return linear
+        sky = self._find_sky(camera)
+        linear[empty] = sky[empty]
+        linear[ground] *= np.array(PAPER) / GROUND_COLOR
+        middle, radius = self._circle
+        away = np.linalg.norm(frame.position[ground][:, :2] - middle, axis=1) / radius
+        faded = np.clip((away - _NEAR) / (_FAR - _NEAR), 0.0, 1.0)
+        faded = (faded * faded * (3.0 - 2.0 * faded))[:, None]
+        linear[ground] += faded * (np.array(HORIZON) - linear[ground])
+        return linear
+
+    @staticmethod
+    def _find_sky(camera: Camera) -> NDArray[np.float64]:
+        """Return the colour of the sky in each pixel; below the horizon there is its own."""
+        cols, rows = camera.size
+        _, up, forward = camera.axes()
+        if camera.is_perspective:
+            right = camera.axes()[0]
+            scale = np.tan(np.radians(camera.fov) / 2) / (rows / 2)
+            middle = camera.center
+            across = (np.arange(cols) - middle[0]) * scale
+            down = (np.arange(rows) - middle[1])[:, None] * scale
+            rise = forward[2] + across * right[2] - down * up[2]
+            rise = rise / np.sqrt(1.0 + across**2 + down**2)
+        else:
+            rise = np.full((rows, cols), forward[2])
+        share = np.clip(rise / _HIGH, 0.0, 1.0)[..., None]
+        return np.array(HORIZON) + share * (np.array(SKY) - HORIZON)
