@@ -52,6 +52,10 @@ export class Faces {
   }
 }
 
+const [NOTHING, LIT, BOTH] = [0, 1, 2];
+/** What a face adds by its rule (row) and the side of it that the light is on: back, neither, front. */
+const ADDS = new Int8Array([0, 0, 0, 0, 0, 1, -1, 0, 1]);
+
 /** The volumes of a model for one light at a time. */
 export class Volumes {
   /** @param {Model} model */
@@ -61,6 +65,8 @@ export class Volumes {
     this.side = new Int8Array(model.faceCount);
     /** What each face adds; the last is that of a border. */
     this.adds = new Int8Array(model.faceCount + 1);
+    /** Which faces add to the count: `NOTHING`, `LIT` ones or `BOTH`. */
+    this.rule = new Uint8Array(model.faceCount);
     this.cases = new Uint8Array(model.shellCount);
     this.casts = new Uint8Array(model.shellCount);
     this.isClosed = Uint8Array.from(model.isClosed);
@@ -91,6 +97,9 @@ export class Volumes {
       else all[faceComponent[f]] = 0;
     }
     this.isClosed = isClosed.map((is, k) => is & (all[k] | ~some[k] & 1));
+    for (let f = 0; f < faceCount; f++) {
+      this.rule[f] = !this.isCasting[facePart[f]] ? NOTHING : this.isClosed[faceComponent[f]] ? LIT : BOTH;
+    }
     for (let shell = 0; shell < shellCount; shell++) {
       this.casts[shell] = 0;
       for (let f = faceStarts[shell]; f < faceStarts[shell + 1] && !this.casts[shell]; f++) {
@@ -105,18 +114,13 @@ export class Volumes {
    * @param {Uint8Array | null} opened components that follow the open rule for this light
    */
   setLight(light, opened) {
-    const { faceCount, planes, facePart, faceComponent } = this.model;
-    const { side, adds, isClosed, isCasting } = this;
-    const [x, y, z, w] = [light[0], light[1], light[2], light[3]];
-    const [second, third, fourth] = [faceCount, 2 * faceCount, 3 * faceCount];
+    const { faceCount, faceComponent } = this.model;
+    const { side, adds, rule } = this;
+    findSides(this.model.planes, light, side);
+    for (let f = 0; f < faceCount; f++) adds[f] = ADDS[3 * rule[f] + side[f] + 1];
+    if (!opened) return;
     for (let f = 0; f < faceCount; f++) {
-      let at = planes[f] * x + planes[second + f] * y + planes[third + f] * z;
-      at += planes[fourth + f] * w;
-      const mine = at > 0 ? 1 : at < 0 ? -1 : 0;
-      side[f] = mine;
-      const component = faceComponent[f];
-      const isLitOnly = isClosed[component] && !(opened && opened[component]);
-      adds[f] = !isCasting[facePart[f]] || (mine < 0 && isLitOnly) ? 0 : mine;
+      if (opened[faceComponent[f]] && rule[f] === LIT) adds[f] = side[f];
     }
   }
 
@@ -221,5 +225,30 @@ export class Volumes {
       data[list.size + 2] = 2 * faces[3 * f + (adds > 0 ? 1 : 2)] + 1;
       list.size += 3;
     }
+  }
+}
+
+/**
+ * Find on which side of planes (4, n) a light is: 1 in front, -1 behind, 0 on them.
+ * @param {Float64Array} planes
+ * @param {ArrayLike<number>} light
+ * @param {Int8Array} side
+ */
+function findSides(planes, light, side) {
+  const x = light[0];
+  const y = light[1];
+  const z = light[2];
+  const w = light[3];
+  const n = side.length;
+  if (w === 0) {
+    for (let f = 0; f < n; f++) {
+      const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z;
+      side[f] = Number(at > 0) - Number(at < 0);
+    }
+    return;
+  }
+  for (let f = 0; f < n; f++) {
+    const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
+    side[f] = Number(at > 0) - Number(at < 0);
   }
 }
