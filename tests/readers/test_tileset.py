@@ -200,3 +200,17 @@ def test_tiles_without_end_are_refused(write):
         umbra.read(write(root, {"0.subtree": data, "a.glb": glb()}))
     with pytest.raises(InputError, match="geometric_error"):
         umbra.read(write(root, {}), geometric_error=-1)
+
+
+def test_the_cache_sees_that_a_tile_has_changed(write, tmp_path, monkeypatch):
+    monkeypatch.setenv("UMBRA_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("umbra.readers.kept.LEAST", 1)
+    path = write(tile("a/1.glb"), {"a/1.glb": glb(2)})
+    assert widths(umbra.read(path, cache=True)) == [2]
+    monkeypatch.setattr("umbra.readers._read_one", lambda *_: pytest.fail("was read again"))
+    assert widths(umbra.read(path, cache=True)) == [2]
+    monkeypatch.undo()
+    monkeypatch.setenv("UMBRA_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("umbra.readers.kept.LEAST", 1)
+    (tmp_path / "a/1.glb").write_bytes(glb(7))
+    assert widths(umbra.read(path, cache=True)) == [7]

@@ -178,7 +178,8 @@ class _TilesetReader:
         if not data.strip():
             msg = "is empty; fetch it again"
             raise InputError(msg)
-        choices = replace(self._choices, up=self._choices.up or up, size=len(data), region=None)
+        up = self._choices.up or up
+        choices = replace(self._choices, up=up, size=len(data), region=None, opened=[])
         path = self._path.parent / where
         magic = data[:4]
         if magic == b"cmpt":
@@ -196,6 +197,10 @@ class _TilesetReader:
         else:
             msg = "is neither glTF nor a tile that is known; fetch it again"
             raise InputError(msg)
+        # Files of a tile are files of the set: the cache checks those beside the named file.
+        for one in choices.opened:
+            folder = PurePosixPath(where).parent
+            self._companions.record |= {str(folder / name): s for name, s in one.record.items()}
         for note in model.notes:
             what, _, count = note.rpartition(": ")
             if count.isdigit() and what:
