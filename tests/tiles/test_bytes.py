@@ -5,6 +5,9 @@ import pytest
 from support.cities import DAY
 
 import umbra
+from umbra.tiles import count
+from umbra.tiles.count import count_window
+from umbra.tiles.run import count_serially
 
 EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)
@@ -69,3 +72,31 @@ def test_canopies_let_light_through_in_any_tile(city, tmp_path):
     assert float(whole.canopy_hours.max()) > 1
     made = umbra.city_study(city, out=tmp_path, tiles=150, **options)
     compare(made.dataset.load(), whole)
+
+
+def test_solved_instants_are_those_of_one_study(city, tmp_path):
+    options = {**DAY, "receivers": "top", "cell": 4.0, "extent": (84990, 446990, 85120, 447110)}
+    scene = umbra.read(*city)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), exact=True, **options).dataset
+    made = umbra.city_study(city, out=tmp_path, tiles=50, exact=True, **options)
+    compare(made.dataset.load(), whole)
+
+
+def test_windows_are_cut_to_the_memory_that_is_given(city, tmp_path, monkeypatch):
+    options = {**DAY, "receivers": "top", "cell": 2.0, "extent": EXTENT}
+    first = umbra.city_study(city, out=tmp_path / "first", tiles=1000, **options)
+    windows = []
+
+    def see(place, grid, needs):
+        windows.append((grid.rows, grid.cols))
+        return count_window(place, grid, needs)
+
+    monkeypatch.setattr(count, "count_window", see)
+
+    def engine(job, tiles):
+        return count_serially(job.with_resources(3.01e8, 2), tiles)
+
+    second = umbra.city_study(city, out=tmp_path / "second", tiles=1000, engine=engine, **options)
+    assert len(windows) > 8
+    assert min(max(window) for window in windows) <= 64
+    compare(second.dataset.load(), first.dataset.load())
