@@ -34,7 +34,6 @@ __all__ = [
     "is_outside",
     "is_seen",
     "move_boxes",
-    "sort_boxes",
 ]
 
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
@@ -68,34 +67,6 @@ def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDAr
     # Of a shape that reaches infinity only the finite points must be strictly beyond.
     beyond = np.where(points[..., 3:] > 0, values < 0, values <= 0)
     return np.asarray(beyond.all(1).any(-1))
-
-
-def sort_boxes(
-    planes: NDArray[np.float64], bounds: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """
-    Return whether boxes (n, 2, 3) lie wholly beyond a plane of a region, or within all.
-
-    Returns ``is_outside`` and ``is_inside``, (n,) bool each; ``planes`` (k, 4) are inward.
-    """
-    outside, inside = np.zeros(len(bounds), np.bool_), np.zeros(len(bounds), np.bool_)
-    _sort_boxes(np.ascontiguousarray(planes), np.asarray(bounds, np.float64), outside, inside)
-    return outside, inside
-
-
-@njit(cache=True, nogil=True)
-def _sort_boxes(planes, bounds, outside, inside):
-    for i in range(bounds.shape[0]):
-        beyond, within = False, True
-        for k in range(planes.shape[0]):
-            lowest = highest = 0.0
-            for axis in range(3):
-                a, b = planes[k, axis] * bounds[i, 0, axis], planes[k, axis] * bounds[i, 1, axis]
-                lowest += min(a, b)
-                highest += max(a, b)
-            beyond |= highest + planes[k, 3] < 0.0
-            within &= lowest + planes[k, 3] >= 0.0
-        outside[i], inside[i] = beyond, within
 
 
 def find_span(
