@@ -11,7 +11,7 @@ from support.shapes import HOUSE, box, city, jumble, merge, moved, torus_knot
 from umbra.cpu.frame import FrameCounter
 from umbra.gl import volumes
 from umbra.gl.casters import make_bodies
-from umbra.gl.flags import SIDES, Selection
+from umbra.gl.flags import SIDES, VolumeSelection
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import BLOCK, Geometry, make_groups
 from umbra.gl.planner import Planner
@@ -334,7 +334,7 @@ def test_sides_of_several_lights_are_those_of_each(device, w):
     together[0].find(random.random(60) < 0.5)  # some are known already
     held = replace(make_volumes(body, lights[3], opened), held=np.array([[1, 2]]))
     together[3] = held
-    selections = [Selection(np.uint8(SIDES) * some, some.astype(np.int8)) for some in wanted]
+    selections = [VolumeSelection(np.uint8(SIDES) * some, some.astype(np.int8)) for some in wanted]
     volumes.find_together([[each] for each in together], selections, np.array([0, 60]))
     for light, some, each in zip(lights, wanted, together, strict=True):
         alone = make_volumes(body, light, opened)

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS", "Selection",
+    "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS", "VolumeSelection",
 ]  # fmt: skip
 
 SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS = (np.uint8(1 << bit) for bit in range(6))
-"""Bits of `Selection.flags`."""
+"""Bits of `VolumeSelection.flags`."""
 
 DRAWS = (
     ("sides_z_pass", False), ("sides_z_fail", False), ("dark_cap", False),
@@ -22,7 +22,7 @@ DRAWS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Selection:
+class VolumeSelection:
     """
     Faces to draw of each shell's volume under one light.
 

@@ -11,7 +11,7 @@ from umbra.gl.casters import Body
 from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.open_components import find_held, find_opened
 from umbra.gl.overlap import KnownBound, bound_nearby, find_most
-from umbra.gl.selection import Selection
+from umbra.gl.selection import VolumeSelection
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
 
@@ -89,7 +89,7 @@ class KeptLight(Sequence[BodyVolumes]):
                 self._nearby, self._touched = old._nearby, old._touched
                 self._old = {**old._old, **old._made}
 
-    def touch(self, selection: Selection) -> Nearby | None:
+    def touch(self, selection: VolumeSelection) -> Nearby | None:
         """Find the points near the light of the shells drawn now or before."""
         if not self.near:
             return None
@@ -110,7 +110,7 @@ class KeptLight(Sequence[BodyVolumes]):
         """Whether components of any body may be open, which depends on the view."""
         return bool(self.near) or any(body.any_inward for body in self.bodies)
 
-    def bound(self, selection: Selection, bounds: NDArray, most: NDArray[np.int64]) -> int:
+    def bound(self, selection: VolumeSelection, bounds: NDArray, most: NDArray[np.int64]) -> int:
         """
         Bound the count of the drawn shells.
 

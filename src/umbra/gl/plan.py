@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.flags import Selection
+from umbra.gl.flags import VolumeSelection
 from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
 
@@ -88,7 +88,7 @@ class VolumePlan:
         Left, bottom, columns, rows [pixels] of the counted region.
     depth_bounds : (float, float), optional
         Window depths of the counted region.
-    selection : Selection, optional
+    selection : VolumeSelection, optional
     volumes : sequence of BodyVolumes
         Volumes from which the draws were selected, made when they are looked up.
     """
@@ -102,7 +102,7 @@ class VolumePlan:
     statistics: Statistics
     scissor: tuple[int, int, int, int] | None = None
     depth_bounds: tuple[float, float] | None = None
-    selection: Selection | None = None
+    selection: VolumeSelection | None = None
     volumes: Sequence[BodyVolumes] = ()
 
     def uniforms(self) -> dict[str, object]:

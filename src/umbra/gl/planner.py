@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
-from umbra.gl.flags import CUT, DRAWS, Z_FAILS, Selection
+from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import KeptLight
 from umbra.gl.open_components import find_near, find_start
@@ -217,7 +217,7 @@ class Planner:
         return self._last[1]
 
     @staticmethod
-    def _warn(selection: Selection, method: str, warn: Callable[[str], object]) -> None:
+    def _warn(selection: VolumeSelection, method: str, warn: Callable[[str], object]) -> None:
         """Warn where z-pass is wrong for a view."""
         if method == "z-pass" and (selection.case > 1).any():
             warn(
@@ -230,7 +230,7 @@ class Planner:
         self,
         kept: KeptLight,
         projection: Projection,
-        selection: Selection,
+        selection: VolumeSelection,
         clip_range: tuple[Rectangle | None, tuple[float, float] | None],
         lists: list[NDArray[np.uint32]],
         nearby: list[NDArray[np.float64]],
@@ -276,7 +276,7 @@ class Planner:
     def _list(
         self,
         kept: KeptLight,
-        selection: Selection,
+        selection: VolumeSelection,
         draws: list[Draw],
         drawn: dict[str, int],
         lists: list[NDArray[np.uint32]],

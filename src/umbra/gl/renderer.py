@@ -352,8 +352,8 @@ class Renderer(DeviceUser):
     ) -> None:
         origin, exposure = self.scene.origin, find_exposure(len(lights))
         middles = find_middles(lights)
-        found = [None if plan is None else plan.scissor for plan in plans]
-        scissors = found if all(plans) else find_scissors(projection.camera, origin, middles)
+        scissors = [plan.scissor for plan in plans if plan is not None]
+        scissors = scissors or find_scissors(projection.camera, origin, middles)
         for number, (light, plan, scissor) in enumerate(zip(middles, plans, scissors, strict=True)):
             if scissor is not None and 0 in scissor[2:]:
                 continue

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, Selection
+from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.projection import Projection, Rectangle
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
@@ -99,7 +99,7 @@ def select_lights(
     method: str,
     choices: VolumeOptions,
     floor: float,
-) -> list[Selection]:
+) -> list[VolumeSelection]:
     """
     Select the faces to draw for each light.
 
@@ -154,7 +154,7 @@ def select_lights(
             _ask_triangles(
                 volumes[k], np.flatnonzero(undecided[k]), regions, keeps_cap, flags[k], case[k]
             )
-    return [Selection(*each) for each in zip(flags, case, strict=True)]
+    return [VolumeSelection(*each) for each in zip(flags, case, strict=True)]
 
 
 @njit(cache=True, nogil=True)

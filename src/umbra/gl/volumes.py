@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, Selection
+from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, VolumeSelection
 from umbra.gl.lists import count_draws, list_cap, write_draws
 from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
@@ -220,7 +220,7 @@ def gather(
 
 def find_together(
     volumes: Sequence[Sequence[BodyVolumes]],
-    selections: Sequence[Selection],
+    selections: Sequence[VolumeSelection],
     starts: NDArray[np.intp],
 ) -> None:
     """
@@ -250,7 +250,10 @@ def find_together(
 
 
 def gather_light(
-    volumes: Sequence[BodyVolumes], selection: Selection, starts: NDArray[np.intp], is_point: bool
+    volumes: Sequence[BodyVolumes],
+    selection: VolumeSelection,
+    starts: NDArray[np.intp],
+    is_point: bool,
 ) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
     """
     Collect the selected triangles of a light, in the order of `DRAWS`.

@@ -164,7 +164,7 @@ def _add_body(
 
 @dataclass(frozen=True)
 class _Chosen:
-    """Selection and count method of one shell's volume."""
+    """VolumeSelection and count method of one shell's volume."""
 
     kind: str
     is_cut: bool

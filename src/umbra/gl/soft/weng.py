@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.context import release_all
 from umbra.gl.count import Stack, VolumeCounter
-from umbra.gl.flags import CUT, DARK_CAP, FAN, SIDES, Z_FAILS, Selection
+from umbra.gl.flags import CUT, DARK_CAP, FAN, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
 from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, VolumePlan
@@ -146,7 +146,7 @@ def list_layers(
     floor: float,
     choices: VolumeOptions,
     place: int,
-) -> tuple[Selection, list[Draw], list[NDArray[np.uint32]]]:
+) -> tuple[VolumeSelection, list[Draw], list[NDArray[np.uint32]]]:
     """
     Select the faces to draw of a light's layers, equal for each, and list their triangles.
 
@@ -188,7 +188,7 @@ def plan_layers(
     layers: LightLayers,
     hard: VolumePlan,
     projection: Projection,
-    selection: Selection,
+    selection: VolumeSelection,
     draws: Sequence[Draw],
     steps: Sequence[float],
 ) -> list[VolumePlan]:
