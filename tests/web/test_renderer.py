@@ -1,0 +1,135 @@
+"""Pictures of the renderer in the browser: what is lit, parts, picks, lost contexts."""
+
+import base64
+
+import numpy as np
+import pytest
+from support.shapes import box
+from support.web import describe_camera, describe_light
+
+from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import GROUND
+from umbra.scene import Camera, Mesh, Part, directional_light
+from umbra.scene.scene import Scene
+from umbra.web.pack import quantise
+
+SIZE = (96, 80)
+CAMERA = Camera((20, -25, 14), (0, 0, 3), size=SIZE)
+SUN = directional_light((0.4, 0.3, 0.7))
+
+
+@pytest.fixture
+def scene():
+    """A box on the ground and a plate that floats above it, as two parts."""
+    parts = (("box", (-3, -3, 0), (3, 3, 6)), ("plate", (-6, 4, 8), (6, 9, 8.5)))
+    return Scene(
+        tuple(Part(name, "", Mesh(*box(low, high))) for name, low, high in parts), np.zeros(3)
+    )
+
+
+@pytest.fixture
+def shown(picture, scene):
+    rounded = quantise(scene)
+    picture.load(scene, SIZE, samples=1)
+    picture.set("Camera", describe_camera(CAMERA, rounded))
+    picture.set("Lights", [describe_light(SUN, rounded)])
+    picture.set("Ground", float(-rounded.origin[2]))
+    picture.set("Style", {"edges": False})
+    return picture
+
+
+def read_pixels(picture):
+    """Draw, and give the picture, (rows, cols, 4) uint8."""
+    cols, rows = SIZE
+    text = picture.page.ask(
+        f"(() => {{ picture.draw(); const gl = picture.device.gl; "
+        f"const found = new Uint8Array(4 * {cols * rows}); "
+        f"gl.readPixels(0, 0, {cols}, {rows}, gl.RGBA, gl.UNSIGNED_BYTE, found); "
+        "return encode(found); })()"
+    )
+    return np.frombuffer(base64.b64decode(text), np.uint8).reshape(rows, cols, 4)[::-1]
+
+
+def test_the_ground_is_dark_exactly_where_the_count_is_not_0(shown, scene):
+    counts = shown.count(times=1)
+    red = read_pixels(shown)[..., 0].astype(int)
+    view, _ = FrameCounter(quantise(scene), ground=0.0).see(CAMERA)
+    on_ground = view.face == GROUND
+    on_ground[:30] = False  # farther off it fades into the horizon
+    # Pixels at the foot of the box may be either's.
+    on_ground[1:-1, 1:-1] &= on_ground[:-2, 1:-1] & on_ground[2:, 1:-1]
+    on_ground[1:-1, 1:-1] &= on_ground[1:-1, :-2] & on_ground[1:-1, 2:]
+    dark, lit = red[on_ground & (counts > 0)], red[on_ground & (counts == 0)]
+    assert len(dark) > 20
+    assert len(lit) > 200
+    assert dark.max() + 30 < lit.min()
+
+
+def test_a_part_that_is_off_neither_casts_nor_shows(shown):
+    everything = shown.count()
+    shown.page.ask("picture.setParts([1, 0])")
+    alone = shown.count()
+    shown.page.ask("picture.setParts([1, 0], [1, 1])")
+    ghost = read_pixels(shown)
+    shown.page.ask("picture.setParts([0, 0])")
+    assert not shown.count().any()
+    empty = read_pixels(shown)
+    assert np.count_nonzero(everything) > np.count_nonzero(alone) > 0
+    assert np.any(ghost != empty)
+    shown.page.ask("picture.setParts([0, 1], [1, 0])")  # an unseen plate still casts
+    assert shown.count().any()
+
+
+def test_a_pick_finds_part_place_and_normal(shown):
+    spot = shown.page.ask(
+        "picture.project([-model.origin[0], -model.origin[1], 6 - model.origin[2]])"
+    )
+    hit = shown.page.ask(f"picture.pick({spot['x']}, {spot['y']})")
+    assert hit["part"] == 0
+    assert hit["normal"] == [0, 0, 1]
+    place = np.add(hit["position"], shown.page.ask("model.origin"))
+    assert place == pytest.approx([0, 0, 6], abs=1e-6)
+    ground = shown.page.ask("picture.pick(5, 75)")
+    assert ground["part"] == -1
+
+
+def test_a_lost_context_is_restored_and_draws_the_same(shown):
+    before = read_pixels(shown)
+    events = shown.page.ask(
+        """new Promise((done) => {
+          const lost = picture.device.gl.getExtension('WEBGL_lose_context');
+          const said = [];
+          picture.onlost = () => { said.push('lost'); picture.draw(); setTimeout(() => lost.restoreContext(), 0); };
+          picture.onrestored = () => { said.push('restored'); done(said); };
+          lost.loseContext();
+        })"""  # noqa: E501
+    )
+    assert events == ["lost", "restored"]
+    assert np.array_equal(read_pixels(shown), before)
+    shown.page.browser.events.clear()  # Chromium warns of a lost context
+
+
+def test_without_webgl2_the_error_has_a_name(shown):
+    found = shown.page.ask(
+        """(() => {
+          const canvas = document.createElement('canvas');
+          canvas.getContext('2d');
+          try { new Renderer(canvas, model); return 'no error'; }
+          catch (error) { return error.constructor.name + ': ' + error.message; }
+        })()"""
+    )
+    assert found.startswith("WebGLMissing: this browser gives no WebGL2")
+
+
+def test_more_lights_add_up_and_a_lamp_reaches_its_range(shown):
+    lamp = "{position: [-10, -10, 5], range: 6}"
+    direction = "{direction: [0.4, 0.3, 0.7]}"
+    shown.page.ask(f"picture.setLights([{direction}])")
+    one = read_pixels(shown).astype(int)
+    shown.page.ask("picture.setLights([])")
+    night = read_pixels(shown).astype(int)
+    shown.page.ask(f"picture.setLights([{direction}, {lamp}])")
+    both = read_pixels(shown).astype(int)
+    assert (one >= night).all()
+    assert (one > night).any()
+    assert (both[..., 0] != one[..., 0]).any()
