@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import orjson
@@ -167,7 +168,7 @@ def _gather(arrays: Sequence[NDArray], rows: _Rows, axis: int, begin: int, stop:
     shape = list(arrays[0].shape)
     shape[axis] = stop - begin
     values = np.zeros(shape, widest)
-    lead = (slice(None),) * axis
+    lead: tuple[Any, ...] = (slice(None),) * axis
     for tile, source, target in rows.find(begin, stop):
         values[(*lead, target)] = arrays[tile][(*lead, source)]
     return values

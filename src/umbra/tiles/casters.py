@@ -56,6 +56,7 @@ def make_tile_casters(
     if roles.season is None:
         return caster, None, scene.triangles()
     crowns = ask(roles.find_canopies)
-    chosen = (crowns, crowns & casts, casts & ~crowns)
-    parts = (tuple(np.flatnonzero(which).tolist()) for which in chosen)
-    return caster, Canopy(*parts, roles.season), scene.pick(~crowns)
+    every, casting, solid = (
+        tuple(np.flatnonzero(which).tolist()) for which in (crowns, crowns & casts, casts & ~crowns)
+    )
+    return caster, Canopy(every, casting, solid, roles.season), scene.pick(~crowns)

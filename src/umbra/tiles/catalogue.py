@@ -195,7 +195,7 @@ def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
         If a folder or a pattern holds no file, or there is none at all.
     """
     found: list[str] = []
-    for one in map(os.fspath, given):
+    for one in [os.fspath(path) for path in given]:
         path = Path(one)
         if path.is_dir():
             inside = sorted(str(p) for p in path.iterdir() if _is_model(p))
@@ -305,7 +305,7 @@ def _enter(
         number=number, path=str(path.resolve()), layer=layer, size=status.st_size,
         mtime=status.st_mtime_ns, folder=str(place), reading=reading, sources=scene.sources,
         place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
-        bounds=tuple(map(tuple, scene.bounds().tolist())),
+        bounds=(tuple(scene.bounds()[0].tolist()), tuple(scene.bounds()[1].tolist())),
         counts={
             "parts": len(scene.parts), "objects": int(geometry.object_of.max()) + 1,
             "units": len(geometry.boxes), "triangles": len(geometry.faces),

@@ -114,7 +114,7 @@ def write_geometry(scene: Scene, folder: Path) -> FileGeometry:
     corners = soup.vertices[soup.faces[order]]
     low = np.minimum.reduceat(corners.min(1), starts, axis=0)
     high = np.maximum.reduceat(corners.max(1), starts, axis=0)
-    arrays = {
+    arrays: dict[str, NDArray] = {
         "vertices": soup.vertices,
         "faces": soup.faces,
         "part": soup.part,

@@ -1,6 +1,6 @@
 """The part of a city that a window of receivers needs: what is seen there, and what casts there."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,7 +114,8 @@ class Neighbourhood:
         """Find the units whose plan meets a rectangle, (2,) each in the local frame [m]."""
 
         def meets(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return ((boxes[:, 1, :2] >= low - MARGIN) & (boxes[:, 0, :2] <= high + MARGIN)).all(1)
+            inside = (boxes[:, 1, :2] >= low - MARGIN) & (boxes[:, 0, :2] <= high + MARGIN)
+            return inside[:, 0] & inside[:, 1]
 
         return self._select(meets)
 
@@ -122,13 +123,13 @@ class Neighbourhood:
         """Find the units whose shadows can meet a box (2, 3) in the local frame [m]."""
         return self._select(lambda boxes: find_reaching(boxes, box, suns))
 
-    def _select(self, test: object) -> Selection:
-        found = []
-        place, check = self._place, test
-        files = np.flatnonzero(check(place.boxes))  # type: ignore[operator]
+    def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:
+        """Return the units whose boxes pass a test, of the files whose bounds do."""
+        found, place = [], self._place
+        files = np.flatnonzero(test(place.boxes))
         for number in files.tolist():
             boxes = place.catalogue.files[number].geometry.boxes + place.shifts[number]
-            units = np.flatnonzero(check(boxes))  # type: ignore[operator]
+            units = np.flatnonzero(test(boxes))
             if len(units):
                 found.append((number, units))
         return Selection(tuple(found))

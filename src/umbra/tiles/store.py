@@ -193,9 +193,9 @@ def encode(array: NDArray) -> tuple[NDArray, dict[str, Any]]:
     return array, {}
 
 
-def make_plain(facts: Mapping[str, object]) -> dict[str, object]:
+def make_plain(facts: Mapping[str, object]) -> dict[str, Any]:
     """Return facts as JSON has them, without None."""
-    plain: dict[str, object] = {}
+    plain: dict[str, Any] = {}
     for name, fact in facts.items():
         if isinstance(fact, (np.ndarray, tuple)):
             plain[name] = np.asarray(fact).tolist()
