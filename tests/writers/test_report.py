@@ -7,6 +7,7 @@ import pytest
 from support.pages import FIGURES, INK, READY, expect, place_of, say, words
 from support.shapes import box, moved
 
+import umbra
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
 from umbra.study.lights import make_period
@@ -462,3 +463,17 @@ def test_a_tap_keeps_a_point_on_a_phone(page, study, tmp_path):
     page.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
     page.wait("document.getElementById('where').textContent.startsWith('x \u221224.')")
     assert words(page, *FIGURES) == expect(study, 70, 30)
+
+
+def test_the_live_model_is_made_when_it_is_asked_for(page, tmp_path):
+    scene = umbra.make_scene(*box((0, 0, 0), (10, 10, 20)), ground=0.0)
+    site = umbra.Site(48.2, 16.37, "Europe/Vienna")
+    study = umbra.shadow_study(scene, site, date="2026-06-21", receivers="ground", cell=2.0)
+    study.report(tmp_path / "report.html")
+    page.open(tmp_path / "report.html", "document.documentElement.dataset.ready")
+    assert page.ask("document.querySelectorAll('#live canvas').length") == 0
+    page.ask("document.getElementById('live-show').click()")
+    page.wait("document.getElementById('live').dataset.ready")
+    assert page.ask("document.getElementById('live').dataset.ready") == "yes"
+    assert page.ask("document.querySelector('#live .told').textContent").startswith("21 June 2026")
+    assert page.ask("document.querySelector('#live .ticks').textContent") == "02468"

@@ -62,5 +62,5 @@ def make_policy(style: str, script: str) -> str:
         own[what] = f"'sha256-{base64.b64encode(digest).decode()}'"
     return (
         f"default-src 'none'; script-src {own['script']}; style-src {own['style']}; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+        "img-src data:; base-uri 'none'; form-action 'none'"
     )

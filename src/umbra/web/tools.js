@@ -28,7 +28,7 @@ export const makeHours = (app) => {
   ramp.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) => el("span", {}, Number((share * hours.most).toFixed(1))));
   const element = el("details", { open: true }, el("summary", {}, "Hours of the study"), one.label,
-    el("figure", { class: "key", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` }, ramp,
+    el("figure", { class: "scale", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` }, ramp,
       el("div", { class: "ticks", "aria-hidden": "true" }, ...ticks)),
     el("p", { class: "quiet" }, hours.note));
   return { element, update: (/** @type {State} */ state) => { one.input.checked = state.hasHours; } };

@@ -8,7 +8,6 @@ into ``assets/page.html`` with its style and script.
 """
 
 import base64
-import hashlib
 import os
 import re
 from collections.abc import Iterable, Sequence
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import orjson
 
+from umbra.errors import InputError
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.timeline import (
     Instants,
@@ -25,8 +25,18 @@ from umbra.study.timeline import (
     make_point_timeline,
     make_timeline,
 )
+from umbra.web.bundle import bundle, read_asset
+from umbra.web.pack import pack_model
+from umbra.web.page import make_policy
+from umbra.writers.live import make_study_config
 from umbra.writers.plan import Plan, Show, name_hours
-from umbra.writers.report.data import make_model_data, make_plan_data, tell_model, tell_plan
+from umbra.writers.report.data import (
+    MOST_TRIANGLES,
+    make_model_data,
+    make_plan_data,
+    tell_model,
+    tell_plan,
+)
 from umbra.writers.report.facts import find_facts
 from umbra.writers.report.markup import (
     Table,
@@ -45,7 +55,7 @@ __all__ = ["Table", "write_report"]
 COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "plan")
 MODEL = ("camera", "receivers", "model", "turn")
-STAGE = ("tables", "stage", "main")
+STAGE = ("tables", "stage", "main", "live")
 _WORDS = {
     "plan": {
         "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
@@ -111,6 +121,9 @@ def write_report(
         parts = _WORDS["model"] | {"script": _read_scripts(MODEL)}
         parts["at"] = parts["at"].format(receiver=study.kind.spot)
         tables = [*tables, *list_receivers(study)]
+    live, own = _make_live(study, plan)
+    parts |= live
+    parts["script"] = f"{own}\n{parts['script']}"
     parts |= {
         "resolution": escape(told),
         "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
@@ -120,6 +133,25 @@ def write_report(
     }
     Path(path).write_text(_fill_page(study, plan, data, parts, tables), "utf-8", newline="\n")
     return instants
+
+
+def _make_live(study: Study, plan: Plan) -> tuple[dict[str, str], str]:
+    """Return the parts of the live model, and its modules as one function; empty without one."""
+    scene = study.model.scene
+    without = dict.fromkeys(("live", "live_config", "live_block", "live_style"), ""), ""
+    if sum(len(part.mesh.faces) for part in scene.parts) > MOST_TRIANGLES:
+        return without
+    try:
+        block = pack_model(scene, study.site)
+    except InputError:  # no triangle can be drawn
+        return without
+    config = make_study_config(study, plan.title, f"{plan.date} · {plan.place}")
+    return {
+        "live": _read("live.html"),
+        "live_config": orjson.dumps(config).decode().replace("<", "\\u003c"),
+        "live_block": base64.b64encode(block).decode(),
+        "live_style": read_asset("page.css"),
+    }, f"const mountLive = (() => {{\n{bundle('app')}\nreturn $app.mount;\n}})();"
 
 
 def _fill_page(
@@ -138,15 +170,16 @@ def _fill_page(
         *find_comparisons(study),
         *([areas] if areas else []),
     ]
+    style = _read("page.css") + parts["live_style"]
     parts = parts | {
         "version": escape(str(study.facts["umbra_version"])),
         "title": escape(plan.title),
         "subtitle": f'<p class="lead">{escape(plan.subtitle)}</p>\n' if plan.subtitle else "",
         "date": escape(plan.date),
         "place": escape(plan.place),
-        "policy": escape(_make_policy(_read("page.css"), parts["script"])),
+        "policy": escape(make_policy(style, parts["script"])),
         "views": _read(parts["views"]),
-        "style": _read("page.css"),
+        "style": style,
         "summary": make_summary(_sum_up(study)),
         "tables": "\n".join(make_table(table) for table in shown),
         "footer": escape(plan.note),
@@ -157,23 +190,6 @@ def _fill_page(
     }
     # One pass: inserted text is never searched again.
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
-
-
-def _make_policy(style: str, script: str) -> str:
-    """
-    Allow the page's own style and script, by their hashes, and pictures that it holds.
-
-    All else is refused: other scripts, the network, frames, plug-ins, forms, and a base
-    that would turn addresses elsewhere.
-    """
-    own = {}
-    for what, text in (("style", style), ("script", script)):
-        digest = hashlib.sha256(f"\n{text}\n".encode()).digest()  # as it stands in page.html
-        own[what] = f"'sha256-{base64.b64encode(digest).decode()}'"
-    return (
-        f"default-src 'none'; script-src {own['script']}; style-src {own['style']}; "
-        "img-src data:; base-uri 'none'; form-action 'none'"
-    )
 
 
 def _name_hours(show: Show) -> dict[str, str]:
