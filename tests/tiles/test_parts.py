@@ -96,7 +96,9 @@ def test_windows_cover_each_cell_once_and_cross_no_block(side, block):
             assert rows.start // block == (rows.stop - 1) // block
             assert max(rows.stop - rows.start, cols.stop - cols.start) <= 5
             grid = lattice.find_window(rows, cols)
-            assert grid.row < block
+            # Numbered from the corner of the block, which no tile moves.
+            assert (grid.row, grid.col) == (rows.start % block, cols.start % block)
+            assert grid.x0 == lattice.grid.x[cols.start // block * block]
             assert np.array_equal(grid.x, lattice.grid.x[cols])
     assert (seen == 1).all()
 

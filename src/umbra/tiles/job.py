@@ -119,7 +119,8 @@ class _Key:
         self.job = job
 
     def __hash__(self) -> int:
-        return hash((self.job.folder, self.job.fingerprint, self.job.threads))
+        job = self.job
+        return hash((job.folder, job.fingerprint, job.threads, job.memory))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Key) and hash(self) == hash(other)

@@ -31,7 +31,9 @@ from umbra.volume.adjacency import make_caster
 __all__ = ["Piece", "count_surfaces", "find_objects", "turn_outward"]
 
 _SAMPLES = 1_500_000
-"""Samples that are counted at a time, unless one object has more."""
+"""Most samples that are counted at a time, unless one object has more."""
+_LEAST_SAMPLES = 10_000
+_BASE, _SAMPLE = 3e8, 600.0  # memory of a process and of a sample with its results [byte]
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,8 @@ def _make_batches(
 ) -> Iterator[Selection]:
     """Yield the units of objects, as many as make enough samples."""
     spacing = place.job.options.spacing
+    room = (place.job.memory - _BASE) / 2 / _SAMPLE  # the other half is for casters
+    most = min(_SAMPLES, max(room, _LEAST_SAMPLES))
     waiting: list[tuple[int, NDArray[np.intp]]] = []
     expected = 0.0
     for number, mine in objects:
@@ -123,7 +127,7 @@ def _make_batches(
         each = np.bincount(owner, area, int(mine.max()) + 1)[mine] / spacing**2
         first = 0
         for k, samples in enumerate(each):
-            if expected and expected + samples > _SAMPLES:
+            if expected and expected + samples > most:
                 if k > first:
                     waiting.append((number, _pick(geometry, mine[first:k])))
                 yield Selection(tuple(waiting))
