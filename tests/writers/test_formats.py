@@ -13,7 +13,6 @@ from support.shapes import box, moved
 
 from umbra.errors import UmbraError
 from umbra.receivers import KINDS
-from umbra.receivers import KINDS
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.preview import make_preview
