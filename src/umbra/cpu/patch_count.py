@@ -3,9 +3,10 @@ Shadows on planar patches, counted by the rims of shadow volumes.
 
 For a patch that faces the sun, the silhouette edges that may lie between it and the sun are
 projected onto its plane; where a casting face passes through the plane, the intersection closes
-their chains. Crossings determine the count at every sample up to a constant. One ray from a sample
-of least count finds the constant: if that sample is lit, the least count is 0; if not, every sample
-is in shadow. A patch without rims needs only the ray.
+their chains. Crossings determine the count at every sample up to a constant, which rays find. One
+is cast first, from the sample that was lit under the last sun: if it is lit, its count is 0; if a
+shell without rims across the patch hides it, every sample is in shadow. Else a ray from a sample of
+least count decides: if that is hidden, every sample is. A patch without rims needs only the first.
 
 Rays decide where crossings in float64 cannot: samples within rounding of a rim, or near another
 face that is almost in the plane; patches of few samples, and patches at grazing sun.
