@@ -37,6 +37,8 @@ def make_hours_sheet(
     what: str = "",
     show: Show = "shadow",
     hatch: str = "",
+    *,
+    has_lines: bool = True,
 ) -> Sheet:
     """
     Draw hours in shadow or in the sun, with contour lines at whole hours: a map for each day.
@@ -53,7 +55,8 @@ def make_hours_sheet(
             raise ValueError(msg)
     sheet = lay_out(plan, 0.55, days)
     for panel, day in zip(sheet.maps, days, strict=True):
-        fill_hours(panel, np.asarray(day.hours, np.float32), max_hours, show, day.finer)
+        hours = np.asarray(day.hours, np.float32)
+        fill_hours(panel, hours, max_hours, show, day.finer, has_lines=has_lines)
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
@@ -68,6 +71,8 @@ def fill_hours(
     max_hours: float,
     show: Show = "shadow",
     finer: NDArray | None = None,
+    *,
+    has_lines: bool = True,
 ) -> None:
     """Draw the hours on a map, with contour lines and buildings, for ``make_hours_sheet``."""
     plan, has_scale = panel.plan, max_hours > 0
@@ -84,7 +89,7 @@ def fill_hours(
     hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
 
-    levels = find_levels(max_hours)
+    levels = find_levels(max_hours) if has_lines else []
     traced = hours if finer is None else finer
     if show == "sun":  # paint stays; lines and labels count the other way
         traced = max_hours - traced

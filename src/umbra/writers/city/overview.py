@@ -57,6 +57,7 @@ def write_overview(result: CityResult) -> Path:
     sheet = make_hours_sheet(
         plan, [DayMap(hours, hatched=hatched)], result.up_hours,
         hatch="tiles not counted" if missing else "",
+        has_lines=times == 1,  # around means lines would show noise
     )  # fmt: skip
     path = result.folder / "map.png"
     with replace_file(path) as beside:
