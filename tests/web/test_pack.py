@@ -7,6 +7,7 @@ from support.web import unpack
 
 from umbra.errors import InputError
 from umbra.scene import make_scene
+from umbra.scene.mesh import Mesh, Part
 from umbra.scene.scene import Scene
 from umbra.web.pack import pack_model, quantise
 
@@ -31,6 +32,27 @@ def test_float32_holds_every_position():
     )
     places = quantise(scene).triangles().vertices
     assert np.array_equal(places.astype(np.float32), places)
+
+
+def test_vertices_that_parts_share_are_packed_once():
+    rng = np.random.default_rng(2)
+    vertices = rng.uniform(0, 50, (900, 3))
+    normals = rng.normal(size=(900, 3)).astype(np.float32)
+    rows = np.arange(900, dtype=np.int32).reshape(30, 10, 3)
+    turned = np.diag([1.0, -1.0, 1.0, 1.0])
+
+    def make(is_shared):
+        kept = Mesh(vertices, rows[0]).vertices
+        parts = []
+        for k, faces in enumerate(rows):
+            own = kept if is_shared else kept.copy()
+            mesh = Mesh(own, faces, normals)
+            parts.append(Part(str(k), "", mesh, transform=turned if k % 7 == 3 else None))
+        return Scene(tuple(parts), np.zeros(3))
+
+    soup = quantise(make(is_shared=True)).triangles()
+    assert len(soup.vertices) == 900 * 5  # four are turned
+    assert pack_model(make(is_shared=True)) == pack_model(make(is_shared=False))
 
 
 def test_a_scene_without_triangles_is_refused():

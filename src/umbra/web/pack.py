@@ -52,6 +52,7 @@ def quantise(scene: Scene) -> Scene:
     reach = float(np.maximum(high - middle, middle - low).max())
     step = _find_step(reach)
     parts = []
+    shared: dict[int, NDArray[np.float64]] = {}  # vertex arrays that parts share stay shared
     for part in scene.parts:
         mesh = part.mesh
         vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
@@ -61,9 +62,19 @@ def quantise(scene: Scene) -> Scene:
             normals = None if normals is None else normals @ turn
             if np.linalg.det(part.transform[:3, :3]) < 0:
                 faces = faces[:, ::-1]
-        rounded = np.round((vertices - middle) / step) * step
+            rounded = _round(vertices - middle, step)
+        elif id(vertices) in shared:
+            rounded = shared[id(vertices)]
+        else:
+            rounded = shared[id(vertices)] = _round(vertices - middle, step)
         parts.append(replace(part, mesh=Mesh(rounded, faces, normals), transform=None))
     return replace(scene, parts=tuple(parts), origin=scene.origin + middle)
+
+
+def _round(vertices: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Round to whole multiples of a step."""
+    rounded: NDArray[np.float64] = np.round(vertices / step) * step
+    return rounded
 
 
 def _find_step(reach: float) -> float:
@@ -224,9 +235,10 @@ def _find_normals(scene: Scene, source: NDArray[np.int32]) -> NDArray[np.int64]:
         if given is None:
             rows.append(np.full((len(part.mesh.faces), 3, 2), _SMOOTH + 1))
             continue
-        size = np.abs(given).sum(1, keepdims=True)
-        flat = given / np.where(size > 0, size, 1.0)
+        used = given[part.mesh.faces].reshape(-1, 3)  # of an array that parts may share
+        size = np.abs(used).sum(1, keepdims=True)
+        flat = used / np.where(size > 0, size, 1.0)
         folded = (1.0 - np.abs(flat[:, [1, 0]])) * np.where(flat[:, :2] >= 0, 1.0, -1.0)
         steps = np.round(_SMOOTH * np.where(flat[:, 2:] < 0, folded, flat[:, :2])).astype(np.int64)
-        rows.append(steps[part.mesh.faces])
+        rows.append(steps.reshape(-1, 3, 2))
     return np.concatenate(rows)[source]
