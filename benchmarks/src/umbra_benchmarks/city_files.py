@@ -17,7 +17,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra_benchmarks.city_model import KM, City, CityTile
+from umbra_benchmarks.city_model import KM, City, CitySquare
 from umbra_benchmarks.city_shapes import Objects, Shape
 
 __all__ = ["ENDINGS", "Written", "write_city", "write_one"]
@@ -59,7 +59,7 @@ class Written:
     triangles: int = 0
     bytes: int = 0
 
-    def add(self, tile: CityTile) -> "Written":
+    def add(self, tile: CitySquare) -> "Written":
         """Return the same with a tile more."""
         triangles = 2 * (tile.terrain.shape[0] - 1) * (tile.terrain.shape[1] - 1)
         for some in (*tile.buildings, tile.trees):
@@ -121,7 +121,7 @@ def write_one(city: City, path: Path, size: int = 10**9) -> Written:
     """
     written = Written()
 
-    def take() -> Iterator[CityTile]:
+    def take() -> Iterator[CitySquare]:
         nonlocal written
         for tile in city.tiles():
             if file.tell() >= size:
@@ -135,7 +135,7 @@ def write_one(city: City, path: Path, size: int = 10**9) -> Written:
 
 
 def _write_tiles(
-    file: TextIO, tiles: Iterator[CityTile], corners: list[tuple[int, int]], file_format: str
+    file: TextIO, tiles: Iterator[CitySquare], corners: list[tuple[int, int]], file_format: str
 ) -> None:
     """Write tiles that lie among some corners [km] into one file."""
     low, high = np.min(corners, 0) * KM, (np.max(corners, 0) + 1) * KM
@@ -161,7 +161,7 @@ def _write_tiles(
         file.writelines(_to_sequence(tile, np.array(translate)))
 
 
-def _to_gml(tile: CityTile) -> Iterator[str]:
+def _to_gml(tile: CitySquare) -> Iterator[str]:
     """Write a tile's objects as members of a city model."""
     for some in (*tile.buildings, tile.trees):
         pattern, order = _make_gml_pattern(some.shape)
@@ -245,7 +245,7 @@ def _make_gml_pattern(shape: Shape) -> tuple[str, list[int]]:
     return text, order
 
 
-def _to_sequence(tile: CityTile, translate: NDArray[np.float64]) -> Iterator[str]:
+def _to_sequence(tile: CitySquare, translate: NDArray[np.float64]) -> Iterator[str]:
     """Write a tile's objects as lines of a CityJSON sequence."""
     for some in (*tile.buildings, tile.trees):
         pattern = _make_json_pattern(some.shape)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra_benchmarks.city_shapes import SHAPES, Objects
 
-__all__ = ["KM", "MIDDLE", "City", "CityTile"]
+__all__ = ["KM", "MIDDLE", "City", "CitySquare"]
 
 KM = 1000.0
 """Side of a tile [m]."""
@@ -37,9 +37,9 @@ _STREET_TREES, _PARK_TREES = 8, 36  # most of a block
 
 
 @dataclass(frozen=True, eq=False)
-class CityTile:
+class CitySquare:
     """
-    The objects of a tile.
+    The objects of a square kilometre.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ class City:
         """Radius of a disc of the city's area [m]."""
         return KM * math.sqrt(self.area / math.pi)
 
-    def tiles(self) -> Iterator[CityTile]:
+    def tiles(self) -> Iterator[CitySquare]:
         """Make the tiles one after the other, from the middle outward."""
         for corner in self.corners:
             yield self.make_tile(corner)
 
-    def make_tile(self, corner: tuple[int, int]) -> CityTile:
+    def make_tile(self, corner: tuple[int, int]) -> CitySquare:
         """
         Make one tile.
 
@@ -128,7 +128,7 @@ class City:
         side = np.arange(0.0, KM + _STEP, _STEP)
         x, y = np.meshgrid(KM * corner[0] + side, KM * corner[1] + side)
         terrain = np.stack([x, y, self.find_ground(x, y)], -1)
-        return CityTile(corner, buildings, _plant(blocks), terrain)
+        return CitySquare(corner, buildings, _plant(blocks), terrain)
 
     def find_ground(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Return the height of the hills at some places [m]."""
