@@ -34,6 +34,7 @@ _COMMANDS = re.compile(
 _SPELLED = {
     "by_day=False": "sum",
     "end": "to",
+    "formats": "write",
     "latitude": "lat",
     "lights": "light",
     "longitude": "lon",
@@ -50,6 +51,7 @@ every_days exact extent eye fov geometric_error ground height height_column laye
 leaf_on light_samples light_size mask_scale masks method min_spell name_column near no_cast on
 points proposed receivers refraction report rules sheet size soft spacing spells target threads
 transmissivity trunk under up who write end latitude lights longitude spots start true_north zone
+formats memory min_altitude pictures scheduler show subtitle tiles title workers
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """Options that messages may name."""

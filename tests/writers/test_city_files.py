@@ -148,5 +148,5 @@ def test_the_stac_item_is_valid(study, folder):
 def test_another_folder_is_refused(tmp_path):
     with pytest.raises(umbra.InputError, match="holds no study in tiles"):
         write_city_files(tmp_path)
-    with pytest.raises(umbra.InputError, match="no format 'png'"):
+    with pytest.raises(umbra.InputError, match="'png' is not made of a study in tiles"):
         write_city_files(tmp_path, ["png"])

@@ -29,10 +29,13 @@ def study_city(
     as_json: bool,
 ) -> None:
     """Run a study in tiles, and print where its results are."""
+    from umbra.writers.city import check_city_formats, write_city_files  # noqa: PLC0415
+
     for name, _, default in list_options(outputs):
-        if getattr(outputs, name) != default:
+        if name not in {"formats", "pictures"} and getattr(outputs, name) != default:
             msg = f"{name}= is not made of a study in tiles; leave it out, or leave tiles= out"
             raise InputError(msg, option=name)
+    check_city_formats(outputs.formats, options.receivers)
     if read_values()["time"] is not None:
         msg = "--time poses an animated file, which is not read in tiles; leave it or --tiles out"
         raise InputError(msg)
@@ -47,11 +50,18 @@ def study_city(
             partial(stages.advance, what="reading files", unit="files"),
         )  # fmt: skip
         write_options(out / OPTIONS_FILE, click.get_current_context())
+        names = [*outputs.formats]
+        if outputs.pictures and study.job.open().kind.is_plan:
+            names.append("map")
+        stages.begin("drawing and writing")
+        advance = partial(stages.advance, what="drawing and writing", unit="GeoTIFFs")
+        more = write_city_files(out, names, advance) if names else []
+    written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")
     if as_json:
-        facts = {**study.facts, "files": [str(study.job.store), str(out / OPTIONS_FILE)]}
-        echo_json(facts)
+        echo_json({**study.facts, "files": [str(path) for path in written]})
     elif not quiet:
-        echo_path(study.job.store)
-        echo_path(out / OPTIONS_FILE)
+        for path in written:
+            if path.parent.name != "geotiff":  # hours.vrt names them
+                echo_path(path)

@@ -167,7 +167,7 @@ def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
     if not there:
         notes = "; ".join(note for layer in layers for note in layer.model.notes[-1:])
         msg = f"no object meets {region.shown} ({notes}); umbra inspect shows the bounds of a file"
-        raise InputError(msg, option=region.option)
+        raise InputError(msg, option=region.option, outside=notes)
     lost = tuple(note for layer in layers if not layer.model.parts for note in layer.model.notes)
     model = replace(there[0].model, notes=(*there[0].model.notes, *lost))
     return [replace(there[0], model=model), *there[1:]]

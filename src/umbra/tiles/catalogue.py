@@ -134,6 +134,8 @@ class Catalogue:
     Parameters
     ----------
     files : tuple of CityFile
+    notes : tuple of str
+        Of files that are left out.
     """
 
     files: tuple[CityFile, ...]
@@ -251,14 +253,22 @@ def make_catalogue(
     named = name_layers(list_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []
-    for number, (layer, path) in enumerate(named):
-        files.append(_enter(number, layer, path, folder, options))
-        _check_crs(files)
-        progress(number + 1, len(named))
+    outside: list[str] = []
+    for done, (layer, path) in enumerate(named, 1):
+        try:
+            files.append(_enter(len(files), layer, path, folder, options))
+        except InputError as error:
+            # A file without an object in the region is left out, unless all files are.
+            if "outside" not in error.data or (done == len(named) and not files):
+                raise
+            outside.append(str(error.outside))
+        else:
+            _check_crs(files)
+        progress(done, len(named))
     for leftover in folder.iterdir():  # of runs with more files, and of killed runs
         if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
             shutil.rmtree(leftover, ignore_errors=True)
-    catalogue = Catalogue(tuple(files))
+    catalogue = Catalogue(tuple(files), tuple(outside))
     unfinished = folder / ".index.json"
     unfinished.write_bytes(orjson.dumps([Path(one.folder).name for one in files]))
     unfinished.replace(folder / "index.json")

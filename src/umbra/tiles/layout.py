@@ -25,6 +25,7 @@ __all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
 IN_TILES = ("ground", "top", "surfaces")
 CELL = 1.0
 """Side of a cell by default [m]."""
+_LEAST = 8  # cells along a tile, else each caster is prepared for every few cells
 _SAME = 1e-3  # bounds of one object in two files differ by at most this [m]
 
 
@@ -125,9 +126,15 @@ def lay_out_lattice(
     x : (cols,) float64
     y : (rows,) float64
         Cell centres of a plan in the city's own coordinates [m].
+
+    Raises
+    ------
+    InputError
+        If the tiles are too small, or the cells wrong.
     """
     low, high = catalogue.bounds[:, :2]
     if not kind.is_plan:
+        _check_side(length, CELL, (high - low).max().item())
         # Squares of objects, by their centres.
         count = np.maximum(np.ceil((high - low) / length), 1).astype(int).tolist()
         x0, y0 = (low + length / 2 - frame.origin[:2]).tolist()
@@ -144,8 +151,20 @@ def lay_out_lattice(
     origin = frame.origin
     local = Grid(grid.x0 - origin[0], grid.y0 - origin[1], grid.dx, grid.dy, grid.cols, grid.rows)
     is_streamed = ResultOptions.of(period, options).is_streamed
-    side = min(find_side(length, max(grid.dx, grid.dy)), max(grid.cols, grid.rows))
+    widest = max(grid.dx, grid.dy)
+    _check_side(length, widest, max(grid.cols, grid.rows) * widest)
+    side = min(find_side(length, widest), max(grid.cols, grid.rows))
     return Lattice(local, side, min(TILE, STREAMED_TILE) if is_streamed else TILE), x, y
+
+
+def _check_side(length: float, cell: float, whole: float) -> None:
+    """Refuse tiles of a length that are a few cells wide, unless one is the whole [m]."""
+    if length < min(_LEAST * cell, whole):
+        msg = (
+            f"tiles='{length:g}m' are too small: {_LEAST} cells of {cell:g} m, {_LEAST * cell:g} "
+            "m, are the least; choose a longer side, such as tiles='1km'"
+        )
+        raise InputError(msg, option="tiles")
 
 
 def find_merged(catalogue: Catalogue) -> list[tuple[int, int]]:

@@ -58,6 +58,7 @@ class Preparation:
     def notes(self) -> tuple[str, ...]:
         """Losses and assumptions of the files, one line each, and what was merged."""
         found = [note for one in self.catalogue.files for note in one.notes]
+        found += self.catalogue.notes
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
@@ -66,6 +67,11 @@ class Preparation:
             found.append(
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
+            )
+        if not len(self.job.open().suns):
+            found.append(
+                "the sun is below the horizon, or below min_altitude=, all this time; there are "
+                "no hours of sun or shadow"
             )
         return tuple(found)
 
@@ -240,12 +246,15 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         what = f"another {name}= ({held[what].get(name)}, now {now[what][name]})"
     elif what == "files":
         before = {one[0]: one for one in held[what]}
-        changed = [one[0] for one in now[what] if before.get(one[0]) != one]
+        # The layer of a file also changes with the number of files, which is no change of it.
+        changed = [one[0] for one in now[what] if before.get(one[0], [])[2:] != one[2:]]
         gone = sorted(set(before) - {one[0] for one in now[what]})
-        what = (
-            f"other files (first: {(changed or gone)[0]}, "
-            f"{'changed or new' if changed else 'now missing'})"
+        moved = [one[0] for one in now[what] if before.get(one[0]) != one]
+        first = (changed or gone or moved or [now[what][0][0]])[0]
+        state = (
+            "changed or new" if changed else "now missing" if gone else "of other layer or order"
         )
+        what = f"other files (first: {first}, {state})"
     elif what == "lattice":
         what = "other tiles or cells"
     else:

@@ -76,7 +76,7 @@ class CityStudy:
         ----------
         *formats : str
             ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
-            ``map.png``; ``'stac'``: ``item.json``. All by default.
+            ``map.png``; ``'stac'``: ``item.json``. All by default. They are of plans.
 
         Returns
         -------
@@ -178,9 +178,15 @@ def lock_run(folder: Path) -> Iterator[None]:
     Raises
     ------
     InputError
-        If another run holds it.
+        If another run holds it, or nothing can be written into it.
     """
-    with (folder / ".lock").open("wb") as lock:
+    try:
+        lock = (folder / ".lock").open("wb")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        msg = f"cannot write into the output folder '{folder}' ({reason}); name another"
+        raise InputError(msg, option="out", path=folder) from error
+    with lock:
         if fcntl is not None:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from umbra.errors import InputError
 
-__all__ = ["CITY_FORMATS", "write_city_files"]
+__all__ = ["CITY_FORMATS", "check_city_formats", "write_city_files"]
 
 CITY_FORMATS = ("geotiff", "map", "stac")
 """Names of the files of a study in tiles."""
@@ -48,15 +48,8 @@ def write_city_files(
     from umbra.writers.city.rasters import write_rasters  # noqa: PLC0415
     from umbra.writers.city.result import CityResult  # noqa: PLC0415
     from umbra.writers.city.stac import write_stac  # noqa: PLC0415
-    from umbra.writers.formats import check_extra  # noqa: PLC0415
 
-    strange = [name for name in names if name not in CITY_FORMATS]
-    if strange:
-        msg = f"a study in tiles has no format '{strange[0]}'; there are {', '.join(CITY_FORMATS)}"
-        raise InputError(msg, option="formats")
-    check_extra("a study in tiles", ["zarr"], "city")
-    if "geotiff" in names:
-        check_extra("geotiff", ["rasterio"], "gis")
+    check_city_formats(names)
     result = CityResult(Path(folder))
     paths: list[Path] = []
     if "geotiff" in names:
@@ -66,3 +59,38 @@ def write_city_files(
     if "stac" in names:
         paths.append(write_stac(result))
     return paths
+
+
+def check_city_formats(names: Sequence[str], receivers: str = "auto") -> None:
+    """
+    Refuse formats that cannot be made of a study in tiles, before it is counted.
+
+    Parameters
+    ----------
+    names : sequence of str
+    receivers : str
+        Of the study; ``'auto'`` is a plan.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, is not for such receivers, or needs a package that is missing.
+    """
+    from umbra.writers.formats import check_extra  # noqa: PLC0415
+
+    strange = [name for name in names if name not in CITY_FORMATS]
+    if strange:
+        msg = (
+            f"write='{strange[0]}' is not made of a study in tiles; there are "
+            f"{', '.join(CITY_FORMATS)}; choose of these, or leave tiles= out"
+        )
+        raise InputError(msg, option="write", formats=strange)
+    if names and receivers == "surfaces":
+        msg = (
+            f"write='{names[0]}' is of plans, and surfaces in tiles are in study.zarr only; leave "
+            "it out, or choose receivers='ground' or 'top'"
+        )
+        raise InputError(msg, option="write", formats=names)
+    check_extra("a study in tiles", ["zarr"], "city")
+    if "geotiff" in names:
+        check_extra("write='geotiff'", ["rasterio"], "gis")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError
 from umbra.options import check_types, option
+from umbra.writers.city import CITY_FORMATS
 from umbra.writers.formats import FORMATS, check_extra
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ __all__ = ["NAMES", "FolderJob", "Outputs"]
 
 DRAWN = ("pdf", "svg")
 """The formats of pictures, besides PNG."""
+OF_TILES = tuple(name for name in CITY_FORMATS if name not in FORMATS)
+"""The formats of studies in tiles only."""
 NAMES = (*FORMATS, *DRAWN)
 """The formats that can be written."""
 
@@ -75,7 +78,7 @@ class Outputs:
     formats: Sequence[str] = _files(
         "texts",
         f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
-        "picture, with text as text.",
+        f"picture, with text as text. Of a study in tiles: {', '.join(CITY_FORMATS)}.",
         default=(),
         flag="--write",
         metavar="FORMAT,...",
@@ -122,6 +125,13 @@ class Outputs:
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers)
+        of_tiles = [name for name in self.files if name in OF_TILES]
+        if of_tiles:
+            msg = (
+                f"write='{','.join(of_tiles)}' is of studies in tiles; give their side, such as "
+                "tiles='1km', or leave it out"
+            )
+            raise InputError(msg, option="write", formats=of_tiles)
         if self.sheet and not kind.is_plan:
             msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
             raise InputError(msg, option="sheet")
@@ -145,10 +155,10 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
     if not names:
         return ()
     for name in names:
-        if name in DRAWN:
+        if name in DRAWN or name in OF_TILES:
             continue
         if name not in FORMATS:
-            near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
+            near = difflib.get_close_matches(name, (*NAMES, *OF_TILES), n=1, cutoff=0.5)
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
             msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, option="write", format=name)
