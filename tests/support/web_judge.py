@@ -1,8 +1,9 @@
 """
 Counts of the renderer in the browser, judged by rays where they are not umbra's.
 
-A count may differ where the pixel's centre lies within ``PIXELS`` of an edge in the picture, or
-where float32 cannot tell the surface from the volume's face. Everything else is wrong.
+A count may differ where the pixel's centre lies within ``PIXELS`` of an edge in the picture, be it
+where the near plane cuts a face, or where float32 cannot tell the surface from the volume's face.
+Everything else is wrong.
 """
 
 import numpy as np
@@ -85,8 +86,40 @@ class WebJudge:
         edge = self._tolerance(seen, camera, place)
         found = judge(self.rays, seen, place, closed, counts[differs], edge, GRAZING)
         if found.wrong:
+            self._find_cuts(found, np.flatnonzero(differs), camera)
+        if found.wrong:
             self._find_cracks(found, np.flatnonzero(differs), expected.ravel())
         return verdicts + found, counts
+
+    def _find_cuts(self, verdicts, places, camera):
+        """Move the pixels on lines where the near plane cuts a face from the wrong to the rims."""
+        right, up, forward = camera.axes()
+        corners = (self.rays.vertices - (camera.eye - self.scene.origin))[self.rays.faces]
+        depth = corners @ forward - camera.near
+        # One corner lies on one side of the plane, and two on the other.
+        side = depth > 0
+        which = np.flatnonzero(side.any(1) & ~side.all(1))
+        lone = np.where(side[which].sum(1) == 1, side[which].argmax(1), side[which].argmin(1))
+        first, above = corners[which, lone], depth[which, lone]
+        ends = []
+        for k in (lone + 1) % 3, (lone + 2) % 3:
+            share = above / (above - depth[which, k])
+            ends.append(first + share[:, None] * (corners[which, k] - first))
+        cols, rows = camera.size
+        tall = camera.height or 2 * camera.near * np.tan(np.radians(camera.fov) / 2)
+        begin, end = (np.stack([e @ right, e @ up], -1) * rows / tall for e in ends)
+        still = []
+        for line in verdicts.wrong:
+            row, col = divmod(places[int(line.split()[1])], cols)
+            aside = begin - [col + 0.5 - cols / 2, rows / 2 - row - 0.5]
+            along = end - begin
+            share = -np.einsum("ij,ij->i", aside, along) / np.maximum((along**2).sum(1), 1e-300)
+            aside += np.clip(share, 0, 1)[:, None] * along
+            if (np.linalg.norm(aside, axis=1) <= PIXELS).any():
+                verdicts.rim += 1
+            else:
+                still.append(line)
+        verdicts.wrong = still
 
     def _find_cracks(self, verdicts, places, expected):
         """Move what another grid of the rasteriser counts right from the wrong to the cracks."""
