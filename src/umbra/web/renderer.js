@@ -5,18 +5,22 @@
 //   placement.js each caster's case, by bounds
 //   volumes.js   silhouettes in float64, as index lists
 //   shadows.js   one light's volumes: uploaded, counted in the stencil
+//   uniforms.js  what all programs take of a view
+//   asked.js     what is seen at a place, counts read back
 //   surfaces.js  what is drawn: faces, creases
 //   device.js    WebGL2 itself; shaders.js: its programs
 //
 // A view is drawn dark; then, for each light, volumes are counted in the stencil, and the faces
 // that the light shines on are drawn again where the count is 0.
 
+import { pickPlace, readCounts } from './asked.js';
 import { Device, Target } from './device.js';
 import { Passes } from './passes.js';
 import { Selection } from './selection.js';
 import { findPlace } from './shadows.js';
 import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
-import { along, dot, scale, subtract } from './vectors.js';
+import { findUniforms } from './uniforms.js';
+import { along, scale, subtract } from './vectors.js';
 import { Sight } from './view.js';
 
 /** @typedef {import('./types.js').Camera} Camera */
@@ -252,7 +256,7 @@ export class Renderer {
     if (!device || !passes) return;
     const { gl } = device;
     const sight = this.findSight(view);
-    const common = this.findCommon(sight);
+    const common = findUniforms(this, sight);
     const stage = this.findStage(view);
     gl.viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
     gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
@@ -317,43 +321,6 @@ export class Renderer {
   }
 
   /**
-   * Uniforms that all programs share in a view.
-   * @param {Sight} sight
-   * @returns {Record<string, any>}
-   */
-  findCommon(sight) {
-    const high = sight.eye.map(Math.fround);
-    const [a, b, c, d] = this.clip ?? [0, 0, 0, 1];
-    const { overlay, style, size, ground } = this;
-    const plan = overlay?.plan;
-    const extent = plan?.extent ?? [0, 0, 0, 0];
-    const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
-    const corners = ground === null || !above ? [] : sight.findGround(ground - sight.eye[2]);
-    return {
-      'corners[0]': corners.flat(),
-      groundSize: corners.length,
-      isSection: Boolean(this.clip),
-      projection: sight.findMatrix(),
-      eyeHigh: high,
-      eyeLow: subtract(sight.eye, high),
-      eye: sight.eye,
-      forward: sight.forward,
-      isPerspective: sight.isPerspective,
-      cut: [a, b, c, dot([a, b, c], sight.eye) + d],
-      height: (ground ?? 0) - sight.eye[2],
-      albedo: style.ground,
-      horizon: style.horizon,
-      haze: Math.max(8 * size, 25 * above),
-      share: 1,
-      turn: 1,
-      plan: plan ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])] : [0, 0, 0, 0],
-      opacity: overlay?.opacity ?? 1,
-      isFlat: overlay?.shaded === false,
-      overlay: 0,
-    };
-  }
-
-  /**
    * What is drawn for a view's parts; made when first asked for.
    * @param {View} view
    * @returns {Selection}
@@ -381,30 +348,7 @@ export class Renderer {
    * @returns {Hit | null}
    */
   pick(x, y) {
-    const { model, canvas, ratio, ground, clip } = this;
-    const [column, row] = [x * ratio, canvas.height - y * ratio];
-    const view = [...this.views].reverse().find((each) => {
-      const [left, low, wide, tall] = this.findRectangles(each).scissor;
-      return column >= left && column < left + wide && row >= low && row < low + tall;
-    });
-    if (!view) return null;
-    const { viewport } = this.findRectangles(view);
-    const sight = this.findSight(view);
-    const { from, towards } = sight.findRay(column - viewport[0], viewport[1] + viewport[3] - row);
-    const { show } = this.findStage(view);
-    const reach = ground === null ? Infinity : (ground - from[2]) / towards[2];
-    const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;
-    const nearest = sight.asked / (sight.isPerspective ? 1 : 1);
-    for (const { face, part, distance } of model.trace(from, towards, { cast: show, every: true })) {
-      const position = along(from, towards, distance);
-      if (distance < nearest || !isHeld(position)) continue;
-      if (reach > 0 && distance > reach) break;
-      const outward = model.faceNormal(face);
-      const normal = dot(outward, towards) > 0 ? scale(outward, -1) : outward;
-      return { part, face, position, normal };
-    }
-    if (!(reach > nearest && reach < Infinity)) return null;
-    return { part: -1, face: -1, position: along(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
+    return pickPlace(this, x, y);
   }
 
   /**
@@ -422,44 +366,14 @@ export class Renderer {
   }
 
   /**
-   * Count the shadow volumes of a light at every pixel of the first view, at the pixels' centres.
+   * Count the shadow volumes of a light, modulo 256, at the centres of the first view's pixels.
    * @param {number} light
    * @param {number} [times] how many times as large a picture is drawn, odd: by default so that the
    *   rasteriser's grid (1/16 pixel in software, 1/256 on cards) is finer than 1/64 pixel
    * @returns {Int32Array} rows from the top; 0 where nothing is seen
    */
   readCounts(light, times) {
-    const { device, passes } = this;
-    if (!device || !passes) return new Int32Array(0);
-    const { gl } = device;
-    this.fitCanvas();
-    const view = this.views[0];
-    const { viewport } = this.findRectangles(view);
-    times ??= 2 * Math.ceil(64 / 2 ** gl.getParameter(gl.SUBPIXEL_BITS)) - 1;
-    const [columns, rows] = [times * viewport[2], times * viewport[3]];
-    const sight = this.findSight(view);
-    const common = this.findCommon(sight);
-    const stage = this.findStage(view);
-    const target = new Target(device, columns, rows, 1, gl.RGBA8);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
-    gl.disable(gl.SCISSOR_TEST);
-    gl.viewport(0, 0, columns, rows);
-    this.clear();
-    passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
-    if (stage.shadows.prepare(this.lights[light], sight, this.ground, Boolean(this.clip))) stage.listLit();
-    stage.shadows.count(sight, common);
-    const bytes = passes.readStencil(columns, rows);
-    target.delete();
-    const [wide, tall] = [viewport[2], viewport[3]];
-    const counts = new Int32Array(wide * tall);
-    const middle = (times - 1) / 2;
-    for (let row = 0; row < tall; row++) {
-      const line = (rows - 1 - times * row - middle) * columns + middle;
-      for (let column = 0; column < wide; column++) {
-        counts[row * wide + column] = bytes[4 * (line + times * column)];
-      }
-    }
-    return counts;
+    return readCounts(this, light, times);
   }
 
   /** Free everything on the card. */

@@ -1,0 +1,84 @@
+// What one asks of a picture: what is seen at a place, and how many volumes hold each pixel.
+
+import { Target } from './device.js';
+import { findUniforms } from './uniforms.js';
+import { along, dot, scale } from './vectors.js';
+
+/** @typedef {import('./renderer.js').Renderer} Renderer */
+/** @typedef {import('./types.js').Hit} Hit */
+/** @typedef {import('./types.js').Vec3} Vec3 */
+
+/**
+ * Find what is seen at a place, in the view that is drawn there last.
+ * @param {Renderer} renderer
+ * @param {number} x
+ * @param {number} y
+ * @returns {Hit | null}
+ */
+export function pickPlace(renderer, x, y) {
+  const { model, canvas, ratio, ground, clip } = renderer;
+  const [column, row] = [x * ratio, canvas.height - y * ratio];
+  const view = [...renderer.views].reverse().find((each) => {
+    const [left, low, wide, tall] = renderer.findRectangles(each).scissor;
+    return column >= left && column < left + wide && row >= low && row < low + tall;
+  });
+  if (!view) return null;
+  const { viewport } = renderer.findRectangles(view);
+  const sight = renderer.findSight(view);
+  const { from, towards } = sight.findRay(column - viewport[0], viewport[1] + viewport[3] - row);
+  const { show } = renderer.findStage(view);
+  const reach = ground === null ? Infinity : (ground - from[2]) / towards[2];
+  const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;
+  const nearest = sight.asked;
+  for (const { face, part, distance } of model.trace(from, towards, { cast: show, every: true })) {
+    const position = along(from, towards, distance);
+    if (distance < nearest || !isHeld(position)) continue;
+    if (reach > 0 && distance > reach) break;
+    const outward = model.faceNormal(face);
+    const normal = dot(outward, towards) > 0 ? scale(outward, -1) : outward;
+    return { part, face, position, normal };
+  }
+  if (!(reach > nearest && reach < Infinity)) return null;
+  return { part: -1, face: -1, position: along(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
+}
+
+/**
+ * Count the shadow volumes of a light, modulo 256, at the centres of the first view's pixels.
+ * @param {Renderer} renderer
+ * @param {number} light
+ * @param {number} [times] see `Renderer.readCounts`
+ * @returns {Int32Array} rows from the top; 0 where nothing is seen
+ */
+export function readCounts(renderer, light, times) {
+  const { device, passes } = renderer;
+  if (!device || !passes) return new Int32Array(0);
+  const { gl } = device;
+  renderer.fitCanvas();
+  const view = renderer.views[0];
+  const { viewport } = renderer.findRectangles(view);
+  times ??= 2 * Math.ceil(64 / 2 ** gl.getParameter(gl.SUBPIXEL_BITS)) - 1;
+  const [columns, rows] = [times * viewport[2], times * viewport[3]];
+  const sight = renderer.findSight(view);
+  const common = findUniforms(renderer, sight);
+  const stage = renderer.findStage(view);
+  const target = new Target(device, columns, rows, 1, gl.RGBA8);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
+  gl.disable(gl.SCISSOR_TEST);
+  gl.viewport(0, 0, columns, rows);
+  renderer.clear();
+  passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+  if (stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip))) stage.listLit();
+  stage.shadows.count(sight, common);
+  const bytes = passes.readStencil(columns, rows);
+  target.delete();
+  const [wide, tall] = [viewport[2], viewport[3]];
+  const counts = new Int32Array(wide * tall);
+  const middle = (times - 1) / 2;
+  for (let row = 0; row < tall; row++) {
+    const line = (rows - 1 - times * row - middle) * columns + middle;
+    for (let column = 0; column < wide; column++) {
+      counts[row * wide + column] = bytes[4 * (line + times * column)];
+    }
+  }
+  return counts;
+}

@@ -1,0 +1,43 @@
+// The uniforms that all programs share in a view.
+
+import { dot, subtract } from './vectors.js';
+
+/** @typedef {import('./renderer.js').Renderer} Renderer */
+/** @typedef {import('./view.js').Sight} Sight */
+
+/**
+ * @param {Renderer} renderer
+ * @param {Sight} sight
+ * @returns {Record<string, any>}
+ */
+export function findUniforms(renderer, sight) {
+  const high = sight.eye.map(Math.fround);
+  const [a, b, c, d] = renderer.clip ?? [0, 0, 0, 1];
+  const { overlay, style, size, ground } = renderer;
+  const plan = overlay?.plan;
+  const extent = plan?.extent ?? [0, 0, 0, 0];
+  const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
+  const corners = ground === null || !above ? [] : sight.findGround(ground - sight.eye[2]);
+  return {
+    'corners[0]': corners.flat(),
+    groundSize: corners.length,
+    isSection: Boolean(renderer.clip),
+    projection: sight.findMatrix(),
+    eyeHigh: high,
+    eyeLow: subtract(sight.eye, high),
+    eye: sight.eye,
+    forward: sight.forward,
+    isPerspective: sight.isPerspective,
+    cut: [a, b, c, dot([a, b, c], sight.eye) + d],
+    height: (ground ?? 0) - sight.eye[2],
+    albedo: style.ground,
+    horizon: style.horizon,
+    haze: Math.max(8 * size, 25 * above),
+    share: 1,
+    turn: 1,
+    plan: plan ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])] : [0, 0, 0, 0],
+    opacity: overlay?.opacity ?? 1,
+    isFlat: overlay?.shaded === false,
+    overlay: 0,
+  };
+}
