@@ -33,7 +33,7 @@ __all__ = ["LIMIT", "drop", "find_folder", "keep", "keep_scene", "load", "load_s
 T = TypeVar("T")
 
 _PLACE = ("latitude", "longitude", "elevation", "true_north", "ground")
-_WIDTHS = {"vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3}
+_WIDTHS = {"vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3, "tangents": 4}
 _NONE = -1
 
 Beside = list[list[Any]]
@@ -132,9 +132,8 @@ def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
 
 def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
     pools = {name: _cut(arrays[name], arrays[f"{name}_length"]) for name in _WIDTHS}
-    _check_numbers(
-        arrays["meshes"], list(pools.values()), is_optional=[False, False, True, True, True]
-    )
+    is_optional = [name not in {"vertices", "faces"} for name in _WIDTHS]
+    _check_numbers(arrays["meshes"], list(pools.values()), is_optional=is_optional)
     tables = [arrays["meshes"], words["materials"], arrays["transforms"]]
     _check_numbers(arrays["parts"], tables, is_optional=[False, False, True])
     for name, shape in (("vertices", (-1, 3)), ("transforms", (-1, 4, 4)), ("origin", (3,))):

@@ -10,7 +10,7 @@ __all__ = ["borrowing"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+_UNCOUNTED: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def borrowing(kernel: F) -> F:

@@ -87,7 +87,8 @@ def test_a_scene_comes_back_as_it_was():
     rng = np.random.default_rng(7)
     vertices, faces = box((0, 0, 0), (4, 4, 9))
     n = len(vertices)
-    full = Mesh(vertices, faces, rng.normal(size=(n, 3)), rng.random((n, 2)), rng.random((n, 3)))
+    widths = (3, 2, 3, 4)  # of normals, uv, colours and tangents
+    full = Mesh(vertices, faces, *(rng.normal(size=(n, width)) for width in widths))
     turn = np.eye(4)
     turn[:3, 3] = 1 / 3, 20, 0
     red = Material((0.9, 0.1, 1 / 3), opacity=0.3, emission=(0, 2.5, 0), alpha_mode="blend")
@@ -272,7 +273,7 @@ def test_arrays_that_make_no_scene_are_read_around(tmp_path, folder, reads):
             ("parts", lambda a: a + [0, 0, 1]),
             ("parts", lambda a: a + [0, 100, 0]),
             ("meshes", lambda a: a - 1),
-            ("meshes", lambda a: a + [0, 0, 0, 1, 0]),
+            ("meshes", lambda a: a + [0, 0, 0, 1, 0, 0]),
             ("vertices_length", lambda a: a * [2, 0, *[1] * (len(a) - 2)]),
             ("vertices_length", lambda a: a * -1),
             ("vertices", lambda a: a * np.nan),

@@ -13,7 +13,8 @@ from support.model_files import save_obj
 from support.shapes import sheet
 
 import umbra
-from umbra.calls.options import CameraOptions, RenderOptions, ViewOptions
+from umbra.calls.camera_options import CameraOptions
+from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.cli import main
 from umbra.methods import Softness
 from umbra.options import list_options

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+
 from umbra.casters.casting import prepare_casting
-from umbra.receivers.plan_tiles import PlanModel, PlaneTile, TopmostTile
+from umbra.receivers.plan_tiles import PlaneTile, PlanModel, TopmostTile
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid
 

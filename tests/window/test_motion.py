@@ -9,8 +9,8 @@ from support.gltf_files import Document
 from support.shapes import box
 
 import umbra
+from umbra.calls.first_view import begin_view
 from umbra.calls.options import ViewOptions
-from umbra.calls.window import begin_view
 from umbra.errors import InputError
 from umbra.gl.renderer import Renderer
 from umbra.scene import pose

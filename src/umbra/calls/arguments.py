@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike
 
-from umbra.calls.options import CameraOptions
+from umbra.calls.camera_options import CameraOptions
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Scene

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
+from umbra.calls.first_view import begin_view, draw_view, find_height
 from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
-from umbra.calls.window import begin_view, draw_view, find_height
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study import Study

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from umbra.cli.options_file import OPTIONS_FILE, write_options
 from umbra.cli.reading import read_values, take_reading, take_site
 from umbra.cli.terminal import echo_json, echo_path, show_progress
 from umbra.errors import InputError
@@ -40,7 +41,6 @@ def study_city(
         msg = "--time poses an animated file, which is not read in tiles; leave it or --tiles out"
         raise InputError(msg)
     from umbra.calls.city import run_city  # noqa: PLC0415
-    from umbra.cli.study import OPTIONS_FILE, write_options  # noqa: PLC0415
 
     with show_progress(quiet) as stages:
         stages.begin("reading files")

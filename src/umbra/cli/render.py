@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.calls.options import CameraOptions, LightOptions, RenderOptions
+from umbra.calls.camera_options import CameraOptions
+from umbra.calls.options import LightOptions, RenderOptions
 from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,

@@ -5,10 +5,11 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 """
 
 from umbra.receivers.camera import CameraPicture
-from umbra.receivers.kind import Counter, Raster, ReceiverKind, Receivers, Tile
+from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
 from umbra.receivers.level import has_terrain
 from umbra.receivers.plan import GroundPlane, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
+from umbra.receivers.raster import Raster
 from umbra.receivers.samples import Samples
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from umbra.study.result import Study
 
 __all__ = [
-    "Counter", "Raster", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
+    "Counter", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
     "Variables",
 ]  # fmt: skip
 
@@ -362,41 +362,3 @@ class SampleKind(ReceiverKind):
 
     def check_judged(self, receivers: str) -> None:
         """Accept rules."""
-
-
-@dataclass(eq=False, kw_only=True)
-class Raster(Receivers):
-    """
-    Receivers that are the cells of a plan or the pixels of a view.
-
-    Parameters
-    ----------
-    x : (cols,) float64
-    y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m]; for elevations along the
-        view and z; for camera pictures pixels, upward.
-    grid : Grid
-        In the frame of ``casting``'s tiles.
-    ground : float
-        z of the ground [m].
-    """
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    grid: Grid
-    ground: float
-
-    @property
-    def heights(self) -> NDArray[np.float64]:
-        """
-        Surface heights, (rows, cols) float64.
-
-        z of the topmost surface or the ground, in the model's own coordinates [m]; NaN where
-        nothing receives.
-        """
-        raise NotImplementedError
-
-    def coordinates(self) -> Variables:
-        """Return the centres of columns and rows."""
-        rows, cols = self.dims
-        return {cols: ((cols,), self.x), rows: ((rows,), self.y)}

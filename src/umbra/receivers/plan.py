@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.kind import Raster, ReceiverKind, Request, Tile, Variables
+from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.level import Level, find_level, has_terrain
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
+from umbra.receivers.raster import Raster
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid

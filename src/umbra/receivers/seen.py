@@ -20,7 +20,8 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.receivers.kind import Raster, Request, Tile, Variables
+from umbra.receivers.kind import Request, Tile, Variables
+from umbra.receivers.raster import Raster
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster

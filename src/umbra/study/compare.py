@@ -13,7 +13,7 @@ from umbra.sun.clock import parse_duration
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["LEAST", "Losses", "compare", "is_newly_under", "read_hours"]
+__all__ = ["LEAST", "SunLosses", "compare", "is_newly_under", "read_hours"]
 
 
 def read_hours(under: str | float | dt.timedelta) -> float:
@@ -148,7 +148,7 @@ def is_newly_under(
 
 
 @dataclass(frozen=True, eq=False)
-class Losses:
+class SunLosses:
     """
     Sun that a proposal takes from its neighbours.
 

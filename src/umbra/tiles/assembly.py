@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.tiles.catalogue import Catalogue
 from umbra.tiles.store import CityStore
-from umbra.tiles.surfaces import Piece
+from umbra.tiles.surfaces import PartResults
 
 __all__ = ["assemble", "write_pieces"]
 
@@ -29,14 +29,14 @@ _NAMES = "variables.json"
 _FROM_KEYS = {"part", "surface_part"}
 
 
-def write_pieces(folder: Path, pieces: Sequence[Piece]) -> None:
+def write_pieces(folder: Path, pieces: Sequence[PartResults]) -> None:
     """
     Write the pieces of a tile into a folder, whole or not at all.
 
     Parameters
     ----------
     folder : Path
-    pieces : sequence of Piece
+    pieces : sequence of PartResults
     """
     shutil.rmtree(folder, ignore_errors=True)
     if not pieces:
@@ -66,7 +66,7 @@ class _Rows:
     Parameters
     ----------
     tile, first, count : (n,) int64
-        Piece, first row in it, and number of rows of each run, in the final order.
+        PartResults, first row in it, and number of rows of each run, in the final order.
     """
 
     tile: NDArray[np.int64]

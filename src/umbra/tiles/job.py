@@ -21,13 +21,13 @@ from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.lattice import CityTile, Lattice
 from umbra.tiles.roles import Roles
 
-__all__ = ["CATALOGUE", "STORE", "CityJob", "Frame", "Workplace", "make_city_period"]
+__all__ = ["CATALOGUE", "STORE", "CityFrame", "CityJob", "Workplace", "make_city_period"]
 
 STORE, CATALOGUE = "study.zarr", "catalogue"
 
 
 @dataclass(frozen=True)
-class Frame:
+class CityFrame:
     """
     Local frame of a run, and its ground.
 
@@ -67,7 +67,7 @@ class CityJob:
     site : Site
     kind : str
         Name of the kind of receivers.
-    frame : Frame
+    frame : CityFrame
     lattice : Lattice or None
         Of plans.
     fingerprint : str
@@ -86,7 +86,7 @@ class CityJob:
     options: StudyOptions
     site: Site
     kind: str
-    frame: Frame
+    frame: CityFrame
     lattice: Lattice | None
     fingerprint: str
     min_altitude: float = 0.0

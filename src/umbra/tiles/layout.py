@@ -17,7 +17,7 @@ from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
-from umbra.tiles.job import Frame
+from umbra.tiles.job import CityFrame
 from umbra.tiles.lattice import Lattice, find_side
 
 __all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
@@ -61,13 +61,13 @@ def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
 
 def find_frame(
     catalogue: Catalogue, kind: ReceiverKind, options: StudyOptions
-) -> tuple[Frame, Level | None]:
+) -> tuple[CityFrame, Level | None]:
     """
     Find the local frame of a run and the height of its ground, as for one scene of all files.
 
     Returns
     -------
-    frame : Frame
+    frame : CityFrame
     assumed : Level or None
         Basis of the ground's height, if it is assumed.
     """
@@ -90,7 +90,7 @@ def find_frame(
         and catalogue.terrain.holds(bounds)
     )
     box = tuple(map(tuple, bounds.tolist()))
-    return Frame(tuple(origin.tolist()), box, known, has_end), assumed  # type: ignore[arg-type]
+    return CityFrame(tuple(origin.tolist()), box, known, has_end), assumed  # type: ignore[arg-type]
 
 
 def _find_ground(catalogue: Catalogue) -> float | None:
@@ -102,7 +102,7 @@ def _find_ground(catalogue: Catalogue) -> float | None:
 def lay_out_lattice(
     catalogue: Catalogue,
     kind: ReceiverKind,
-    frame: Frame,
+    frame: CityFrame,
     period: Period,
     options: StudyOptions,
     length: float,
@@ -114,7 +114,7 @@ def lay_out_lattice(
     ----------
     catalogue : Catalogue
     kind : ReceiverKind
-    frame : Frame
+    frame : CityFrame
     period : Period
     options : StudyOptions
     length : float

@@ -28,7 +28,7 @@ from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
 from umbra.volume.adjacency import make_caster
 
-__all__ = ["Piece", "count_surfaces", "find_objects", "turn_outward"]
+__all__ = ["PartResults", "count_surfaces", "find_objects", "turn_outward"]
 
 _SAMPLES = 1_500_000
 """Most samples that are counted at a time, unless one object has more."""
@@ -37,7 +37,7 @@ _BASE, _SAMPLE = 3e8, 600.0  # memory of a process and of a sample with its resu
 
 
 @dataclass(frozen=True)
-class Piece:
+class PartResults:
     """
     Results of some parts.
 
@@ -87,13 +87,13 @@ def _meets(box: NDArray[np.float64], grid: Any, row: int, col: int) -> bool:
     return bool((first <= (col, row)).all() and (last >= (col, row)).all())
 
 
-def count_surfaces(place: Workplace, tile: CityTile) -> tuple[list[Piece], int]:
+def count_surfaces(place: Workplace, tile: CityTile) -> tuple[list[PartResults], int]:
     """
     Count the surfaces of the objects in a tile.
 
     Returns
     -------
-    pieces : list of Piece
+    pieces : list of PartResults
     triangles : int
         Casting triangles that were read, added up over its batches.
     """
@@ -144,7 +144,7 @@ def _pick(geometry: Any, objects: NDArray[np.intp]) -> NDArray[np.intp]:
 
 def _count_batch(
     place: Workplace, near: Neighbourhood, batch: Selection
-) -> tuple[Piece | None, int]:
+) -> tuple[PartResults | None, int]:
     """Count the surfaces of some objects; return them, and the number of casting triangles."""
     box = near.find_bounds(batch)
     units = batch | near.find_casting(box, place.suns)
@@ -241,7 +241,7 @@ def turn_outward(
 
 def _cut_to_parts(
     scene: PartScene, samples: Samples, variables: dict[str, tuple[tuple[str, ...], Any]]
-) -> Piece:
+) -> PartResults:
     """Return results with the parts that they are of; indices count from each part's first."""
     own, first, surfaces = np.unique(samples.part, return_index=True, return_counts=True)
     count = np.bincount(samples.part[samples.surface], minlength=len(scene.group))[own]
@@ -259,4 +259,4 @@ def _cut_to_parts(
     found = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
     index = samples.surface - start[samples.part[samples.surface]]
     found["surface_of_sample"] = (DIMS, index.astype(np.int32))
-    return Piece(keys, found)
+    return PartResults(keys, found)

@@ -13,7 +13,7 @@ from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.groups import Groups, ShareCount, find_groups
-from umbra.study.compare import Losses, is_newly_under, read_hours
+from umbra.study.compare import SunLosses, is_newly_under, read_hours
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.options import StudyOptions
@@ -195,7 +195,7 @@ class Attribution(Accumulator):
                 found["cast_hours_by_day"] = (axes, self.cast_by_day[:, some])
                 found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
         if attribution.proposed:
-            losses = Losses(
+            losses = SunLosses(
                 self.sole[-1],
                 self.newly_days,
                 np.isin(self.owner, attribution.proposed) | self.nothing,

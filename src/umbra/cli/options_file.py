@@ -1,0 +1,165 @@
+"""A study's options in a TOML file, which ``umbra study`` reads and writes beside its results."""
+
+import difflib
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import click
+
+from umbra import __version__
+from umbra.cli.options import HeadedOption
+from umbra.cli.reading import read_values
+from umbra.errors import InputError
+
+__all__ = ["OPTIONS_FILE", "option_file", "write_options"]
+
+OPTIONS_FILE = "study.toml"
+_LARGEST = 1_000_000  # [byte]
+_LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
+
+
+def _read(context: click.Context, _: click.Parameter, path: str | None) -> str | None:
+    """Use the file's values as defaults, so that the command line overrides them."""
+    if path is None:
+        return None
+    from umbra.readers.checks import read_bounded  # noqa: PLC0415 - the help needs no reader
+
+    try:
+        with Path(path).open("rb") as file:
+            given = tomllib.loads(read_bounded(file, _LARGEST).decode())
+    except InputError as error:
+        msg = f"--options {path}: {error}"
+        raise InputError(msg, path=path) from None
+    except RecursionError:
+        msg = f"--options {path}: lists are nested too deep; write options one a line"
+        raise InputError(msg, path=path) from None
+    except OSError as error:
+        msg = f"--options {path}: {(error.strerror or str(error)).lower()}; name a TOML file"
+        raise InputError(msg, path=path) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        msg = f'--options {path}: is not TOML ({error}); write lines such as date = "2026-03-21"'
+        raise InputError(msg, path=path) from None
+    known = _name_parameters(context.command)
+    defaults: dict[str, Any] = {}
+    for key, value in given.items():
+        name = key.replace("_", "-")
+        if isinstance(value, dict):
+            msg = (
+                f"--options {path}: '{key}' is a table; write options one a line, without headings"
+            )
+            raise InputError(msg, path=path, key=key)
+        if any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
+            msg = f"--options {path}: '{key}' holds a null character, which no name has; remove it"
+            raise InputError(msg, path=path, key=key)
+        if name == "allow-outside":
+            msg = (
+                f"--options {path}: allow-outside is typed (--allow-outside), not taken from a file"
+            )
+            raise InputError(msg, path=path, key=key)
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+            msg = f"--options {path}: there is no option '{key}'; {advice}"
+            raise InputError(msg, path=path, key=key)
+        defaults[known[name].name or name] = _take(known[name], value, Path(path), name)
+    context.default_map = {**(context.default_map or {}), **defaults}
+    return path
+
+
+option_file = click.option(
+    "--options",
+    "option_file",
+    cls=HeadedOption,
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_read,
+    help=f"Take options from this TOML file, such as the {OPTIONS_FILE} of an earlier run; "
+    "typed options take precedence.",
+)
+
+
+def write_options(path: Path, context: click.Context) -> None:
+    """
+    Write the options of a run, such that ``--options`` repeats it.
+
+    Files are named in full. Left out are the output folder and options that change no result.
+
+    Parameters
+    ----------
+    path : Path
+    context : click.Context
+        Of the command.
+    """
+    lines = [
+        f"# The options of a study by umbra {__version__}. To repeat it:",
+        f"# umbra study --options {OPTIONS_FILE} --out DIR",
+    ]
+    values = {**context.params, **read_values(context)}
+    for name, parameter in _name_parameters(context.command).items():
+        value = values.get(parameter.name or "")
+        if not getattr(parameter, "is_kept", True) or value is None or value == ():
+            continue
+        if parameter.name == "size":
+            value = f"{value[0]}x{value[1]}"
+        elif name == "files":
+            value = [_name_in_full(text, Path.cwd()) for text in value]
+        elif _is_file(parameter, value):
+            value = _name_in_full(value, Path.cwd())
+        lines.append(f"{name} = {_to_toml(value)}")
+    # A file's name need be no Unicode, and TOML is nothing else.
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="replace")
+
+
+def _name_parameters(command: click.Command) -> dict[str, click.Parameter]:
+    """Return the parameters by their names on the command line."""
+    named: dict[str, click.Parameter] = {}
+    for parameter in command.params:
+        if isinstance(parameter, click.Argument):
+            named[parameter.name or ""] = parameter
+        else:
+            long = next(text for text in parameter.opts if text.startswith("--"))
+            if long not in {"--options", "--help"}:
+                named[long[2:]] = parameter
+    return named
+
+
+def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
+    """Convert a value of the file for click; file names are relative to that file."""
+    many = parameter.multiple or parameter.nargs == -1
+    if many and not isinstance(value, list):
+        value = [value]
+    if isinstance(value, list):
+        value = [str(item) for item in value] if many else ",".join(map(str, value))
+    elif not isinstance(value, (bool, int, float)):
+        value = str(value)  # TOML has dates and times of its own
+    if name == "files":
+        return [_name_in_full(text, path.parent) for text in value]
+    return _name_in_full(value, path.parent) if _is_file(parameter, value) else value
+
+
+def _is_file(parameter: click.Parameter, value: Any) -> bool:
+    """Return whether a value is a file name; ``--trunk`` may also be a share."""
+    is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
+    return is_raster or getattr(parameter, "is_file", False)
+
+
+def _name_in_full(text: str, folder: Path) -> str:
+    """Return a file, or a layer and its file, with its full path."""
+    found = _LAYER.fullmatch(text)
+    if found and not (folder / text).exists():
+        return f"{found[1]}={(folder / found[2]).resolve()}"
+    return str((folder / text).resolve())
+
+
+def _to_toml(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_to_toml, value)) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    return json.dumps(str(value), ensure_ascii=False)
