@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from io import BytesIO
 from pathlib import Path
@@ -21,6 +22,7 @@ from support.shapes import box
 
 import umbra
 from umbra.window.file import from_json
+from umbra.writers.live import clear_ground
 from umbra.writers.pixels import paint_shares
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -470,3 +472,28 @@ def test_the_command_serves_the_page_to_its_address_alone(tmp_path):
         _, said = served.communicate(timeout=60)
     assert served.returncode == 0
     assert "Traceback" not in said
+
+
+def test_a_model_that_lies_in_its_ground_shows_no_patches(webgl, tmp_path):
+    slab = replace(umbra.make_scene(*box((-20, -15, -1), (20, 15, 0))), ground=0.0)
+    study = umbra.shadow_study(slab, VIENNA, date="2026-06-21", receivers="ground", cell=1.0)
+    shown = []
+    for given, side in (({}, -1), ({"study": study}, 1)):
+        umbra.show(slab, VIENNA, date="2026-06-21", out=tmp_path / "slab.html", **given)
+        webgl.events.clear()
+        page = Page(webgl)
+        page.resize(900, 600)
+        page.open(tmp_path / "slab.html", READY)
+        assert 0 < side * page.ask("umbra.config.ground") < 0.02
+        page.ask("umbra.set({hasPath: false, hasCompass: false, hasEdges: false})")
+        page.ask("umbra.orbit.look(30, -35)")
+        settle(page)
+        seen = read_picture(page)
+        high, wide = seen.shape[:2]
+        middle = seen[high // 2 - 20 : high // 2 + 20, wide // 2 - 60 : wide // 2 + 60]
+        assert np.ptp(middle, axis=(0, 1)).max() <= 2
+        shown.append(middle.mean((0, 1)))
+        check(page)
+    assert np.abs(shown[0] - shown[1]).max() > 20
+    raised = replace(slab, ground=-0.5)
+    assert clear_ground(raised, -0.5, is_above=False) == -0.5

@@ -17,7 +17,7 @@ from umbra.scene import Scene
 from umbra.study import Study
 from umbra.sun import Site
 from umbra.writers.atomic import replace_file
-from umbra.writers.live import make_hours
+from umbra.writers.live import clear_ground, make_hours
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -54,7 +54,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "subtitle": _describe(scene, site),
         "view": to_json(view),
         "isFramed": options.view is None,
-        "ground": find_height(options, scene) if study is None else float(study.ground),
+        "ground": _find_ground(scene, study, options),
         "proposed": proposed,
         "notes": list(scene.notes),
         "hours": hours,
@@ -62,6 +62,14 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "takesWheel": True,
         "poster": "",
     }
+
+
+def _find_ground(scene: Scene, study: Study | None, options: ViewOptions) -> float | None:
+    """Return the height of the ground that a page draws [m]."""
+    if study is not None:
+        return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
+    height = find_height(options, scene)
+    return None if height is None else clear_ground(scene, height, is_above=False)
 
 
 def _find_study(given: object) -> Study | None:

@@ -8,13 +8,15 @@ import numpy as np
 from PIL import Image
 
 from umbra.errors import InputError
+from umbra.scene import Scene
 from umbra.study import Study, tell_dates
 from umbra.writers.pixels import resample, shade_ramp
 
-__all__ = ["make_hours", "make_study_config"]
+__all__ = ["clear_ground", "make_hours", "make_study_config"]
 
 _LARGEST = 2048  # cells along a side; every device has textures of as many
 _CLEAR = 255  # index of cells without a value
+_HAIR = 2e-4  # of the model's diagonal: as far apart a browser's depths tell two surfaces
 
 
 def make_hours(study: Study) -> dict[str, object]:
@@ -62,6 +64,30 @@ def make_hours(study: Study) -> dict[str, object]:
     }
 
 
+def clear_ground(scene: Scene, height: float, *, is_above: bool) -> float:
+    """
+    Return a ground's height [m], a hair off where faces of the model that look up lie in it.
+
+    A browser's depths cannot tell two surfaces in one plane: they would show in patches.
+
+    Parameters
+    ----------
+    scene : Scene
+    height : float
+        In the model's own coordinates [m].
+    is_above : bool
+        Whether the ground hides those faces, as one that shows hours does, or they hide it.
+    """
+    soup = scene.triangles()
+    corners = soup.vertices[soup.faces] + scene.origin
+    low, high = scene.bounds()
+    hair = _HAIR * float(np.linalg.norm(high - low))
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    (x1, y1), (x2, y2) = (b - a).T, (c - a).T
+    is_in_it = (np.abs(corners[:, :, 2] - height) < hair).all(1) & (x1 * y2 > x2 * y1)
+    return height + (hair if is_above else -hair) if is_in_it.any() else height
+
+
 def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, object]:
     """Describe a study's model and sun, as ``Config`` of ``umbra/web/app.js``."""
     scene = study.model.scene
@@ -88,7 +114,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
             },
         },
         "isFramed": True,
-        "ground": float(study.ground) if study.is_plan else float(low[2]),
+        "ground": _find_ground(study),
         "proposed": [],
         "notes": [],
         "hours": hours,
@@ -96,3 +122,11 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "takesWheel": False,
         "poster": "",
     }  # fmt: skip
+
+
+def _find_ground(study: Study) -> float:
+    """Return the height of the ground that a study's page draws [m]."""
+    scene = study.model.scene
+    if not study.is_plan:
+        return float(scene.bounds()[0, 2])
+    return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
