@@ -2,7 +2,7 @@
 
 import { Target } from './device.js';
 import { findUniforms } from './uniforms.js';
-import { along, dot, scale } from './vectors.js';
+import { dot, move, scale } from './vectors.js';
 
 /** @typedef {import('./renderer.js').Renderer} Renderer */
 /** @typedef {import('./types.js').Hit} Hit */
@@ -31,7 +31,7 @@ export function pickPlace(renderer, x, y) {
   const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;
   const nearest = sight.asked;
   for (const { face, part, distance } of model.trace(from, towards, { cast: show, every: true })) {
-    const position = along(from, towards, distance);
+    const position = move(from, towards, distance);
     if (distance < nearest || !isHeld(position)) continue;
     if (reach > 0 && distance > reach) break;
     const outward = model.faceNormal(face);
@@ -39,7 +39,7 @@ export function pickPlace(renderer, x, y) {
     return { part, face, position, normal };
   }
   if (!(reach > nearest && reach < Infinity)) return null;
-  return { part: -1, face: -1, position: along(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
+  return { part: -1, face: -1, position: move(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
 }
 
 /**

@@ -4,7 +4,8 @@
 // hold of the ground; the wheel comes nearer to what it points at. One finger turns, two hold the
 // ground between them: they move, spread and twist it. Keys: see `KEYS`.
 
-import { blend, findEye, findRay, frame, measure, move, pan, turn, turnAbout, zoom } from "./viewpoint.js";
+import { measure, move } from "./vectors.js";
+import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./viewpoint.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */

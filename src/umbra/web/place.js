@@ -1,7 +1,7 @@
 // A place's day: when the sun reaches it, and which parts stand in between.
 
 import { findSun } from "./sun.js";
-import { dot, measure, move } from "./viewpoint.js";
+import { dot, measure, move } from "./vectors.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */

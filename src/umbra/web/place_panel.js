@@ -3,7 +3,7 @@
 import { tellClock } from "./timebar.js";
 import { el, fill } from "./dom.js";
 import { findCasters } from "./place.js";
-import { dot } from "./viewpoint.js";
+import { dot } from "./vectors.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */

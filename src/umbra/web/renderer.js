@@ -20,7 +20,7 @@ import { Selection } from './selection.js';
 import { findPlace } from './shadows.js';
 import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
 import { findUniforms } from './uniforms.js';
-import { along, scale, subtract } from './vectors.js';
+import { move, scale, subtract } from './vectors.js';
 import { Sight } from './view.js';
 
 /** @typedef {import('./types.js').Camera} Camera */
@@ -71,10 +71,10 @@ export class Renderer {
     /** @type {Light[]} */
     this.lights = [];
     const [low, high] = model.bounds;
-    const middle = scale(along(low, high, 1), 0.5);
+    const middle = scale(move(low, high, 1), 0.5);
     this.size = Math.hypot(...subtract(high, low)) || 1;
     /** @type {Camera} */
-    this.camera = { eye: along(middle, [1, -1.4, 0.9], 0.7 * this.size), target: middle };
+    this.camera = { eye: move(middle, [1, -1.4, 0.9], 0.7 * this.size), target: middle };
     /** @type {Mask} */
     this.cast = null;
     /** @type {Mask} */

@@ -3,7 +3,7 @@
 import { findGap, makeBoxes, widen } from './boxes.js';
 import { findOpened } from './opened.js';
 import { CLAMPED_VOLUME, VOLUME } from './shaders.js';
-import { along, dot, subtract, unit } from './vectors.js';
+import { dot, move, subtract, unit } from './vectors.js';
 import { Volumes } from './volumes.js';
 
 /** @typedef {import('./types.js').Light} Light */
@@ -111,7 +111,7 @@ export class Shadows {
   findTip(sight, light, ground) {
     if (sight.isPerspective && ground !== null) return 0; // the ground is endless
     const [low, high] = this.model.bounds;
-    const middle = along(low, high, 1).map((v) => v / 2);
+    const middle = move(low, high, 1).map((v) => v / 2);
     let reach = 1.1 * Math.hypot(...subtract(high, low));
     // No ray from the eye to what it sees passes a far end.
     if (sight.isPerspective) reach += Math.hypot(...subtract(sight.eye, middle));
@@ -200,7 +200,7 @@ export class Shadows {
     let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
     for (let corner = 0; corner < 8; corner++) {
       const away = [0, 1, 2].map((k) => ((corner >> k) & 1 ? range : -range));
-      const place = along(light, away, 1);
+      const place = move(light, away, 1);
       if (sight.isPerspective && dot(subtract(place, sight.eye), sight.forward) < sight.near) return null;
       const seen = sight.project(place);
       if (!seen) return null;

@@ -1,7 +1,8 @@
 // Lines and words over the picture: the sun's path with its hours, the compass, places, distances.
 
 import { tellMinutes } from "./clock.js";
-import { findEye, measure, move, project } from "./viewpoint.js";
+import { measure, move } from "./vectors.js";
+import { findEye, project } from "./viewpoint.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */

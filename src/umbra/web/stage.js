@@ -3,7 +3,8 @@
 import { el } from "./dom.js";
 import { Renderer } from "./renderer.js";
 import { SignPainter } from "./signs.js";
-import { findEye, move } from "./viewpoint.js";
+import { move } from "./vectors.js";
+import { findEye } from "./viewpoint.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */

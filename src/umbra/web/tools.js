@@ -3,7 +3,7 @@
 import { el, fill, slider } from "./dom.js";
 import { tellLength } from "./signs.js";
 import { AXES } from "./state.js";
-import { measure } from "./viewpoint.js";
+import { measure } from "./vectors.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */

@@ -13,7 +13,7 @@ export const subtract = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
  * @param {number} t
  * @returns {Vec3}
  */
-export const along = (a, b, t) => [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]];
+export const move = (a, b, t = 1) => [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]];
 
 /** @param {Numbers} a @param {Numbers} b */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -27,6 +27,9 @@ export const cross = (a, b) => [
 
 /** @param {Numbers} a */
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
+
+/** @param {Numbers} a @param {Numbers} b */
+export const measure = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 
 /** @param {Numbers} a @param {number} t @returns {Vec3} */
 export const scale = (a, t) => [a[0] * t, a[1] * t, a[2] * t];

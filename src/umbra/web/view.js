@@ -1,6 +1,6 @@
 // A camera in a picture of some pixels: its matrix, its rays, and the planes around what it sees.
 
-import { along, cross, dot, length, scale, subtract, transform, unit } from './vectors.js';
+import { cross, dot, length, move, scale, subtract, transform, unit } from './vectors.js';
 
 /** @typedef {import('./types.js').Camera} Camera */
 /** @typedef {import('./types.js').Vec3} Vec3 */
@@ -91,9 +91,9 @@ export class Sight {
   findCorners(depth) {
     const tall = this.isPerspective ? this.half * depth : this.half;
     const wide = tall * this.aspect;
-    const middle = along(this.eye, this.forward, depth);
+    const middle = move(this.eye, this.forward, depth);
     /** @type {(x: number, y: number) => Vec3} */
-    const corner = (x, y) => along(along(middle, this.right, x * wide), this.up, y * tall);
+    const corner = (x, y) => move(move(middle, this.right, x * wide), this.up, y * tall);
     return [corner(-1, 1), corner(-1, -1), corner(1, -1), corner(1, 1)];
   }
 
@@ -134,7 +134,7 @@ export class Sight {
     const isOff = Math.abs(rise) > (light[3] ? 1e-9 * Math.max(reach, size) : 1e-12 * reach);
     const ahead = scale(this.forward, rise > 0 || !isOff ? 1 : -1);
     const normals = isOff ? [ahead] : [ahead, scale(ahead, -1)];
-    const middle = scale(corners.reduce((a, b) => along(a, b, 1)), 0.25);
+    const middle = scale(corners.reduce((a, b) => move(a, b, 1)), 0.25);
     edges.forEach((edge, k) => {
       const normal = cross(edge, isOff ? toLight[k] : this.forward);
       const tall = length(normal);
@@ -186,7 +186,7 @@ export class Sight {
     if (!this.isPerspective) {
       if (Math.abs(this.forward[2]) < 1e-6) return [];
       return corners.map((corner) => {
-        return [...along(corner, this.forward, (height - corner[2]) / this.forward[2]), 1];
+        return [...move(corner, this.forward, (height - corner[2]) / this.forward[2]), 1];
       });
     }
     // A ray (x, y, z) meets the plane at (x, y, z) height / z.
@@ -196,7 +196,7 @@ export class Sight {
       const next = corners[(k + 1) % 4];
       if (ray[2] / height > 0) found.push([...ray, ray[2] / height]);
       if (ray[2] / height > 0 !== next[2] / height > 0) {
-        const level = along(ray, subtract(next, ray), ray[2] / (ray[2] - next[2]));
+        const level = move(ray, subtract(next, ray), ray[2] / (ray[2] - next[2]));
         found.push([level[0], level[1], 0, 0]);
       }
     });
@@ -213,9 +213,9 @@ export class Sight {
     const x = ((2 * column) / this.columns - 1) * this.half * this.aspect;
     const y = (1 - (2 * row) / this.rows) * this.half;
     if (this.isPerspective) {
-      return { from: this.eye, towards: along(along(this.forward, this.right, x), this.up, y) };
+      return { from: this.eye, towards: move(move(this.forward, this.right, x), this.up, y) };
     }
-    return { from: along(along(this.eye, this.right, x), this.up, y), towards: this.forward };
+    return { from: move(move(this.eye, this.right, x), this.up, y), towards: this.forward };
   }
 
   /**

@@ -1,5 +1,7 @@
 // Where one looks from, as umbra's window keeps it: a target and a direction of view.
 
+import { dot, measure, move } from "./vectors.js";
+
 /** @typedef {import('./types.js').Vec3} Vec3 */
 
 /**
@@ -16,18 +18,6 @@
 const RADIANS = Math.PI / 180;
 const STEEPEST = 89.9;  // [degrees], so that "up" stays defined
 const MARGIN = 1.06;
-
-/** @param {Vec3} a @param {Vec3} b */
-export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-
-/**
- * Return a + t b.
- * @param {Vec3} a @param {Vec3} b @param {number} t @returns {Vec3}
- */
-export const move = (a, b, t = 1) => [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]];
-
-/** @param {Vec3} a @param {Vec3} b */
-export const measure = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 
 /** @param {Viewpoint} view @returns {Axes} unit vectors */
 export const findAxes = (view) => {
