@@ -78,7 +78,7 @@ def test_unknown_formats_are_named_before_a_city_is_counted():
     with pytest.raises(umbra.InputError, match="there are geotiff, map, stac") as caught:
         check_city_formats(["dxf"])
     assert caught.value.option == "write"
-    check_city_formats(["stac", "map"], "top")
+    check_city_formats(["stac", "map"])
 
 
 def test_a_file_outside_the_box_is_left_out_with_a_note(city, tmp_path):

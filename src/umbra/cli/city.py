@@ -36,7 +36,7 @@ def study_city(
         if name not in {"formats", "pictures"} and getattr(outputs, name) != default:
             msg = f"{name}= is not made of a study in tiles; leave it out, or leave tiles= out"
             raise InputError(msg, option=name)
-    check_city_formats(outputs.formats, options.receivers)
+    check_city_formats(outputs.formats, is_plan=options.kind.is_plan)
     if read_values()["time"] is not None:
         msg = "--time poses an animated file, which is not read in tiles; leave it or --tiles out"
         raise InputError(msg)
@@ -50,9 +50,7 @@ def study_city(
             partial(stages.advance, what="reading files", unit="files"),
         )  # fmt: skip
         write_options(out / OPTIONS_FILE, click.get_current_context())
-        names = [*outputs.formats]
-        if outputs.pictures and study.job.open().kind.is_plan:
-            names.append("map")
+        names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
         stages.begin("drawing and writing")
         advance = partial(stages.advance, what="drawing and writing", unit="GeoTIFFs")
         more = write_city_files(out, names, advance) if names else []

@@ -61,15 +61,15 @@ def write_city_files(
     return paths
 
 
-def check_city_formats(names: Sequence[str], receivers: str = "auto") -> None:
+def check_city_formats(names: Sequence[str], *, is_plan: bool = True) -> None:
     """
     Refuse formats that cannot be made of a study in tiles, before it is counted.
 
     Parameters
     ----------
     names : sequence of str
-    receivers : str
-        Of the study; ``'auto'`` is a plan.
+    is_plan : bool
+        Whether the receivers are a plan's cells.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def check_city_formats(names: Sequence[str], receivers: str = "auto") -> None:
             f"{', '.join(CITY_FORMATS)}; choose of these, or leave tiles= out"
         )
         raise InputError(msg, option="write", formats=strange)
-    if names and receivers == "surfaces":
+    if names and not is_plan:
         msg = (
             f"write='{names[0]}' is of plans, and surfaces in tiles are in study.zarr only; leave "
             "it out, or choose receivers='ground' or 'top'"
