@@ -158,7 +158,10 @@ def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:
     return read_texts(name, value)
 
 
-def _check_flag(name: str, _: Option, value: Any) -> bool:
+def _check_flag(name: str, said: Option, value: Any) -> Any:
+    """Check a flag; in Python one with a least value may be a number instead."""
+    if said.least is not None and isinstance(value, Real):
+        return value
     if not isinstance(value, Hashable) or value not in {True, False}:
         raise _refuse(name, "is True or False", value)
     return bool(value)

@@ -86,7 +86,7 @@ def test_disagreements_are_told(monkeypatch):
 def test_models_are_for_wallner_and_must_exist(tmp_path):
     refused = CliRunner().invoke(command, ["weng", "--model", __file__])
     assert refused.exit_code == 2
-    assert "--model is for walls and wallner" in refused.output
+    assert "--model is for walls, wallner and all" in refused.output
     missing = CliRunner().invoke(command, ["wallner", "--model", str(tmp_path / "none.obj")])
     assert missing.exit_code == 2
     assert "none.obj" in missing.output

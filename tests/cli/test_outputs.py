@@ -33,7 +33,9 @@ def test_a_report_is_written_when_asked_for(study, tmp_path):
     assert said.status == 0, said
     assert said.out.splitlines()[-1] == str(tmp_path / "out" / "report.html")
     text = (tmp_path / "out" / "report.html").read_text()
-    assert text.count("data:image/png;base64,") == 3  # two sheets and the roofs
+    assert (
+        text.count("data:image/png;base64,") == 4
+    )  # two sheets, the roofs, the live model's hours
     assert "tower.obj" in text
     assert "--report" in text  # the command
     assert study(out="plain").status == 0
@@ -105,7 +107,7 @@ def test_a_plain_study_loads_nothing_of_this():
         "print(*[name for name in sys.modules if name.startswith(('umbra.writers.', 'numpy'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    light = ["umbra.writers.folder", "umbra.writers.formats"]
+    light = ["umbra.writers.city", "umbra.writers.folder", "umbra.writers.formats"]
     assert sorted(done.stdout.split()) == light
 
 

@@ -319,7 +319,7 @@ def test_a_terrain_is_told_of_the_ground_and_a_house_is_not(study, tmp_path):
 
 def test_a_study_from_the_cache_is_the_same_to_the_bit(study, tmp_path, monkeypatch):
     monkeypatch.setenv("UMBRA_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("umbra.readers.LEAST", 1)
+    monkeypatch.setattr("umbra.readers.kept.LEAST", 1)
     town = save_city(tmp_path / "town.city.json", {"a": box((0, 0, 0), (4, 4, 9))})
     options = ["--receivers", "top", "--spells", "--who", "RoofSurface", *HALF_DAY]
     runs = {"cold": [], "warm": [], "none": ["--no-cache"]}

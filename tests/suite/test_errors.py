@@ -73,7 +73,7 @@ def find_texts(path):
     only messages are meant.
     """
     nodes = list(ast.walk(ast.parse(path.read_text())))
-    if path.name == "options.py":
+    if path.name.endswith("options.py"):
         said = [
             n for n in nodes if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "msg"
         ]

@@ -74,7 +74,7 @@ def test_small_masks_are_those_of_render(painter, tower, scale, method):
     of_window = painter.read().astype(int)
     camera = view.viewpoint.camera((323, 241))
     lights, more = list(view.shining().values()), {"ground": 0.0, "device": "gl", "samples": 1}
-    render = partial(umbra.render, tower, camera, lights, method=method, **more)
+    render = partial(umbra.render, tower, camera, lights, method=method, style="plain", **more)
     assert (np.abs(of_window - render(mask_scale=scale)).max(2) > 4).mean() < 0.001
     assert (np.abs(of_window - render()).max(2) > 4).mean() > 0.004
     painter.draw(replace(view, mask_filter="nearest"), (323, 241))
@@ -203,7 +203,9 @@ def test_parts_that_cast_nothing_are_still_seen(painter, tower, no_cast):
     of_gl = painter.read().astype(int)
     camera, lights = view.viewpoint.camera(SIZE), [*view.shining().values()]
     names = [tower.parts[number].name for number in no_cast]
-    render = partial(umbra.render, tower, camera, lights, ground=0.0, no_cast=names, samples=1)
+    render = partial(
+        umbra.render, tower, camera, lights, ground=0.0, no_cast=names, samples=1, style="plain"
+    )
     assert (np.abs(of_gl - render(device="gl")).max(2) > 1).mean() < 0.001
     assert (np.abs(of_gl - render()).max(2) > 3).mean() < 0.01
     assert (np.abs(of_gl - whole).max(2) > 10).mean() > 0.001

@@ -181,6 +181,7 @@ class StudyOptions:
         "flag",
         "Compute when each cell enters and leaves shadow, to a second, instead of adding up steps.",
         default=False,
+        least=0,
     )
     min_spell: Duration | None = _results(
         "any", "Also write the hours in sun intervals of at least this length; implies --spells.",
