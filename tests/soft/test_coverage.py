@@ -62,7 +62,7 @@ def test_parts_are_the_share_of_points_in_the_angle_and_beyond_the_edge(ax, ay, 
     found = find_disc_part(ax, ay, bx, by)
     if side:
         assert found == pytest.approx(inside[disc].mean(), abs=0.008)
-    assert 0 <= found <= 0.5 + 1e-12
+    assert -1e-12 <= found <= 0.5 + 1e-12
 
 
 def test_wedge_planes_hold_every_ray_from_the_light_past_the_edge():

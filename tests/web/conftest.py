@@ -4,6 +4,8 @@ import pytest
 from support.chromium import Chromium, Page, find_chromium
 from support.web import Picture, make_page
 
+READ_BACK = "GPU stall due to ReadPixels"
+"""Some drivers warn of what only these tests do: read counts back."""
 
 @pytest.fixture(scope="module")
 def browser():
@@ -43,4 +45,5 @@ def picture(canvas):
     yield canvas
     assert not canvas.page.named("Runtime.exceptionThrown")
     said = [event["entry"] for event in canvas.page.named("Log.entryAdded")]
+    said = [entry for entry in said if READ_BACK not in entry["text"]]
     assert not [entry for entry in said if entry["level"] in {"error", "warning"}]
