@@ -7,6 +7,7 @@ from support.web import Picture, make_page
 READ_BACK = "GPU stall due to ReadPixels"
 """Some drivers warn of what only these tests do: read counts back."""
 
+
 @pytest.fixture(scope="module")
 def browser():
     if find_chromium() is None:
