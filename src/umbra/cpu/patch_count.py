@@ -13,7 +13,6 @@ face that is almost in the plane; patches of few samples, and patches at grazing
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -21,19 +20,23 @@ from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_rays import ask, ask_all, ask_one_by_one, darken
-from umbra.cpu.patch_rims import Crossings, add_rim, clear, find_rims, find_runs
+from umbra.cpu.patch_rims import add_rim, clear, find_rims, find_runs
+from umbra.cpu.patch_work import (
+    BLOCK,
+    find_doubts,
+    find_errors,
+    find_run,
+    is_marked,
+    make_patch_work,
+)
 from umbra.cpu.patches import Patches
 from umbra.kernels import borrowing
 from umbra.machine import use_threads
-from umbra.rays.face_tree import DEEPEST, FaceTree
+from umbra.rays.face_tree import FaceTree
 
 __all__ = ["PatchCounter"]
 
-_BLOCK = 32  # patches per block of a thread: their bins stay in the cache
 _SUNS = 64  # suns binned at a time
-_ROOM = 1024  # doubtful samples per patch and sun, plus a quarter of its samples
-_CROSSINGS = 16  # per column, plus one per row; beyond this, rays are cast
-_EPS = 1e-7  # rounding error of a rim [squares]
 
 
 class PatchCounter:
@@ -118,68 +121,18 @@ class PatchCounter:
         return change
 
 
-class _Work(NamedTuple):
-    """
-    Work arrays of a thread.
-
-    Parameters
-    ----------
-    crossings : Crossings
-    rims : (n, 5) float64
-        From column, row to column, row; change of the count on the left.
-    stamp : (most,) int32
-        Last search that found each silhouette edge.
-    is_doubt : (n,) bool
-        Samples of a patch that need rays.
-    asked : (n,) int32
-        Indices of these samples.
-    stack : (DEEPEST,) int32
-        Stack for searches in the tree.
-    """
-
-    crossings: Crossings
-    rims: np.ndarray
-    stamp: np.ndarray
-    is_doubt: np.ndarray
-    asked: np.ndarray
-    stack: np.ndarray
-
-
 @njit(cache=True, nogil=True, parallel=True)
 def _count(patches, bins, edges, tree, change, masks):
     n = patches.size.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    for block in prange((n + BLOCK - 1) // BLOCK):
         _count_block(
-            patches, bins, edges, tree, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
+            patches, bins, edges, tree, change, masks, block * BLOCK, min(n, (block + 1) * BLOCK)
         )
 
 
 @njit(cache=True, nogil=True)
 def _count_block(patches, bins, edges, tree, change, masks, p0, p1):
-    widest, highest, most, cuts = 0, 0, 0, 0
-    for i in range(p0, p1):
-        if patches.graze[i] < np.inf:
-            widest = max(widest, patches.size[i, 0])
-            highest = max(highest, patches.size[i, 1])
-            most = max(most, patches.first[i + 1] - patches.first[i])
-            cuts = max(cuts, patches.cut_start[i + 1] - patches.cut_start[i])
-    at_once = _CROSSINGS + highest
-    room = _ROOM + most // 4
-    work = _Work(
-        Crossings(
-            np.zeros(widest + 1, np.int32),
-            np.zeros(widest + 1, np.int32),
-            np.zeros((widest, at_once), np.int64),
-            np.zeros(room, np.int64),
-            np.zeros((most, 3), np.int64),
-            np.zeros(highest + 1, np.int32),
-        ),
-        np.zeros((bins.most + cuts, 5)),
-        np.zeros(bins.most, np.int32),
-        np.zeros(most, np.bool_),
-        np.zeros(room, np.int32),
-        np.zeros(DEEPEST, np.int32),
-    )
+    work = make_patch_work(patches, bins, p0, p1)
     last = np.full(p1 - p0, -1, np.int64)
     asked = (patches.first[p0:p1] + patches.first[p0 + 1 : p1 + 1]) // 2
     _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last, asked)
@@ -230,19 +183,16 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
         return last, k
     if sine < graze:
         return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
-    su = (f[i, 0] * d[0] + f[i, 1] * d[1] + f[i, 2] * d[2]) / sine
-    sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
-    # Heights up to tau count as 0, so rims can be off by this much.
-    bu, bv = _EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv)
+    way, (bu, bv) = find_errors(patches, i, d, sine)
     face = ask(patches, tree, work.stack, k, d, last)
     shell = -1
     if face >= 0:
         last = face
-        if not _is_marked(patches, i, k - first, 2.0 * tau / sine):
+        if not is_marked(patches, i, k - first, 2.0 * tau / sine):
             shell = edges.face_shell[tree.source[face]]
-    n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, (su, sv), (bu, bv), shell)
+    n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, (bu, bv), shell)
     if n_rims < 0:
         return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
     changes, n_doubts = 0, 0
@@ -256,7 +206,7 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
             clear(cols, c)
             return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
         changes += t
-    n_asked = _find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
+    n_asked = find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
     if n_asked < 0:
         clear(cols, c)
         return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
@@ -265,50 +215,6 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
             darken(change, masks, s, first, end, end)
         return last, k
     return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0)
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _is_marked(patches, i, k, reach):
-    """Return whether a sample lies near another face that is close to the plane."""
-    for q in range(patches.mark_start[i], patches.mark_start[i + 1]):
-        if patches.mark_far[q] > reach:
-            return False
-        if patches.marks[q] == k:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _find_doubts(patches, work, i, n_doubts, reach):
-    """List the samples that need rays, each once; return their number, or -1 if too many."""
-    cell = patches.cell[i]
-    n = 0
-    for q in range(n_doubts):
-        at = work.crossings.doubts[q]
-        k = patches.before[cell + at]
-        if patches.before[cell + at + 1] > k and not work.is_doubt[k]:
-            if n == work.asked.size:
-                n = -1
-                break
-            work.is_doubt[k] = True
-            work.asked[n] = k
-            n += 1
-    if n >= 0:
-        for q in range(patches.mark_start[i], patches.mark_start[i + 1]):
-            if patches.mark_far[q] > reach:
-                break
-            k = patches.marks[q]
-            if work.is_doubt[k]:
-                continue
-            if n == work.asked.size:
-                n = -1
-                break
-            work.is_doubt[k] = True
-            work.asked[n] = k
-            n += 1
-    if n < 0:
-        work.is_doubt[:] = False
-    return n
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -324,7 +230,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
         patches.size[i, 0], patches.size[i, 1], patches.before, patches.cell[i], work.crossings
     )
     is_known = not work.is_doubt[known - first]
-    least = runs[_find_run(runs, n, known - first), 2]
+    least = runs[find_run(runs, n, known - first), 2]
     if not (is_known and is_lit):
         lowest, pick = _find_lowest(runs, n, work.is_doubt, n_asked)
         is_lit = False
@@ -345,7 +251,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
         work.is_doubt[k] = False
         was = 1
         if is_lit:
-            was = np.int64(runs[_find_run(runs, n, k), 2] != least)
+            was = np.int64(runs[find_run(runs, n, k), 2] != least)
         face = ask(patches, tree, work.stack, first + k, d, last)
         if face >= 0:
             last = face
@@ -376,16 +282,3 @@ def _find_lowest(runs, n, is_doubt, n_asked):
                 continue
         least, longest, pick = count, b - a, k
     return least, pick
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _find_run(runs, n, k):
-    """Find the run that contains a sample."""
-    a, b = 0, n - 1
-    while a < b:
-        middle = (a + b + 1) // 2
-        if runs[middle, 0] <= k:
-            a = middle
-        else:
-            b = middle - 1
-    return a

@@ -376,6 +376,7 @@ def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, shell):
                     n_own += edges.shell[e] == shell
                 rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
                 rims[n, 4] = bins.change[c]
+                rims[n, 5] = edges.shell[e]
                 n += 1
     for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
         ua, va, ub, vb = _four(patches.cuts, c, 0)
@@ -390,6 +391,7 @@ def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, shell):
         if how == _MEETS:
             n_meeting += 1
             n_own += edges.face_shell[tree.source[face]] == shell
+        rims[n, 5] = edges.face_shell[tree.source[face]]
         rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
         rims[n, 4] = 1.0 if side > 0.0 else -1.0
         n += 1

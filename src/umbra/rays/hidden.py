@@ -19,7 +19,7 @@ from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import find_lowest, meet_boxes
 
-__all__ = ["find_hidden", "find_hidden_from", "get", "is_hidden"]
+__all__ = ["find_hidden", "find_hidden_from", "get", "is_hidden", "list_hiding"]
 
 _ASIDE = 2.0**-24
 """Horizontal offset of a repeated ray's start, where rounding would decide [m], ..."""
@@ -126,6 +126,21 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
 
 
 @borrowing
+def list_hiding(p, n, d, tree, stack, found):
+    """
+    List all faces between a point and the sun, and return their number.
+
+    ``found`` has room for every face of the tree; the others are as in ``is_hidden``.
+    """
+    count, is_sure = _search(p, n, d, tree, stack, None, None, 0.0, found)
+    if is_sure:
+        return count
+    scale = max(1.0, 2.0 * tree.normals[0, 3] / _ABOVE)
+    count, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, None, p, scale, found)
+    return count
+
+
+@borrowing
 def _step_aside(p, n, scale):
     """Find the position slightly above a surface and beside the point, to the east and north."""
     x, y, z = n
@@ -140,11 +155,12 @@ def _step_aside(p, n, scale):
 
 
 @borrowing
-def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
+def _search(p, n, d, tree, stack, light, point=None, scale=0.0, found=None):
     """
     Find a face that hides the sun; return whether the answer is certain.
 
-    ``p`` is the start of the ray: the point, or a step of ``scale`` beside ``point``.
+    ``p`` is the start of the ray: the point, or a step of ``scale`` beside ``point``. With
+    ``found`` all such faces are listed there, and their number is returned.
     """
     inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
     sides = (
@@ -160,6 +176,7 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
     end = (np.float32(p[0] - x), np.float32(p[1] - y), np.float32(p[2] - z))
     stack[0] = 0
     size = 1
+    count = 0
     is_sure = True
     while size > 0:
         size -= 1
@@ -177,10 +194,13 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
             else:
                 answer = _hides_beside(~child, p, n, d, tree, light, point, scale)
             if answer == _YES:
-                return ~child, True
+                if found is None:
+                    return ~child, True
+                found[count] = ~child
+                count += 1
             if answer == _UNSURE:
                 is_sure = False
-    return np.int64(-1), is_sure
+    return np.int64(-1 if found is None else count), is_sure
 
 
 @njit(cache=True, nogil=True, inline="always")
