@@ -1,11 +1,15 @@
 """What a newcomer types first."""
 
+import inspect
 import re
 
 import click
 import pytest
 
+import umbra
+from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
 from umbra.cli import main, render, study, view
+from umbra.options import list_options
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["study", "--help"], ["render", "-h"]])
@@ -46,3 +50,12 @@ def test_an_unknown_command_is_one_line(capsys):
         main(["stduy"])
     assert ended.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_reading_options_are_those_of_umbra_read():
+    shown = set(inspect.signature(umbra.read).parameters) - {"paths", "canopy"}
+    typed = {name for name, _, _ in list_options(ReadingOptions)} - {"time", "animation"}
+    typed |= {name for name, _, _ in list_options(CanopyOptions)}
+    assert typed - {"up_axis", "no_cache"} == shown - {"up", "cache"}
+    placed = set(inspect.signature(umbra.find_site).parameters) - {"scene"}
+    assert {name for name, _, _ in list_options(SiteOptions)} == placed

@@ -90,55 +90,54 @@ def _why_open(result: dict) -> str:
 
 def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) -> None:
     """Print the layers or tags and how many parts each selects, the commonest first."""
-    tally: dict[str, list[int]] = {}
-    names: dict[str, set[str]] = {}
-    for chosen, part in zip(words, parts, strict=True):
-        for word in chosen:
-            if word:
-                count = tally.setdefault(word, [0, 0])
-                count[0] += 1
-                count[1] += part["triangles"]
-                names.setdefault(word, set()).add(part["name"])
+    chosen: dict[str, list[dict]] = {}
+    for some, part in zip(words, parts, strict=True):
+        for word in filter(None, some):
+            chosen.setdefault(word, []).append(part)
     # A word of one object alone, as a GlobalId is, chooses no group; one of all chooses nothing.
     every = len({part["name"] for part in parts})
-    shared = {
-        word: count
-        for word, count in tally.items()
-        if what == "layer" or 1 < len(names[word]) < every
-    }
-    if not shared:
-        return
-    echo(f"\n{what:24}    parts  triangles")
-    first = sorted(shared.items(), key=lambda one: -one[1][0])[:_MOST]
-    shown = fit_names([word for word, _ in first], 24)
-    for word, (_, (n, triangles)) in zip(shown, first, strict=True):
-        echo(f"{word:24} {n:8} {triangles:10}")
-    if len(shared) > _MOST:
-        echo(f"and {len(shared) - _MOST} more (--json lists all)")
+    shared = [
+        (word, len(mine), sum(part["triangles"] for part in mine))
+        for word, mine in chosen.items()
+        if what == "layer" or 1 < len({part["name"] for part in mine}) < every
+    ]
+    if shared:
+        shared.sort(key=lambda row: -row[1])
+        _show_table({what: "<24", "parts": ">8", "triangles": ">10"}, shared)
 
 
 def _list_parts(parts: list[dict]) -> None:
     """Print the number of parts by kind, then a table of the first parts."""
-    kinds: dict[str, list[int]] = {}
+    kinds: dict[str, list[dict]] = {}
     for part in parts:
-        tally = kinds.setdefault(part["kind"] or "-", [0, 0, 0])
-        tally[0] += 1
-        tally[1] += part["triangles"]
-        tally[2] += part["closed"]
-    echo("\nkind                       parts  triangles  closed")
-    for shown, (_, tally) in zip(fit_names(sorted(kinds), 24), sorted(kinds.items()), strict=True):
-        n, triangles, closed = tally
-        echo(f"{shown:24} {n:7} {triangles:10} {closed:7}")
+        kinds.setdefault(part["kind"] or "-", []).append(part)
+    tallies = [
+        (kind, len(mine), *(sum(part[name] for part in mine) for name in ("triangles", "closed")))
+        for kind, mine in sorted(kinds.items())
+    ]
+    _show_table({"kind": "<24", "parts": ">7", "triangles": ">10", "closed": ">7"}, tallies)
     width = min(max(len(part["name"]) for part in parts), 48)
-    echo(f"\n{'part':{width}}  {'kind':20} triangles  closed  border  >2 faces  windings")
-    listed = parts[:_MOST]
-    names = fit_names([part["name"] for part in listed], width)
-    kinds_shown = fit_names([part["kind"] for part in listed], 20)
-    for part, name, kind in zip(listed, names, kinds_shown, strict=True):
-        echo(
-            f"{name:{width}}  {kind:20} {part['triangles']:9}  "
-            f"{'yes' if part['closed'] else 'no':>6}  {part['border_edges']:6}  "
-            f"{part['nonmanifold_edges']:8}  {part['inconsistent_edges']:8}"
-        )
-    if len(parts) > _MOST:
-        echo(f"and {len(parts) - _MOST} more (--json lists all)")
+    columns = {
+        "part": f"<{width}", "kind": "<20", "triangles": ">9", "closed": ">7", "border": ">7",
+        ">2 faces": ">9", "windings": ">9",
+    }  # fmt: skip
+    rows = [
+        (part["name"], part["kind"], part["triangles"], "yes" if part["closed"] else "no",
+         part["border_edges"], part["nonmanifold_edges"], part["inconsistent_edges"])
+        for part in parts
+    ]  # fmt: skip
+    _show_table(columns, rows)
+
+
+def _show_table(columns: dict[str, str], rows: Sequence[tuple]) -> None:
+    """Print the first rows of a table; columns have a heading and a format, ``<`` for names."""
+    forms = columns.values()
+    cells = [
+        fit_names(column, int(form[1:])) if form[0] == "<" else column
+        for column, form in zip(zip(*rows[:_MOST], strict=True), forms, strict=True)
+    ]
+    echo()
+    for row in (columns, *zip(*cells, strict=True)):
+        echo(" ".join(f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)))
+    if len(rows) > _MOST:
+        echo(f"and {len(rows) - _MOST} more (--json lists all)")

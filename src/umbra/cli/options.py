@@ -2,8 +2,9 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import click
@@ -174,13 +175,26 @@ class SectionedCommand(click.Command):
                 formatter.write_dl(records, col_max=_WIDTH + 2)
 
 
-def record_options(record: type) -> Callable[[Callable], Callable]:
-    """Make a decorator that adds every option of a record which can be typed."""
+def record_options(
+    record: type, flags: Mapping[str, str] = MappingProxyType({}), **more: Any
+) -> Callable[[Callable], Callable]:
+    """
+    Make a decorator that adds every option of a record which can be typed.
+
+    Parameters
+    ----------
+    record : type
+    flags : mapping of str to str
+        Flags of a command's own for some options.
+    **more
+        As ``click.option`` takes them.
+    """
 
     def add(command: Callable) -> Callable:
         for name, said, default in reversed([*list_options(record)]):
             if said.flag is not None:
-                command = _make_option(name, said, default)(command)
+                flag = flags.get(name) or said.flag or f"--{name.replace('_', '-')}"
+                command = click.option(flag, name, **_describe(said, default), **more)(command)
         return command
 
     return add
@@ -192,7 +206,8 @@ def take_record(record: type[R], given: dict[str, Any]) -> R:
     return record(**{name: given.pop(name) for name in names})
 
 
-def _make_option(name: str, said: Option, default: Any) -> Callable[[Callable], Callable]:
+def _describe(said: Option, default: Any) -> dict[str, Any]:
+    """Return an option as ``click.option`` takes it."""
     is_many = said.is_repeated or said.type in {"dates", "patterns", "texts"}
     types: dict[str, Any] = {"number": float, "length": LENGTH, "size": SIZE, "file": NewPath()}
     kind = types.get(said.type)
@@ -203,19 +218,17 @@ def _make_option(name: str, said: Option, default: Any) -> Callable[[Callable], 
     elif said.type == "numbers":
         counts = said.count if isinstance(said.count, tuple) else (said.count,)
         kind = Numbers(str(said.metavar), *counts, remedy=said.remedy or _JOINED)
-    return click.option(
-        said.flag or f"--{name.replace('_', '-')}",
-        name,
-        cls=HeadedOption,
-        heading=said.heading,
-        is_kept=said.is_kept,
-        is_file=said.type in {"table", "path"},
-        type=kind,
-        is_flag=said.type == "flag",
-        multiple=is_many,
-        required=said.type == "dates",
-        default=default,
-        show_default=bool(default) and not is_many and not isinstance(default, tuple),
-        metavar="PATTERN" if said.type == "patterns" else said.metavar,
-        help=said.help,
-    )
+    return {
+        "cls": HeadedOption,
+        "heading": said.heading,
+        "is_kept": said.is_kept,
+        "is_file": said.type in {"table", "path"},
+        "type": kind,
+        "is_flag": said.type == "flag",
+        "multiple": is_many,
+        "required": said.type == "dates",
+        "default": default,
+        "show_default": bool(default) and not is_many and not isinstance(default, tuple),
+        "metavar": "PATTERN" if said.type == "patterns" else said.metavar,
+        "help": said.help,
+    }

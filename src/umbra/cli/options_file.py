@@ -4,6 +4,7 @@ import difflib
 import json
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,46 +28,49 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
         return None
     from umbra.readers.checks import read_bounded  # noqa: PLC0415 - the help needs no reader
 
+    known = _name_parameters(context.command)
+    defaults: dict[str, Any] = {}
     try:
         with Path(path).open("rb") as file:
             given = tomllib.loads(read_bounded(file, _LARGEST).decode())
-    except InputError as error:
-        msg = f"--options {path}: {error}"
+        for key, value in given.items():
+            _check_key(key, value, known)
+            name = key.replace("_", "-")
+            defaults[known[name].name or name] = _take(known[name], value, Path(path), name)
+    except (OSError, RecursionError, ValueError) as error:
+        msg = f"--options {path}: {_explain(error)}"
         raise InputError(msg, path=path) from None
-    except RecursionError:
-        msg = f"--options {path}: lists are nested too deep; write options one a line"
-        raise InputError(msg, path=path) from None
-    except OSError as error:
-        msg = f"--options {path}: {(error.strerror or str(error)).lower()}; name a TOML file"
-        raise InputError(msg, path=path) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f'--options {path}: is not TOML ({error}); write lines such as date = "2026-03-21"'
-        raise InputError(msg, path=path) from None
-    known = _name_parameters(context.command)
-    defaults: dict[str, Any] = {}
-    for key, value in given.items():
-        name = key.replace("_", "-")
-        if isinstance(value, dict):
-            msg = (
-                f"--options {path}: '{key}' is a table; write options one a line, without headings"
-            )
-            raise InputError(msg, path=path, key=key)
-        if any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
-            msg = f"--options {path}: '{key}' holds a null character, which no name has; remove it"
-            raise InputError(msg, path=path, key=key)
-        if name == "allow-outside":
-            msg = (
-                f"--options {path}: allow-outside is typed (--allow-outside), not taken from a file"
-            )
-            raise InputError(msg, path=path, key=key)
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
-            msg = f"--options {path}: there is no option '{key}'; {advice}"
-            raise InputError(msg, path=path, key=key)
-        defaults[known[name].name or name] = _take(known[name], value, Path(path), name)
     context.default_map = {**(context.default_map or {}), **defaults}
     return path
+
+
+def _explain(error: Exception) -> str:
+    """Describe why a file is no list of options, and the remedy."""
+    if isinstance(error, InputError):
+        return str(error)
+    if isinstance(error, RecursionError):
+        return "lists are nested too deep; write options one a line"
+    if isinstance(error, OSError):
+        return f"{(error.strerror or str(error)).lower()}; name a TOML file"
+    return f'is not TOML ({error}); write lines such as date = "2026-03-21"'
+
+
+def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> None:
+    """Refuse what is no option, or no value of one."""
+    name = key.replace("_", "-")
+    msg = ""
+    if isinstance(value, dict):
+        msg = f"'{key}' is a table; write options one a line, without headings"
+    elif any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
+        msg = f"'{key}' holds a null character, which no name has; remove it"
+    elif name == "allow-outside":
+        msg = "allow-outside is typed (--allow-outside), not taken from a file"
+    elif name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+        msg = f"there is no option '{key}'; {advice}"
+    if msg:
+        raise InputError(msg)
 
 
 option_file = click.option(

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.cli.options import HeadedOption
+from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
+from umbra.cli.options import record_options
 from umbra.errors import InputError, write_for_shell
+from umbra.options import list_options
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
@@ -26,17 +27,10 @@ __all__ = [
 ]
 
 _KEY = "umbra.reading"
-_SITE = ("lat", "lon", "tz", "north")
-_POSED = {*_SITE, "time", "animation"}
 
 
 def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
     context.meta.setdefault(_KEY, {})[str(option.name)] = value
-
-
-_option = partial(
-    click.option, cls=HeadedOption, heading="Reading", expose_value=False, callback=_remember
-)
 
 
 def read_values(context: click.Context | None = None) -> dict[str, Any]:
@@ -44,144 +38,32 @@ def read_values(context: click.Context | None = None) -> dict[str, Any]:
     return (context or click.get_current_context()).meta.get(_KEY, {})
 
 
-def _add(options: Sequence[Callable], command: Callable) -> Callable:
-    for option in reversed(options):
-        command = option(command)
-    return command
+def _add(record: type, **flags: str) -> Callable[[Callable], Callable]:
+    return record_options(record, flags, expose_value=False, callback=_remember)
 
 
-def site_options(command: Callable) -> Callable:
-    """Add the options of the site; ``find_model_site`` uses their values."""
-    on_earth = partial(_option, heading="Site")
-    return _add(
-        [
-            on_earth("--lat", type=float, metavar="DEG", help="Latitude; default: the file's."),
-            on_earth(
-                "--lon",
-                type=float,
-                metavar="DEG",
-                help="Longitude, east positive; default: the file's.",
-            ),
-            on_earth(
-                "--tz",
-                metavar="ZONE",
-                help="Time zone by its IANA name, Europe/Vienna; default: the zone at the "
-                "coordinates.",
-            ),
-            on_earth(
-                "--north",
-                type=float,
-                metavar="DEG",
-                help="Azimuth of true north in the plan, clockwise from y; default: the file's, "
-                "or 0.",
-            ),
-        ],
-        command,
-    )
+site_options = _add(SiteOptions)
+"""Adds the options of the site; ``find_model_site`` uses their values."""
+
+canopy_options = _add(CanopyOptions)
+"""Adds the options for canopy rasters."""
 
 
 def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
     """Make a decorator that adds the reading options; ``up`` names the one for the up axis."""
-    options = [
-        _option(
-            up,
-            "up_axis",
-            type=click.Choice(["x", "y", "z"]),
-            help="The file's axis that points up.",
-        ),
-        _option(
-            "--height-column",
-            metavar="NAME",
-            help="Footprints: column of the height [m] above the base; default: found by its name.",
-        ),
-        _option(
-            "--base-column",
-            metavar="NAME",
-            help="Footprints: column of the base's height [m]; default: 0, or the terrain of "
-            "another file.",
-        ),
-        _option(
-            "--name-column",
-            metavar="NAME",
-            help="Footprints: column of the names; default: the one with the most different names.",
-        ),
-        _option(
-            "--time",
-            type=float,
-            metavar="S",
-            help="Pose an animated file at this time [s]; default: not animated.",
-        ),
-        _option(
-            "--animation",
-            metavar="NAME",
-            help="Which animation --time means, or umbra view plays: its name, its number, or "
-            "all; default: 0, the first.",
-        ),
-        _option(
-            "--bbox",
-            metavar="XMIN,YMIN,XMAX,YMAX[,CRS]",
-            help="Read only objects whose bounds meet this box; in degrees if all numbers can be, "
-            "else in the first file's CRS.",
-        ),
-        _option(
-            "--area",
-            metavar="FILE|WKT",
-            help="Read only objects whose bounds meet this polygon: a GeoJSON file, or WKT.",
-        ),
-        _option(
-            "--geometric-error",
-            type=float,
-            metavar="M",
-            help="3D Tiles: do not refine tiles of at most this error [m]; default: the finest.",
-        ),
-        _option(
-            "--allow-outside",
-            is_flag=True,
-            is_kept=False,
-            help="Let models name files outside their own folder (buffers, materials, textures); "
-            "only for models that you trust.",
-        ),
-        _option(
-            "--no-cache",
-            is_flag=True,
-            is_kept=False,
-            help="Do not use the cache of files that were read; umbra doctor shows where it is.",
-        ),
-    ]
-    return partial(_add, options)
-
-
-def canopy_options(command: Callable) -> Callable:
-    """Add the options for canopy rasters."""
-    raster = partial(_option, heading="Casters")
-    return _add(
-        [
-            raster(
-                "--trunk",
-                metavar="SHARE|FILE",
-                help="Where crowns of a canopy raster begin: a share of the height, or a GeoTIFF "
-                "of heights; default: 0.25.",
-            ),
-            raster(
-                "--canopy-heights",
-                type=click.Choice(["above-ground", "absolute"]),
-                help="Zero of the heights in a canopy raster; default: the ground.",
-            ),
-        ],
-        command,
-    )
+    return _add(ReadingOptions, up_axis=up)
 
 
 def take_reading() -> dict[str, Any]:
     """Return a command's options as ``umbra.read`` takes them."""
-    values = {name: one for name, one in read_values().items() if name not in _POSED}
+    others = {name for name, _, _ in list_options(SiteOptions)} | {"time", "animation"}
+    values = {name: one for name, one in read_values().items() if name not in others}
     return {"up": values.pop("up_axis"), "cache": not values.pop("no_cache"), **values}
 
 
 def take_site() -> dict[str, Any]:
     """Return a command's options of the site as ``umbra.find_site`` takes them."""
-    names = ("latitude", "longitude", "zone", "true_north")
-    return dict(zip(names, (read_values()[name] for name in _SITE), strict=True))
+    return {name: read_values()[name] for name, _, _ in list_options(SiteOptions)}
 
 
 def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool = True) -> "Scene":

@@ -13,9 +13,9 @@ from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_op
 from umbra.cli.reading import (
     find_model_site,
     read_model,
-    read_values,
     reading_options,
     site_options,
+    take_site,
 )
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
@@ -115,10 +115,9 @@ def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
 
 def _check_site(lights: LightOptions) -> None:
     """Refuse a site without the sun that it places, before anything is read."""
-    names = ("lat", "lon", "tz", "north")
-    given = [f"--{name}" for name in names if read_values()[name] is not None]
+    given = [f"{name}=" for name, value in take_site().items() if value is not None]
     if lights.date is None and given:
-        msg = f"{' and '.join(given)} places the sun; give --date and --at, too, or leave it out"
+        msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
         raise InputError(msg)
 
 

@@ -13,6 +13,7 @@ from umbra.cli.reading import (
     read_values,
     reading_options,
     site_options,
+    take_site,
 )
 from umbra.cli.terminal import echo, echo_path
 
@@ -59,14 +60,16 @@ def command(
         from umbra.window.screen import check_display  # noqa: PLC0415
 
         check_display(instead)
-    lat, lon, tz = (read_values()[name] for name in ("lat", "lon", "tz"))
     given["ground"] = False if no_ground else given["ground"]
     moved = {name: read_values()[name] for name in ("animation", "time")}
     chosen = replace(take_record(ViewOptions, given), **moved)
     scene = read_model(files, poses=False)
-    places = ((lat, scene.latitude), (lon, scene.longitude))
-    is_known = all(typed is not None or said is not None for typed, said in places)
-    is_asked = any(value is not None for value in (lat, lon, tz, chosen.date, chosen.at))
+    typed = take_site()
+    is_known = all(
+        typed[name] is not None or getattr(scene, name) is not None
+        for name in ("latitude", "longitude")
+    )
+    is_asked = any(value is not None for value in (*typed.values(), chosen.date, chosen.at))
     site = find_model_site(scene) if is_known or is_asked else None
     if is_page(chosen.out):
         from umbra.calls.live import write_live_page  # noqa: PLC0415

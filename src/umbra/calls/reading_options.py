@@ -1,0 +1,113 @@
+"""
+Options of every command that reads files: the site, the reading, canopy rasters.
+
+They are those of ``umbra.read``, ``umbra.find_site`` and ``umbra.pose``, which check them.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+from umbra.options import option
+
+__all__ = ["CanopyOptions", "ReadingOptions", "SiteOptions"]
+
+_site = partial(option, heading="Site")
+_reading = partial(option, heading="Reading")
+_canopy = partial(option, heading="Casters")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SiteOptions:
+    """The site, where the file does not say it; see ``umbra.find_site``."""
+
+    latitude: float | None = _site(
+        "number", "Latitude; default: the file's.", flag="--lat", unit="degree", metavar="DEG"
+    )
+    longitude: float | None = _site(
+        "number", "Longitude, east positive; default: the file's.", flag="--lon", unit="degree",
+        metavar="DEG",
+    )  # fmt: skip
+    zone: str | None = _site(
+        "text", "Time zone by its IANA name, Europe/Vienna; default: the zone at the coordinates.",
+        flag="--tz", metavar="ZONE",
+    )  # fmt: skip
+    true_north: float | None = _site(
+        "number",
+        "Azimuth of true north in the plan, clockwise from y; default: the file's, or 0.",
+        flag="--north", unit="degree", metavar="DEG",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingOptions:
+    """What a file does not state, and which of it is wanted; see ``umbra.read``."""
+
+    up_axis: str | None = _reading(
+        "choice", "The file's axis that points up.", flag="--up", choices=("x", "y", "z")
+    )
+    height_column: str | None = _reading(
+        "text", "Footprints: column of the height [m] above the base; default: found by its name.",
+        metavar="NAME",
+    )  # fmt: skip
+    base_column: str | None = _reading(
+        "text",
+        "Footprints: column of the base's height [m]; default: 0, or the terrain of another file.",
+        metavar="NAME",
+    )
+    name_column: str | None = _reading(
+        "text", "Footprints: column of the names; default: the one with the most different names.",
+        metavar="NAME",
+    )  # fmt: skip
+    time: float | None = _reading(
+        "number", "Pose an animated file at this time [s]; default: not animated.", unit="s",
+        metavar="S",
+    )  # fmt: skip
+    animation: str | None = _reading(
+        "text",
+        "Which animation --time means, or umbra view plays: its name, its number, or all; "
+        "default: 0, the first.",
+        metavar="NAME",
+    )
+    bbox: str | None = _reading(
+        "text",
+        "Read only objects whose bounds meet this box; in degrees if all numbers can be, else in "
+        "the first file's CRS.",
+        metavar="XMIN,YMIN,XMAX,YMAX[,CRS]",
+    )
+    area: str | None = _reading(
+        "text",
+        "Read only objects whose bounds meet this polygon: a GeoJSON file, or WKT.",
+        metavar="FILE|WKT",
+    )
+    geometric_error: float | None = _reading(
+        "number",
+        "3D Tiles: do not refine tiles of at most this error [m]; default: the finest.",
+        unit="m", metavar="M",
+    )  # fmt: skip
+    allow_outside: bool = _reading(
+        "flag",
+        "Let models name files outside their own folder (buffers, materials, textures); only for "
+        "models that you trust.",
+        default=False, is_kept=False,
+    )  # fmt: skip
+    no_cache: bool = _reading(
+        "flag",
+        "Do not use the cache of files that were read; umbra doctor shows where it is.",
+        default=False, is_kept=False,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class CanopyOptions:
+    """What canopy rasters do not state; see ``umbra.read``."""
+
+    trunk: str | None = _canopy(
+        "text",
+        "Where crowns of a canopy raster begin: a share of the height, or a GeoTIFF of heights; "
+        "default: 0.25.",
+        metavar="SHARE|FILE",
+    )
+    canopy_heights: str | None = _canopy(
+        "choice", "Zero of the heights in a canopy raster; default: the ground.",
+        choices=("above-ground", "absolute"),
+    )  # fmt: skip
