@@ -33,7 +33,9 @@ __all__ = ["LIMIT", "drop", "find_folder", "keep", "keep_scene", "load", "load_s
 T = TypeVar("T")
 
 _PLACE = ("latitude", "longitude", "elevation", "true_north", "ground")
-_WIDTHS = {"vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3, "tangents": 4}
+_WIDTHS = {
+    "vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3, "tangents": 4, "uv2": 2,
+}  # fmt: skip
 _NONE = -1
 
 Beside = list[list[Any]]

@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from support.glow import CAMERA, SUN, TEXELS, find_truth, make_floor
 
 import umbra
+from umbra.cpu.appearance import find_appearance
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.gloss import find_sky, reflect_light, reflect_sky
-from umbra.cpu.shade import compress, find_surfaces
+from umbra.cpu.shade import compress, find_colors
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
-from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient
+from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient, find_exposure
 
 UP = np.array([[0.0, 0.0, 1.0]])
 RED = np.array([[0.8, 0.2, 0.1]])
@@ -115,7 +117,7 @@ def bumpy(normal, uv, eye=(0, 0, 5), transform=None, shape=None, **more):
     scene = make_scene([part])
     camera = umbra.Camera(eye, (0, 0, 0), (0, 1, 0), (4, 4), height=1.0)
     view, frame = FrameCounter(scene).see(camera)
-    return find_surfaces(scene, frame, view)[1][0]
+    return find_appearance(scene, frame, view).normal[0]
 
 
 UPRIGHT = [(0, 1), (1, 1), (1, 0), (0, 0)]  # u to the right, v down, as pictures lie
@@ -184,3 +186,28 @@ def test_the_even_light_is_the_skys_and_the_grounds():
     dome = (1 - rise[:, None]) * HORIZON + rise[:, None] * SKY
     summed = (2 * rise[:, None] * dome).mean(0)
     np.testing.assert_allclose(above / above.sum(), summed / summed.sum(), rtol=1e-5)
+
+
+def test_what_glows_and_lies_in_its_own_shade_texel_by_texel():
+    scene = make_floor()
+    view, frame = FrameCounter(scene).see(CAMERA)
+    lit = [np.ones(frame.part.shape, bool)]
+    even = find_ambient(np.ones(1))[0]
+    cosine = 0.6 / np.linalg.norm((0.3, 0.2, 0.6))
+    sun = find_exposure(1) * cosine * np.array(SUN.color)
+    found = find_colors(scene, frame, [SUN], lit, view, camera=CAMERA)
+    # Occlusion is of the even light alone: the sun's shadows are counted.
+    np.testing.assert_allclose(found[TEXELS, TEXELS], compress(find_truth(even, sun)), atol=1e-6)
+
+
+def test_occlusion_holds_for_what_mirrors_the_sky():
+    scene = make_floor(0.3)
+    view, frame = FrameCounter(scene).see(CAMERA)
+    even = find_ambient(np.ones(1))
+    up = np.array([[0.0, 0.0, 1.0]])
+    color = np.array([[0.5, 0.4, 0.3]])
+    sky = reflect_sky(color, np.zeros(1), np.full(1, 0.3), up, up, even)[0] / color[0]
+    found = find_colors(scene, frame, [], [], view, camera=CAMERA)
+    np.testing.assert_allclose(
+        found[TEXELS, TEXELS], compress(find_truth(sky, (0, 0, 0))), atol=1e-6
+    )

@@ -1,11 +1,14 @@
 """Textures, vertex colours and smooth normals on the CPU, at places known by hand."""
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 from support.shapes import sheet
 
+from umbra.cpu.appearance import find_appearance
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.shade import find_surfaces, shade
+from umbra.cpu.shade import shade
 from umbra.errors import InputError
 from umbra.scene import (
     Camera,
@@ -24,6 +27,10 @@ UV = (np.array(CORNERS)[:, :2] * (1, -1) + 10) / 20  # (0, 0) in the north-west
 CAMERA = Camera((0, 0, 9), (0, 0, 0), up=(0, 1, 0), size=(20, 20), height=20.0)
 PIXELS = np.zeros((20, 20, 3), np.uint8)
 PIXELS[..., 0], PIXELS[..., 1] = np.mgrid[:20, :20] * 12
+
+
+def find_surfaces(*seen):
+    return attrgetter("albedo", "normal")(find_appearance(*seen))
 
 
 def see(*parts, camera=CAMERA, ground=None):

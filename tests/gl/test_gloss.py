@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from support.glow import CAMERA as ABOVE
+from support.glow import SUN as HIGH
+from support.glow import TEXELS, make_floor
 from support.spheres import make_sphere
 
 import umbra
@@ -111,3 +114,16 @@ def test_what_glows_beyond_white_keeps_its_hue(device):
             image = renderer.render(camera, lights).astype(int)
             assert np.abs(image - truth).max() <= 1
             assert image[0, 0, 0] > image[0, 0, 1] > image[0, 0, 2]
+
+
+@pytest.mark.parametrize("roughness", [None, 0.4], ids=["matte", "glossy"])
+@pytest.mark.parametrize("lights", [[], [HIGH], [HIGH, LAMP]], ids=["none", "one", "two"])
+def test_glow_and_occlusion_are_those_of_the_cpu(device, roughness, lights):
+    scene = make_floor(roughness)
+    dark = umbra.point_light((0, 0, 50), (0, 0, 0))
+    truth = umbra.render(scene, ABOVE, lights or dark, samples=1, style="plain").astype(int)
+    with Renderer(scene, device=device) as renderer:
+        image = renderer.render(ABOVE, lights)
+    # Textures are filtered with 8 bits between texels, sums of lights are kept in float16.
+    assert np.abs(image - truth)[TEXELS, TEXELS].max() <= 2
+    assert truth.std() > 20

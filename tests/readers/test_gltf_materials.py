@@ -198,10 +198,41 @@ def test_glow_and_unlit(made, read):
     material = read(made).parts[0].material
     assert material.is_unlit
     assert material.emission == (0, 0, 0)
-    made.material |= {"extensions": {}, "emissiveTexture": {"index": 0}}
-    scene = read(made)
+
+
+def test_glow_and_occlusion_by_textures(made, read):
+    made.paint()
+    made.material |= {
+        "emissiveFactor": [0.5, 0, 1],
+        "emissiveTexture": {"index": 0},
+        "occlusionTexture": {"index": 0, "strength": 0.25},
+    }
+    material = read(made).parts[0].material
+    assert material.emission == (0.5, 0, 1)
+    assert material.emission_image is material.image  # both colours
+    assert material.occlusion_image.is_data
+    assert material.occlusion == 0.25
+    made.material["emissiveFactor"] = [0, 0, 0]
+    assert read(made).parts[0].material.emission_image is None
+    made.material |= {"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 9}}
+    scene = read(made)  # what is mostly black is not to glow everywhere
     assert scene.parts[0].material.emission == (0, 0, 0)
-    assert scene.notes == ("m.glb: emissive textures left out: 1",)
+    assert scene.notes == (LOST,)
+    made.material["extensions"] = {"KHR_materials_unlit": {}}
+    material = read(made).parts[0].material
+    assert (material.emission_image, material.occlusion_image) == (None, None)
+
+
+def test_what_is_not_read_of_a_material_is_noted(made, read):
+    made.material["extensions"] = {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}
+    made.material["alphaMode"] = "BLEND"
+    made.attributes["COLOR_0"] = made.accessor(np.full((4, 4), 0.5, "f4"))
+    assert read(made).notes == (
+        "m.glb: materials' KHR_materials_clearcoat left out: 1",
+        "m.glb: opacities of vertices, left out: 1",
+    )
+    made.material["alphaMode"] = "OPAQUE"
+    assert len(read(made).notes) == 1
 
 
 def test_colours_of_older_files(made, read):
@@ -318,12 +349,32 @@ def test_defaults_of_metal_and_roughness_are_gltfs(made, read):
     assert part.material.roughness is None
 
 
-def test_normals_with_coordinates_of_their_own_are_left_out(made, read):
+def test_two_sets_of_coordinates_and_no_third(made, read):
+    second = np.array([[0, 0], [0.5, 0], [0, 0.5], [0.5, 0.5]], "f4")
+    made.attributes["TEXCOORD_1"] = made.accessor(second)
     made.paint()
     made.material["normalTexture"] = {"index": 0, "texCoord": 1}
+    made.material["occlusionTexture"] = {"index": 0, "texCoord": 1}
     scene = read(made)
-    assert scene.parts[0].material.normal_image is None
-    assert scene.notes == ("m.glb: textures with coordinates of their own, left out: 1",)
+    (part,) = scene.parts
+    material = part.material
+    assert (material.image.uv_set, material.normal_image.uv_set) == (0, 1)
+    assert material.occlusion_image is material.normal_image
+    np.testing.assert_array_equal(part.mesh.uv2, second)
+    assert scene.notes == ()
+    # The tangents are those of the normals' own coordinates: u runs along x and against x.
+    assert part.mesh.tangents.any()
+    twice = {"KHR_texture_transform": {"scale": [2, 2]}}
+    made.material["occlusionTexture"] = {"index": 0, "extensions": twice}
+    scene = read(made)
+    assert scene.parts[0].material.occlusion_image is None
+    assert scene.notes == (
+        "m.glb: textures of a material with a third set of coordinates, left out: 1",
+    )
+    del made.material["normalTexture"]
+    (part,) = read(made).parts
+    assert part.material.occlusion_image.uv_set == 1
+    np.testing.assert_array_equal(part.mesh.uv2, 2 * part.mesh.uv)
 
 
 def test_tangents_are_the_files_or_those_of_mikktspace(made, read):

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.geometry import is_mirrored
 from umbra.scene import Material, Part, Scene
+from umbra.scene.material import MORE_IMAGES
 from umbra.scene.mesh import transform_points
 
-__all__ = ["Batch", "find_solid_faces", "make_batches"]
+__all__ = ["IMAGES", "Batch", "find_solid_faces", "make_batches"]
 
 _OPEN, _SOLID, _SOUND = range(3)
+IMAGES = dict(zip(MORE_IMAGES, ("GLOSS", "BUMPS", "GLOW", "OPENINGS"), strict=True))
+"""Names in ``surface.frag.glsl`` of a material's images."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,17 +84,24 @@ def make_batches(
 
 def _list_carried(part: Part) -> tuple[str, ...]:
     """List the attributes of a part's faces, as defines of ``surface.frag.glsl``."""
+    mesh, material = part.mesh, part.material
+    has_bumps = (
+        material.normal_image is not None and mesh.find_uv(material.normal_image) is not None
+    )
     carried = {
-        "HAS_NORMALS": part.mesh.normals is not None,
-        "HAS_UV": bool(part.material.images),
-        "HAS_IMAGE": part.material.image is not None,
-        "IS_GLOSSY": part.material.roughness is not None and not part.material.is_unlit,
-        "HAS_GLOSS": part.material.gloss_image is not None,
-        "HAS_BUMPS": part.material.normal_image is not None and part.mesh.uv is not None,
-        "HAS_TANGENTS": part.mesh.tangents is not None and part.material.normal_image is not None,
-        "HAS_TINTS": part.mesh.colors is not None,
-        "IS_UNLIT": part.material.is_unlit,
+        "HAS_NORMALS": mesh.normals is not None,
+        "HAS_UV": bool(material.images),
+        "HAS_UV2": any(image.uv_set for image in material.images),
+        "HAS_IMAGE": material.image is not None,
+        "IS_GLOSSY": material.roughness is not None and not material.is_unlit,
+        "HAS_TANGENTS": mesh.tangents is not None and has_bumps,
+        "HAS_TINTS": mesh.colors is not None,
+        "IS_UNLIT": material.is_unlit,
     }
+    for field, name in IMAGES.items():
+        image = getattr(material, field)
+        if image is not None and (has_bumps or field != "normal_image"):
+            carried[f"HAS_{name}"] = True
     return tuple(name for name, is_carried in carried.items() if is_carried)
 
 
@@ -140,8 +150,8 @@ def _describe(material: Material) -> tuple:
     return (
         material.color, id(material.image), material.opacity, material.emission,
         material.is_unlit, material.alpha_mode, material.alpha_cutoff,
-        material.roughness, material.metallic, id(material.gloss_image),
-        id(material.normal_image), material.normal_scale,
+        material.roughness, material.metallic, material.normal_scale, material.occlusion,
+        *(id(getattr(material, name)) for name in MORE_IMAGES),
     )  # fmt: skip
 
 

@@ -322,6 +322,7 @@ def _is_bent(before: Mesh, after: Mesh) -> bool:
         before.faces is after.faces
         and before.vertices.shape == after.vertices.shape
         and before.uv is after.uv
+        and before.uv2 is after.uv2
         and before.colors is after.colors
         and before.tangents is after.tangents
         and (before.normals is None) == (after.normals is None)

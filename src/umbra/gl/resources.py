@@ -158,7 +158,8 @@ class Texture:
         )
         device.keep("texture", self._texture.glo)
         self._texture.build_mipmaps()
-        self._texture.anisotropy = 8.0
+        if not device.is_software:  # llvmpipe's filter blurs what is magnified
+            self._texture.anisotropy = 8.0
         gl = device.gl
         gl.BindTexture(TEXTURE_2D, self._texture.glo)
         for side, how in zip((0x2802, 0x2803), wrap or image.wrap, strict=True):

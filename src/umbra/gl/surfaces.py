@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.batches import Batch, make_batches
+from umbra.gl.batches import IMAGES, Batch, make_batches
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.ground import RINGS, draw_ground
@@ -30,7 +30,9 @@ from umbra.scene.material import WRAPS
 __all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is the lamp's
-_GLOSS, _BUMPS, _BEHIND, _TANGENTS = 5, 6, 7, 11
+_BEHIND, _TANGENTS = 7, 11
+_UNITS = dict(zip(IMAGES, (5, 6, 16, 17), strict=True))  # OpenGL 3.3 has 48 units, 16 a shader
+_UV2S = 18
 _EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
 
 
@@ -205,8 +207,8 @@ class SurfaceRenderer:
         for unit, table in self._tables.items():
             table.bind(unit)
         program.set(
-            normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, gloss=_GLOSS, bumps=_BUMPS,
-            tangents=_TANGENTS,
+            normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, tangents=_TANGENTS,
+            more_uvs=_UV2S, **{IMAGES[name].lower(): unit for name, unit in _UNITS.items()},
             sky=np.array(SKY), horizon=np.array(HORIZON), bounce=np.array(BOUNCE), **_EVEN,
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
@@ -214,13 +216,10 @@ class SurfaceRenderer:
 
     def _draw_batch(self, program: Program, batch: Batch) -> None:
         material = batch.material
-        for unit, image in (
-            (_IMAGE, material.image),
-            (_GLOSS, material.gloss_image),
-            (_BUMPS, material.normal_image),
-        ):
-            if image is not None:
-                self._images[id(image)].bind(unit)
+        images = {name: getattr(material, name) for name in ("image", *_UNITS)}
+        for name, unit in {"image": _IMAGE, **_UNITS}.items():
+            if images[name] is not None:
+                self._images[id(images[name])].bind(unit)
         if material.image is not None:
             program.set(wraps=np.array([WRAPS.index(how) for how in material.image.wrap], float))
         program.set(
@@ -229,17 +228,20 @@ class SurfaceRenderer:
             is_mask=int(material.alpha_mode == "mask"),
             is_blend=int(material.alpha_mode == "blend"), cutoff=material.cutoff_level,
             metallic=float(material.metallic), roughness=float(material.roughness or 0.0),
-            bump_scale=float(material.normal_scale),
+            bump_scale=float(material.normal_scale), occlusion=float(material.occlusion),
+            seconds=np.array([getattr(images[name], "uv_set", 0) for name in _UNITS], float),
         )  # fmt: skip
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
 
     def _make_tables(self, scene: Scene) -> dict[int, TextureBuffer]:
-        """Upload the normal, uv, tint and, if any has one, tangent of each point."""
+        """Upload the normal, uv, tint and, if any has one, tangent and second uv of each point."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
         tints = np.full((count, 4), 255, np.uint8)
         has_tangents = any(part.mesh.tangents is not None for part in scene.parts)
         tangents = np.zeros((count if has_tangents else 1, 4), np.float32)
+        has_second = any(image.uv_set for part in scene.parts for image in part.material.images)
+        more = np.zeros((count if has_second else 1, 2), np.float32)
         for index, first in self._geometry.places():
             mesh = scene.parts[index].mesh
             rows = slice(first, first + len(mesh.vertices))
@@ -251,9 +253,12 @@ class SurfaceRenderer:
                 tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
             if mesh.tangents is not None:
                 tangents[rows] = mesh.tangents
+            if mesh.uv2 is not None and has_second:
+                more[rows] = mesh.uv2
         return {
             _NORMALS: TextureBuffer(self._device, normals, "rgba32f"),
             _UVS: TextureBuffer(self._device, uvs, "rg32f"),
             _TINTS: TextureBuffer(self._device, tints, "rgba8"),
             _TANGENTS: TextureBuffer(self._device, tangents, "rgba32f"),
+            _UV2S: TextureBuffer(self._device, more, "rg32f"),
         }

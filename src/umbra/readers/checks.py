@@ -286,20 +286,19 @@ def encoded_image(
     name: str,
     fetch: Callable[[], bytes],
     wrap: tuple[str, str] = REPEAT,
-    *,
-    is_data: bool = False,
+    **more: Any,
 ) -> Image:
-    """Make an image that is read and decoded on first access to its pixels."""
-    return Image(name, lambda: _decode(name, fetch), wrap, is_data)
+    """Make an image that is read and decoded on first access to its pixels; ``more`` as `Image`."""
+    return Image(name, lambda: _decode(name, fetch), wrap, **more)
 
 
 def image_beside(
-    companions: Companions, file: str, wrap: tuple[str, str] = REPEAT, *, is_data: bool = False
+    companions: Companions, file: str, wrap: tuple[str, str] = REPEAT, **more: Any
 ) -> Image:
     """Make an image of an existing file beside a model."""
     companions.find(file)  # raises now; checked again when read
     name = f"{companions.path.name}: {file}"[:120]
-    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap, is_data=is_data)
+    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap, **more)
 
 
 def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:

@@ -304,7 +304,8 @@ def _move_plan(
         mesh, used = part.mesh, part.mesh.faces.ravel()
         corners = Scene((part,), np.zeros(3)).triangles().vertices[used]
         faces = np.arange(len(used), dtype=np.int32)
-        mesh = Mesh(move(corners), faces, uv=None if mesh.uv is None else mesh.uv[used])
+        uv, uv2 = (None if rows is None else rows[used] for rows in (mesh.uv, mesh.uv2))
+        mesh = Mesh(move(corners), faces, uv=uv, uv2=uv2)
         return replace(part, mesh=mesh, transform=None, binding=None)
 
     return move_parts(parts, move, place)

@@ -1,7 +1,9 @@
-"""glTF's materials and textures: base colours, metals, roughness, normals, opacity, emission."""
+"""glTF's materials: colour, metal, roughness, normals, opacity, emission, occlusion, textures."""
 
 import base64
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 from urllib.parse import unquote
@@ -13,44 +15,58 @@ from umbra.errors import InputError
 from umbra.readers.checks import Companions, OutsideError, encoded_image, image_beside
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.scene import Image, Material
+from umbra.scene.material import Color
 
-__all__ = ["GltfSurface", "Materials"]
+__all__ = ["GltfSurface", "Materials", "Placing"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are missing or in an unknown format, left out"
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
-APART = "textures with coordinates of their own, left out"
+APART = "textures of a material with a third set of coordinates, left out"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
+READ = {SPECULAR, "KHR_materials_emissive_strength", "KHR_materials_unlit"}
+MOST = 2  # sets of coordinates of a mesh
+
+
+@dataclass(frozen=True)
+class Placing:
+    """A TEXCOORD attribute, and what KHR_texture_transform does to it."""
+
+    coordinates: int = 0
+    scale: tuple[float, ...] = (1.0, 1.0)
+    offset: tuple[float, ...] = (0.0, 0.0)
+    rotation: float = 0.0
+
+    @classmethod
+    def of(cls, texture: dict[str, Any]) -> "Placing":
+        """Return the placing of a texture as a material names it."""
+        moved = texture.get("extensions", {}).get("KHR_texture_transform", {})
+        scale, offset = (
+            tuple(np.array(moved.get(name, default), np.float64).reshape(2).tolist())
+            for name, default in (("scale", (1, 1)), ("offset", (0, 0)))
+        )
+        number = int(moved.get("texCoord", texture.get("texCoord", 0)))
+        return cls(number, scale, offset, float(moved.get("rotation", 0.0)))
+
+    def transform(self, uv: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Move coordinates (n, 2): scale, turn, shift."""
+        if self == Placing(self.coordinates):
+            return uv
+        # Counter-clockwise to the eye, and v runs down.
+        sine, cosine = np.sin(self.rotation), np.cos(self.rotation)
+        turn = np.array([[cosine, sine], [-sine, cosine]])
+        return (uv * np.array(self.scale)) @ turn.T + np.array(self.offset)
 
 
 class GltfSurface:
-    """A material, and how its texture is placed on a mesh."""
+    """A material, and the coordinates of a mesh that place its textures: at most two."""
 
     def __init__(
-        self,
-        kind: str = "",
-        material: Material | None = None,
-        texture: dict[str, Any] | None = None,
+        self, kind: str = "", material: Material | None = None, placings: Sequence[Placing] = ()
     ) -> None:
         self.kind = kind
         self.material = material or Material()
-        info = texture or {}
-        self._transform = info.get("extensions", {}).get("KHR_texture_transform", {})
-        #: Number of the TEXCOORD attribute, or None without a texture.
-        self.coordinates: int | None = None
-        if texture is not None:
-            self.coordinates = int(self._transform.get("texCoord", info.get("texCoord", 0)))
-
-    def transform(self, uv: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Apply KHR_texture_transform to coordinates (n, 2): scale, turn, move."""
-        if not self._transform:
-            return uv
-        scale = np.array(self._transform.get("scale", (1, 1)), np.float64).reshape(2)
-        offset = np.array(self._transform.get("offset", (0, 0)), np.float64).reshape(2)
-        angle = float(self._transform.get("rotation", 0.0))
-        # Counter-clockwise to the eye, and v runs down.
-        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        return (uv * scale) @ turn.T + offset
+        self.placings = tuple(placings)
 
 
 class Materials:
@@ -64,7 +80,7 @@ class Materials:
         self._companions = companions
         self._counts = counts
         self._surfaces: dict[int, GltfSurface] = {}
-        self._images: dict[tuple[int, bool], Image | None] = {}
+        self._images: dict[tuple[int, bool, int], Image | None] = {}
 
     def find(self, index: int | None) -> GltfSurface:
         """Return a material by its number; a plain one for None."""
@@ -83,25 +99,20 @@ class Materials:
             factor = extensions[SPECULAR].get("diffuseFactor", factor)
             texture = extensions[SPECULAR].get("diffuseTexture", texture)
         red, green, blue, alpha = (min(max(float(v), 0.0), 1.0) for v in factor or (1, 1, 1, 1))
-        image = None if texture is None else self._find_image(texture["index"])
         is_unlit = "KHR_materials_unlit" in extensions
-        placing = texture if image is not None else None
-        gloss, bumps = base.get("metallicRoughnessTexture"), given.get("normalTexture")
-        placing, gloss_image = self._find_more(gloss, placing)
-        placing, normal_image = self._find_more(None if is_unlit else bumps, placing)
+        placings: list[Placing] = []
+        image = self._find_image(texture, placings)
+        gloss = base.get("metallicRoughnessTexture")
+        gloss_image = self._find_image(gloss, placings, is_data=True)
         # Without the texture the factors alone would make everything metal.
         is_known = gloss is None or gloss_image is not None
         is_metal_rough = is_known and not is_unlit and SPECULAR not in extensions
+        lit = {} if is_unlit else given
+        bumps, opening = lit.get("normalTexture") or {}, lit.get("occlusionTexture") or {}
+        normal_image = self._find_image(bumps, placings, is_data=True)
+        emission, emission_image = self._read_emission(lit, placings)
         mode = str(given.get("alphaMode", "OPAQUE")).lower()
         cutoff = float(given.get("alphaCutoff", 0.5))
-        emission = (0.0, 0.0, 0.0)
-        if given.get("emissiveTexture") is not None:
-            self._counts["emissive textures left out"] += 1
-        elif not is_unlit:
-            strength = extensions.get("KHR_materials_emissive_strength", {})
-            glow = max(float(strength.get("emissiveStrength", 1.0)), 0.0)
-            r, g, b = (glow * max(float(v), 0.0) for v in given.get("emissiveFactor", (0, 0, 0)))
-            emission = (r, g, b)
         material = Material(
             (red, green, blue),
             image,
@@ -115,39 +126,62 @@ class Materials:
             metallic=_clip(base.get("metallicFactor", 1.0)) if is_metal_rough else 0.0,
             gloss_image=gloss_image if is_metal_rough else None,
             normal_image=normal_image,
-            normal_scale=float((bumps or {}).get("scale", 1.0)),
+            normal_scale=float(bumps.get("scale", 1.0)),
+            emission_image=emission_image,
+            occlusion_image=self._find_image(opening, placings, is_data=True),
+            occlusion=_clip(opening.get("strength", 1.0)),
         )
+        for extension in sorted(extensions.keys() - READ):
+            self._counts[f"materials' {extension} left out"] += 1
         name = str(given.get("name") or f"material {index}")
-        return GltfSurface(name, material, placing)
+        return GltfSurface(name, material, placings)
 
-    def _find_more(
-        self, texture: dict[str, Any] | None, placing: dict[str, Any] | None
-    ) -> tuple[dict[str, Any] | None, Image | None]:
-        """Find a texture of numbers beside others, and how all are placed: a mesh has one uv."""
-        if texture is None:
-            return placing, None
-        if placing is not None and _find_placing(texture) != _find_placing(placing):
+    def _read_emission(
+        self, given: dict[str, Any], placings: list[Placing]
+    ) -> tuple[Color, Image | None]:
+        strength = given.get("extensions", {}).get("KHR_materials_emissive_strength", {})
+        glow = max(float(strength.get("emissiveStrength", 1.0)), 0.0)
+        r, g, b = (glow * max(float(v), 0.0) for v in given.get("emissiveFactor", (0, 0, 0)))
+        texture = given.get("emissiveTexture")
+        if texture is None or not any((r, g, b)):
+            return (r, g, b), None
+        image = self._find_image(texture, placings)
+        # Without its texture, which is mostly black, all of the surface would glow.
+        return ((0.0, 0.0, 0.0) if image is None else (r, g, b)), image
+
+    def _find_image(
+        self, texture: dict[str, Any] | None, placings: list[Placing], *, is_data: bool = False
+    ) -> Image | None:
+        """Find the image of a texture as a material names it, and add its placing."""
+        if not texture:
+            return None
+        placing = Placing.of(texture)
+        if placing not in placings and len(placings) == MOST:
             self._counts[APART] += 1
-            return placing, None
-        image = self._find_image(texture["index"], is_data=True)
-        return (texture if placing is None and image is not None else placing), image
+            return None
+        uv_set = placings.index(placing) if placing in placings else len(placings)
+        image = self._load(texture["index"], is_data=is_data, uv_set=uv_set)
+        if image is not None and uv_set == len(placings):
+            placings.append(placing)
+        return image
 
-    def _find_image(self, index: int, *, is_data: bool = False) -> Image | None:
-        if (index, is_data) not in self._images:
+    def _load(self, index: int, *, is_data: bool, uv_set: int) -> Image | None:
+        key = index, is_data, uv_set
+        if key not in self._images:
             what, image = LOST, None
             # Shadows do not need it.
             try:
-                image = self._read_texture(index, is_data=is_data)
+                image = self._read_texture(index, is_data=is_data, uv_set=uv_set)
             except OutsideError:
                 what = OUTSIDE
             except (InputError, AttributeError, LookupError, TypeError, ValueError):
                 pass
             if image is None:
                 self._counts[what] += 1
-            self._images[index, is_data] = image
-        return self._images[index, is_data]
+            self._images[key] = image
+        return self._images[key]
 
-    def _read_texture(self, index: int, *, is_data: bool) -> Image | None:
+    def _read_texture(self, index: int, **more: Any) -> Image | None:
         texture = find_item(self._tree, "textures", index)
         webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
         number = webp.get("source", texture.get("source"))
@@ -167,19 +201,12 @@ class Materials:
         uri = given.get("uri")
         if uri is None:
             data = self._buffers.read_bytes(given["bufferView"], f"image {number}")
-            return encoded_image(name, lambda: data, wrap, is_data=is_data)
+            return encoded_image(name, lambda: data, wrap, **more)
         if uri.startswith("data:"):
             fetch = partial(base64.b64decode, uri.partition(",")[2])
-            return encoded_image(name, fetch, wrap, is_data=is_data)
-        return image_beside(self._companions, unquote(uri), wrap, is_data=is_data)
+            return encoded_image(name, fetch, wrap, **more)
+        return image_beside(self._companions, unquote(uri), wrap, **more)
 
 
 def _clip(share: Any) -> float:
     return min(max(float(share), 0.0), 1.0)
-
-
-def _find_placing(texture: dict[str, Any]) -> tuple[Any, ...]:
-    """Return a key that is equal for textures that can share one uv."""
-    moved = texture.get("extensions", {}).get("KHR_texture_transform", {})
-    number = int(moved.get("texCoord", texture.get("texCoord", 0)))
-    return number, *(str(moved.get(name)) for name in ("scale", "offset", "rotation"))

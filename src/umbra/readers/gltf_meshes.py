@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.checks import need
 from umbra.readers.gltf_buffers import Buffers, find_item
-from umbra.readers.gltf_materials import GltfSurface, Materials
+from umbra.readers.gltf_materials import GltfSurface, Materials, Placing
 from umbra.scene import Mesh
 from umbra.scene.tangents import find_tangents
 
@@ -18,6 +18,7 @@ __all__ = ["Piece", "read_mesh"]
 
 DRACO = "KHR_draco_mesh_compression"
 TRIANGLES, STRIP, FAN = 4, 5, 6
+SHEER = "opacities of vertices, left out"
 ODD = "normals, texture coordinates or colours that do not fit their vertices, left out"
 
 
@@ -70,23 +71,25 @@ def read_mesh(
         buffers.budget.spend(24 * len(vertices) + 12 * len(corners), where)
         surface = materials.find(primitive.get("material"))
         faces = _join_corners(corners.astype(np.int64), mode)
-        texture = f"TEXCOORD_{surface.coordinates or 0}"
         shown = {
             name: _read_shown(buffers, attributes.get(key), where, len(vertices), width, counts)
-            for name, key, width in (
-                ("normals", "NORMAL", 3),
-                ("uv", texture, 2),
-                ("colors", "COLOR_0", 3),
-            )
+            for name, key, width in (("normals", "NORMAL", 3), ("colors", "COLOR_0", 3))
         }
-        if shown["uv"] is not None:
-            shown["uv"] = surface.transform(shown["uv"])
+        for name, placing in zip(("uv", "uv2"), surface.placings or (Placing(),), strict=False):
+            key = attributes.get(f"TEXCOORD_{placing.coordinates}")
+            uv = _read_shown(buffers, key, where, len(vertices), 2, counts)
+            shown[name] = None if uv is None else placing.transform(uv)
+        if surface.material.alpha_mode != "opaque":
+            alpha = _read_shown(buffers, attributes.get("COLOR_0"), where, len(vertices), 4)
+            counts[SHEER] += alpha is not None and bool((alpha[:, 3] < 1).any())
         targets = primitive.get("targets", ())
         mesh = Mesh(vertices.astype(np.float64), faces.astype(np.int32), **shown)
         # Of a mesh that deforms they are found from its faces in each pose.
         deforms = targets or "JOINTS_0" in attributes
-        if surface.material.normal_image is not None and not deforms:
-            mesh = _add_tangents(mesh, buffers, attributes.get("TANGENT"), where, counts)
+        bumps = surface.material.normal_image
+        uv = None if bumps is None or deforms else mesh.find_uv(bumps)
+        if uv is not None:
+            mesh = _add_tangents(mesh, uv, buffers, attributes.get("TANGENT"), where, counts)
         joints, influences = None, None
         if tree.get("skins") and "JOINTS_0" in attributes and "WEIGHTS_0" in attributes:
             joints, influences = _read_influences(buffers, attributes, where, len(vertices))
@@ -105,14 +108,19 @@ def read_mesh(
 
 
 def _add_tangents(
-    mesh: Mesh, buffers: Buffers, index: int | None, where: str, counts: Counter[str]
+    mesh: Mesh,
+    uv: NDArray[np.float32],
+    buffers: Buffers,
+    index: int | None,
+    where: str,
+    counts: Counter[str],
 ) -> Mesh:
     """Return a mesh with the file's tangents or, without any, those that glTF prescribes."""
-    if mesh.normals is None or mesh.uv is None:
+    if mesh.normals is None:
         return mesh
     tangents = _read_shown(buffers, index, where, len(mesh.vertices), 4, counts)
     if tangents is None:
-        tangents = find_tangents(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+        tangents = find_tangents(mesh.vertices, mesh.faces, mesh.normals, uv)
     return replace(mesh, tangents=tangents)
 
 
@@ -125,9 +133,14 @@ def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArra
 
 
 def _read_shown(
-    buffers: Buffers, index: int | None, where: str, count: int, width: int, counts: Counter[str]
+    buffers: Buffers,
+    index: int | None,
+    where: str,
+    count: int,
+    width: int,
+    counts: Counter[str] | None = None,
 ) -> NDArray[np.floating] | None:
-    """Read an attribute that only pictures need; leave it out if damaged."""
+    """Read an attribute that only pictures need; leave it out, and count it, if damaged."""
     if index is None:
         return None
     try:
@@ -135,7 +148,8 @@ def _read_shown(
     except (InputError, LookupError, TypeError, ValueError):
         values = np.zeros((0, 0))
     if len(values) != count or values.shape[1] < width:
-        counts[ODD] += 1
+        if counts is not None:
+            counts[ODD] += 1
         return None
     return values[:, :width].astype(np.float32, copy=False)
 

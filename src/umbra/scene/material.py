@@ -16,6 +16,8 @@ ALPHA_MODES = ("opaque", "mask", "blend")
 _OPAQUE = 255  # level of a texture's alpha
 _NEAR_LEVEL = 1e-3
 WRAPS = ("repeat", "mirror", "clamp")
+MORE_IMAGES = ("gloss_image", "normal_image", "emission_image", "occlusion_image")
+"""Images of a material beside its colour's, by field; only these may have a ``uv_set`` of 1."""
 
 Color = tuple[float, float, float]
 
@@ -35,6 +37,9 @@ class Image:
         Beyond 0 to 1 in u and in v: ``repeat``, ``mirror`` or ``clamp``.
     is_data : bool
         Whether it holds numbers, such as normals, rather than colours in sRGB.
+    uv_set : int
+        Which coordinates of a mesh place it: 0 for ``uv``, 1 for ``uv2``; a material's ``image``
+        has 0.
 
     Raises
     ------
@@ -46,6 +51,7 @@ class Image:
     load: Callable[[], NDArray[np.uint8]]
     wrap: tuple[str, str] = ("repeat", "repeat")
     is_data: bool = False
+    uv_set: int = 0
 
     def __post_init__(self) -> None:
         if len(self.wrap) != 2 or not set(self.wrap) <= set(WRAPS):
@@ -78,6 +84,7 @@ def make_image(
     wrap: tuple[str, str] = ("repeat", "repeat"),
     *,
     is_data: bool = False,
+    uv_set: int = 0,
 ) -> Image:
     """
     Make an image from pixels.
@@ -89,6 +96,7 @@ def make_image(
     name : str
     wrap : (str, str)
     is_data : bool
+    uv_set : int
         See `Image`.
 
     Raises
@@ -97,7 +105,7 @@ def make_image(
         If the pixels have another shape or type.
     """
     array = np.asarray(pixels)
-    image = Image(name, lambda: array, wrap, is_data)
+    image = Image(name, lambda: array, wrap, is_data, uv_set)
     _ = image.pixels  # refused here rather than at the first frame
     return image
 
@@ -138,6 +146,12 @@ class Material:
         -1 to 1.
     normal_scale : float
         Multiplies red and green of the normals.
+    emission_image : Image, optional
+        Multiplies ``emission``.
+    occlusion_image : Image, optional
+        Its red is the share of the even light of sky and ground that reaches the surface.
+    occlusion : float
+        0 (the image has no effect) to 1.
 
     Raises
     ------
@@ -157,6 +171,9 @@ class Material:
     gloss_image: Image | None = None
     normal_image: Image | None = None
     normal_scale: float = 1.0
+    emission_image: Image | None = None
+    occlusion_image: Image | None = None
+    occlusion: float = 1.0
 
     def __post_init__(self) -> None:
         for name, high in (("color", 1.0), ("emission", np.inf)):
@@ -166,7 +183,7 @@ class Material:
                 msg = f"a material's {name} is three numbers {limits}; got {value}"
                 raise InputError(msg)
             object.__setattr__(self, name, value)
-        for name in ("opacity", "metallic", "roughness"):
+        for name in ("opacity", "metallic", "roughness", "occlusion"):
             share = getattr(self, name)
             if share is not None and not 0 <= share <= 1:
                 msg = f"a material's {name} lies between 0 and 1; got {share:g}"
@@ -174,6 +191,9 @@ class Material:
         if self.alpha_mode not in ALPHA_MODES:
             msg = f"alpha_mode is one of {', '.join(ALPHA_MODES)}; got '{self.alpha_mode}'"
             raise InputError(msg)
+        if self.image is not None and self.image.uv_set:
+            msg = f"texture '{self.image.name}': a material's image has uv_set=0; make it with 0"
+            raise InputError(msg, texture=self.image.name)
 
     @property
     def texture(self) -> NDArray[np.uint8] | None:
@@ -183,7 +203,7 @@ class Material:
     @property
     def images(self) -> tuple[Image, ...]:
         """All its images."""
-        given = (self.image, self.gloss_image, self.normal_image)
+        given = (self.image, *(getattr(self, name) for name in MORE_IMAGES))
         return tuple(image for image in given if image is not None)
 
     @cached_property

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, make_printable
-from umbra.scene.material import Color, Material
+from umbra.scene.material import Color, Image, Material
 
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Mesh", "Part", "find_standing", "multiply_rows"]
 
 PLAIN = Material()
+_ROWS = ("normals", "uv", "colors", "tangents", "uv2")  # fields with a row for each vertex
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +39,14 @@ class Mesh:
     tangents : (n_vertices, 4) float32, optional
         For normal maps: unit vectors along u, and 1 or -1, by which the product of normal and
         tangent points up in the image; all 0, or none, for those of each face.
+    uv2 : (n_vertices, 2) float32, optional
+        Places in the images of the material whose ``uv_set`` is 1.
 
     Raises
     ------
     InputError
-        If a face names a vertex that does not exist, or normals, uv, colors or
-        tangents are not one row for each vertex.
+        If a face names a vertex that does not exist, or normals, uv, colors,
+        tangents or uv2 are not one row for each vertex.
     """
 
     vertices: NDArray[np.float64]
@@ -52,6 +55,7 @@ class Mesh:
     uv: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
     tangents: NDArray[np.float32] | None = None
+    uv2: NDArray[np.float32] | None = None
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} triangles)"
@@ -79,7 +83,7 @@ class Mesh:
                 f"(first: face {first}, {len(vertices)} vertices); repair the file"
             )
             raise InputError(msg, face=first)
-        for name, width in (("normals", 3), ("uv", 2), ("colors", 3), ("tangents", 4)):
+        for name, width in zip(_ROWS, (3, 2, 3, 4, 2), strict=True):
             given = getattr(self, name)
             if given is None:
                 continue
@@ -114,7 +118,11 @@ class Mesh:
     @property
     def _rows(self) -> tuple[NDArray[np.float32] | None, ...]:
         """Attributes with one row for each vertex."""
-        return self.normals, self.uv, self.colors, self.tangents
+        return tuple(getattr(self, name) for name in _ROWS)
+
+    def find_uv(self, image: Image) -> NDArray[np.float32] | None:
+        """Return the coordinates (n_vertices, 2) that place an image of the material."""
+        return self.uv2 if image.uv_set else self.uv
 
 
 @dataclass(frozen=True, eq=False)

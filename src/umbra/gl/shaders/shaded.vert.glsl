@@ -6,6 +6,7 @@ uniform samplerBuffer normals;  // in the mesh's frame; 0 where a face is flat
 uniform samplerBuffer uvs;
 uniform samplerBuffer tints;
 uniform samplerBuffer tangents;  // in the mesh's frame, and their hands
+uniform samplerBuffer more_uvs;  // of images with a uv_set of 1
 
 invariant gl_Position;
 out vec3 at;      // relative to the eye
@@ -14,6 +15,9 @@ out vec3 normal;
 #endif
 #ifdef HAS_UV
 out vec2 uv;
+#endif
+#ifdef HAS_UV2
+out vec2 uv2;
 #endif
 #ifdef HAS_TINTS
 out vec3 tint;
@@ -42,6 +46,9 @@ void main() {
 #endif
 #ifdef HAS_UV
     uv = texelFetch(uvs, stored).xy;
+#endif
+#ifdef HAS_UV2
+    uv2 = texelFetch(more_uvs, stored).xy;
 #endif
 #ifdef HAS_TANGENTS
     vec4 way = texelFetch(tangents, stored);

@@ -16,6 +16,10 @@ uniform float metallic, roughness;
 uniform sampler2D gloss;   // green multiplies roughness, blue metallic
 uniform sampler2D bumps;   // normals along u, against v, outward
 uniform float bump_scale;
+uniform sampler2D glow;    // sRGB, multiplies emission
+uniform sampler2D openings;  // red: what of the even light comes in
+uniform float occlusion;
+uniform vec4 seconds;      // 1 where gloss, bumps, glow, openings are placed by the second coordinates
 uniform vec3 forward;
 uniform bool is_perspective;
 
@@ -27,6 +31,9 @@ in vec3 normal;
 #endif
 #ifdef HAS_UV
 in vec2 uv;
+#endif
+#ifdef HAS_UV2
+in vec2 uv2;
 #endif
 #ifdef HAS_TINTS
 in vec3 tint;
@@ -40,6 +47,17 @@ uniform sampler2D behind;  // normals and depth keys of what was drawn before
 uniform bool is_first;     // which is opaque: what is before nothing is seen, too
 
 const float STEP = 1.0 / 1048576.0;  // of a key: what is nearer is as far
+#endif
+
+#ifdef HAS_UV
+// Where an image is placed: by the second coordinates if so asked.
+vec2 find_uv(float second) {
+#ifdef HAS_UV2
+    return second > 0.0 ? uv2 : uv;
+#else
+    return uv;
+#endif
+}
 #endif
 
 #ifdef HAS_IMAGE
@@ -101,7 +119,7 @@ void main() {
 #endif
 
 #ifdef HAS_BUMPS
-    vec2 right = dFdx(uv), up = dFdy(uv);
+    vec2 spot = find_uv(seconds.y), right = dFdx(spot), up = dFdy(spot);
     float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
     vec3 along = turn * (dFdx(at) * up.y - dFdy(at) * right.y);
     vec3 against = turn * (dFdx(at) * up.x - dFdy(at) * right.x);
@@ -116,7 +134,7 @@ void main() {
         along = normalize(along);
         vec3 across = cross(seen_normal, along);
         across *= dot(across, against) < 0.0 ? -1.0 : 1.0;
-        vec3 bend = 2.0 * texture(bumps, uv).xyz - 1.0;
+        vec3 bend = 2.0 * texture(bumps, spot).xyz - 1.0;
         bend.xy *= side * bump_scale;  // what bulges in front is a dent behind
         seen_normal = normalize(along * bend.x + across * bend.y + seen_normal * bend.z);
     }
@@ -134,23 +152,30 @@ void main() {
 #endif
     vec3 eye = is_perspective ? -normalize(at) : -forward;
     float metal = 0.0, rough = MATTE;
+    vec3 glows = emission;
+#ifdef HAS_GLOW
+    glows *= texture(glow, find_uv(seconds.z)).rgb;
+#endif
 #ifdef IS_UNLIT
-    vec3 before = emission + reflectance;
+    vec3 before = glows + reflectance;
     reflectance = vec3(0.0);
     rough = UNLIT;
 #else
-    vec3 even = find_ambient(seen_normal);
-    vec3 before = emission + reflectance * even;
+    vec3 even = find_ambient(seen_normal), reflected = reflectance * even;
 #ifdef IS_GLOSSY
     metal = metallic;
     rough = roughness;
 #ifdef HAS_GLOSS
-    vec2 factors = texture(gloss, uv).bg;
+    vec2 factors = texture(gloss, find_uv(seconds.x)).bg;
     metal *= factors.x;
     rough *= factors.y;
 #endif
-    before = emission + reflect_sky(reflectance, metal, rough, seen_normal, eye, even);
+    reflected = reflect_sky(reflectance, metal, rough, seen_normal, eye, even);
 #endif
+#ifdef HAS_OPENINGS
+    reflected *= 1.0 + occlusion * (texture(openings, find_uv(seconds.w)).r - 1.0);
+#endif
+    vec3 before = glows + reflected;
 #endif
     store(Seen(reflectance, before, at, seen_normal, flat_normal, key, metal, rough, eye));
 #ifdef IS_LAYER
