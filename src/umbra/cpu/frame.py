@@ -32,6 +32,7 @@ from umbra.volume.silhouette import find_silhouettes
 __all__ = ["FrameCounter", "count_shadows"]
 
 _MAKERS = {"scene": "read(FILE)", "camera": "Camera(eye, target)", "light": "point_light(place)"}
+_TRIFLE = 2.0**-30  # of the largest coordinate
 _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
 
 
@@ -151,6 +152,7 @@ class FrameCounter:
         place = light.local(origin)
         near = camera.key_range()[1]
         casting = self.find_casting(place)
+        place = self._lift(place, camera)
         eye = find_eye_count(casting, self.blocks, camera, origin, place)
         near_faces = find_faces_before(casting, self.blocks, camera, origin)
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
@@ -218,6 +220,7 @@ class FrameCounter:
         use_threads(self.threads)
         place = light.local(self.scene.origin)
         casting = self.find_casting(place)
+        place = self._lift(place, camera)
         eye = find_eye_count(casting, self.blocks, camera, self.scene.origin, place)
         matrix = eye.matrix
         caster = casting.opened(eye.start.enclosed)
@@ -242,6 +245,22 @@ class FrameCounter:
         """Return the caster without the faces that hold a light, (4,) in its frame."""
         held = find_holders(self.caster, self.blocks, light, self.scene.origin)
         return self.caster.without(held)
+
+    def _lift(self, light: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+        """
+        Move a light that lies in the ground's plane to the viewer's side of it, by a trifle.
+
+        There sides lie in the ground itself, and rounding would tell which is nearer. A point is
+        meant as the limit from the viewer's side, whence it sees the light just above.
+        """
+        ground = np.inf if self.ground is None else self.ground - self.scene.origin[2]
+        if light[2] != light[3] * ground if light[3] else light[2] or np.isinf(ground):
+            return light
+        apex = camera.apex(self.scene.origin)
+        size = np.abs(self.caster.vertices).max(initial=0.0) if light[3] else 0.0
+        step = _TRIFLE * (size + np.abs(light[:3]).max())
+        above = apex[2] > apex[3] * ground if apex[3] else apex[2] > 0
+        return light + np.array([0.0, 0.0, step if above else -step, 0.0])
 
     def _in_front(
         self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, floor: float

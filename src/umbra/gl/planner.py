@@ -17,6 +17,7 @@ from umbra.gl.context import Device
 from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import KeptLight
+from umbra.gl.level import find_level_points, is_level, split_level
 from umbra.gl.open_components import find_near, find_start
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Statistics, VolumePlan
 from umbra.gl.projection import (
@@ -290,10 +291,16 @@ class Planner:
             nearby.append(touched.points)
         is_point = bool(kept.source[3])
         numbers, counts = gather_light(kept, selection, self._starts, is_point)
-        end = 0
+        end, level, behind = 0, self._find_level(kept.source), numbers[:0]
         for (name, is_cut), count in zip(DRAWS, counts.tolist(), strict=True):
             found = numbers[end : end + count]
             end += count
+            if level is not None and name.startswith("sides"):
+                found, aside = split_level(found, level)
+                if name == "sides_z_fail":
+                    behind = np.concatenate([behind, aside])
+            elif len(behind) and name == "light_cap":
+                found = np.concatenate([found, behind])
             if touched is not None:
                 found = touched.refine(found, first)
             if len(found):
@@ -302,6 +309,12 @@ class Planner:
                 drawn[name] += len(found) // 3
                 place += len(found)
                 lists.append(found)
+
+    def _find_level(self, source: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+        """Find the points in the ground's plane, if a light (4,) lies in it too."""
+        if not is_level(source, self.ground):
+            return None
+        return find_level_points(self.bodies, self.ground, self.geometry.n_points)
 
     def _keep(
         self,

@@ -1,0 +1,43 @@
+"""
+Sides in the ground's plane, of a light that lies in it too.
+
+Such a side and the ground are one plane: the depth buffer cannot tell which is nearer. A point of
+the ground is meant as the limit from the viewer's side, so these sides count as behind it. Nothing
+else can be seen beyond them, since the ground has no end.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.casters import Body
+from umbra.scene.mesh import transform_points
+
+__all__ = ["find_level_points", "is_level", "split_level"]
+
+
+def is_level(light: NDArray[np.float64], ground: float | None) -> bool:
+    """Return whether a light (4,) lies in the plane z = ``ground``, both in one frame."""
+    return ground is not None and bool(light[2] == light[3] * ground)
+
+
+def find_level_points(
+    bodies: Sequence[Body], ground: float | None, n_points: int
+) -> NDArray[np.bool_]:
+    """Find the points (n_points,) of the geometry that lie in the plane z = ``ground``."""
+    found = np.zeros(n_points, np.bool_)
+    for body in bodies:
+        for first, transform in zip(body.first, body.transforms, strict=True):
+            heights = transform_points(transform, body.caster.vertices)[:, 2]
+            found[first : first + len(heights)] = heights == ground
+    return found
+
+
+def split_level(
+    numbers: NDArray[np.uint32], is_level_point: NDArray[np.bool_]
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Split triangles (n,) of vertex numbers into those out of the plane and those in it."""
+    triangles = numbers.reshape(-1, 3)
+    inside = is_level_point[triangles >> np.uint32(1)].all(1)
+    return triangles[~inside].ravel(), triangles[inside].ravel()
