@@ -75,7 +75,7 @@ def test_errors_are_in_the_words_of_the_command(city, tmp_path, more, words):
 
 
 def test_unknown_formats_are_named_before_a_city_is_counted():
-    with pytest.raises(umbra.InputError, match="there are geotiff, map, stac") as caught:
+    with pytest.raises(umbra.InputError, match="there are geotiff, map, stac, geop") as caught:
         check_city_formats(["dxf"])
     assert caught.value.option == "write"
     check_city_formats(["stac", "map"])

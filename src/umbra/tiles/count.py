@@ -22,11 +22,11 @@ from umbra.scene.grid import Grid
 from umbra.study.loop import look, pass_lights
 from umbra.study.result import Study
 from umbra.study.setup import Result
-from umbra.tiles.assembly import write_pieces
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, Selection
+from umbra.tiles.pieces import write_pieces
 from umbra.tiles.store import CityStore
 from umbra.tiles.surfaces import count_surfaces
 

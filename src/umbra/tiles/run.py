@@ -19,6 +19,7 @@ from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
+from umbra.tiles.pieces import Pieces
 from umbra.tiles.store import CityStore
 
 try:
@@ -75,8 +76,9 @@ class CityStudy:
         Parameters
         ----------
         *formats : str
-            ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
-            ``map.png``; ``'stac'``: ``item.json``. All by default. They are of plans.
+            Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
+            ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
+            ``surfaces.parquet``. All by default.
 
         Returns
         -------
@@ -87,9 +89,9 @@ class CityStudy:
         InputError
             If a format is unknown, or needs a package that is not installed.
         """
-        from umbra.writers.city import CITY_FORMATS, write_city_files  # noqa: PLC0415
+        from umbra.writers.city import write_city_files  # noqa: PLC0415
 
-        return write_city_files(self.folder, formats or CITY_FORMATS)
+        return write_city_files(self.folder, formats)
 
 
 def count_serially(job: CityJob, tiles: Sequence[CityTile]) -> Iterator[Outcome]:
@@ -151,7 +153,7 @@ def run_job(
     place = job.open()
     if not place.kind.is_plan:
         folders = [store.find_place(tile.number) for tile in tiles]
-        assemble(store, folders, place.catalogue, facts)
+        assemble(store, Pieces(folders), place.catalogue, facts)
     store.finish(facts)
     return CityStudy(folder, job, facts)
 

@@ -3,7 +3,7 @@ Walls and roofs of a city, counted tile by tile.
 
 A tile holds the objects whose centre lies in its square. An object is sampled and wound as if it
 stood alone, so its samples do not depend on its tile. Samples are written in a folder of the tile;
-when all tiles are done, ``assembly.py`` puts them in the order of files and parts.
+when all tiles are done, ``pieces.py`` and ``assembly.py`` put them in the order of files and parts.
 """
 
 from collections.abc import Iterator
@@ -43,9 +43,9 @@ class PartResults:
 
     Parameters
     ----------
-    keys : (n, 5) int64
+    keys : (n, 6) int64
         Of each part: number of its file, of the part in it and of its object, and its numbers of
-        samples and surfaces.
+        samples, surfaces and triangles.
     variables : dict
         Dimensions and values of each; indices of surfaces count from the part's first.
     """
@@ -245,12 +245,15 @@ def _cut_to_parts(
     """Return results with the parts that they are of; indices count from each part's first."""
     own, first, surfaces = np.unique(samples.part, return_index=True, return_counts=True)
     count = np.bincount(samples.part[samples.surface], minlength=len(scene.group))[own]
+    owner = samples.part[samples.owner]
+    triangles = np.bincount(owner, minlength=len(scene.group))[own]
     keys = np.concatenate(
         [
             scene.number[own],
             scene.thing[own, None],
             count[:, None],
             surfaces[:, None],
+            triangles[:, None],
         ],
         axis=1,
     ).astype(np.int64)
@@ -259,4 +262,13 @@ def _cut_to_parts(
     found = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
     index = samples.surface - start[samples.part[samples.surface]]
     found["surface_of_sample"] = (DIMS, index.astype(np.int32))
+    # What files of shapes need besides.
+    own_surface = (samples.owner - start[owner]).astype(np.int32)
+    found |= {
+        "triangle_corners": (("triangle", "corner", "xyz"), samples.corners),
+        "surface_of_triangle": (("triangle",), own_surface),
+        "surface_axes": (("surface", "axis", "xyz"), samples.axes),
+        "surface_start": (("surface", "axis"), samples.start),
+        "surface_cells": (("surface", "axis"), samples.cells),
+    }
     return PartResults(keys, found)

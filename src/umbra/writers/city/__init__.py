@@ -1,10 +1,11 @@
 """
 Further files of a study in tiles, made from its store tile by tile.
 
-    result.py   the store: axes, tiles, which of them are done, windows of arrays
+    result.py   the store of a plan: axes, tiles, which of them are done, windows of arrays
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
     overview.py map.png, a picture of the whole
     stac.py     item.json, a STAC item
+    surfaces.py surfaces and their results: surfaces.parquet
 """
 
 from collections.abc import Callable, Sequence
@@ -14,13 +15,17 @@ from umbra.errors import InputError
 
 __all__ = ["CITY_FORMATS", "check_city_formats", "write_city_files"]
 
-CITY_FORMATS = ("geotiff", "map", "stac")
+PLAN_FORMATS = ("geotiff", "map", "stac")
+"""Names of the files of a plan in tiles."""
+SURFACE_FORMATS = ("geoparquet",)
+"""Names of the files of surfaces in tiles."""
+CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
 """Names of the files of a study in tiles."""
 
 
 def write_city_files(
     folder: str | Path,
-    names: Sequence[str] = CITY_FORMATS,
+    names: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda _done, _all: None,
 ) -> list[Path]:
     """
@@ -31,9 +36,9 @@ def write_city_files(
     folder : path
         Of a study in tiles.
     names : sequence of str
-        Of ``CITY_FORMATS``.
+        Of ``CITY_FORMATS``; by default all that its receivers can have.
     progress : callable
-        Called with the number of GeoTIFFs done and of all.
+        Called with the number of tiles done and of all.
 
     Returns
     -------
@@ -44,14 +49,23 @@ def write_city_files(
     InputError
         If the folder holds no such study, a name is unknown, or a package is missing.
     """
+    from umbra.writers.city.result import CityResult, is_of_plan  # noqa: PLC0415
+
+    folder = Path(folder)
+    check_city_formats(names)
+    is_plan = is_of_plan(folder)
+    names = names or (PLAN_FORMATS if is_plan else SURFACE_FORMATS)
+    check_city_formats(names, is_plan=is_plan)
+    paths: list[Path] = []
+    if not is_plan:
+        from umbra.writers.city.surfaces import CitySurfaces, write_surfaces  # noqa: PLC0415
+
+        return [write_surfaces(CitySurfaces(folder))]
     from umbra.writers.city.overview import write_overview  # noqa: PLC0415
     from umbra.writers.city.rasters import write_rasters  # noqa: PLC0415
-    from umbra.writers.city.result import CityResult  # noqa: PLC0415
     from umbra.writers.city.stac import write_stac  # noqa: PLC0415
 
-    check_city_formats(names)
-    result = CityResult(Path(folder))
-    paths: list[Path] = []
+    result = CityResult(folder)
     if "geotiff" in names:
         paths += write_rasters(result, progress)
     if "map" in names:
@@ -61,22 +75,22 @@ def write_city_files(
     return paths
 
 
-def check_city_formats(names: Sequence[str], *, is_plan: bool = True) -> None:
+def check_city_formats(names: Sequence[str], *, is_plan: bool | None = None) -> None:
     """
     Refuse formats that cannot be made of a study in tiles, before it is counted.
 
     Parameters
     ----------
     names : sequence of str
-    is_plan : bool
-        Whether the receivers are a plan's cells.
+    is_plan : bool, optional
+        Whether the receivers are a plan's cells; unknown by default.
 
     Raises
     ------
     InputError
         If a name is unknown, is not for such receivers, or needs a package that is missing.
     """
-    from umbra.writers.formats import check_extra  # noqa: PLC0415
+    from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
 
     strange = [name for name in names if name not in CITY_FORMATS]
     if strange:
@@ -85,12 +99,18 @@ def check_city_formats(names: Sequence[str], *, is_plan: bool = True) -> None:
             f"{', '.join(CITY_FORMATS)}; choose of these, or leave tiles= out"
         )
         raise InputError(msg, option="write", formats=strange)
-    if names and not is_plan:
+    own = CITY_FORMATS if is_plan is None else PLAN_FORMATS if is_plan else SURFACE_FORMATS
+    strange = [name for name in names if name not in own]
+    if strange:
+        kinds = ("surfaces", "plans", "receivers='surfaces'")
+        if not is_plan:
+            kinds = ("plans", "surfaces", "receivers='ground' or 'top'")
         msg = (
-            f"write='{names[0]}' is of plans, and surfaces in tiles are in study.zarr only; leave "
-            "it out, or choose receivers='ground' or 'top'"
+            f"write='{strange[0]}' is of {kinds[0]} in tiles, and these receivers are {kinds[1]}; "
+            f"choose of {', '.join(own)}, or {kinds[2]}"
         )
-        raise InputError(msg, option="write", formats=names)
+        raise InputError(msg, option="write", formats=strange)
     check_extra("a study in tiles", ["zarr"], "city")
-    if "geotiff" in names:
-        check_extra("write='geotiff'", ["rasterio"], "gis")
+    for name in names:
+        if name in FORMATS:
+            check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)

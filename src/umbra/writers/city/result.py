@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 
-__all__ = ["CityResult", "StoredTile"]
+__all__ = ["CityResult", "StoredTile", "is_of_plan", "open_store"]
 
 _STORE, _MARKS = "study.zarr", "tiles"
 _CELLS = ("y", "x")
@@ -39,9 +39,38 @@ class StoredTile:
         return f"tile_{self.number:06}"
 
 
+def open_store(folder: Path) -> Any:
+    """
+    Open the store of a study in tiles, to be read.
+
+    Raises
+    ------
+    InputError
+        If the folder holds none.
+    """
+    import zarr  # noqa: PLC0415  (an extra)
+    import zarr.errors  # noqa: PLC0415
+
+    try:
+        group: Any = zarr.open_group(str(folder / _STORE), mode="r")
+        group["shadow_hours"]
+    except (zarr.errors.GroupNotFoundError, FileNotFoundError, KeyError) as error:
+        msg = (
+            f"'{folder}' holds no study in tiles (no {_STORE}, which of surfaces is made when all "
+            "tiles are done); name the folder of one"
+        )
+        raise InputError(msg, path=folder) from error
+    return group
+
+
+def is_of_plan(folder: Path) -> bool:
+    """Return whether a study in tiles is of a plan's cells."""
+    return len(open_store(folder)["shadow_hours"].shape) == len(_CELLS)
+
+
 class CityResult:
     """
-    Results of a study in tiles.
+    Results of a study in tiles, of a plan.
 
     Parameters
     ----------
@@ -55,20 +84,10 @@ class CityResult:
     """
 
     def __init__(self, folder: Path) -> None:
-        import zarr  # noqa: PLC0415  (an extra)
-        import zarr.errors  # noqa: PLC0415
-
         self.folder = folder
-        try:
-            self._group: Any = zarr.open_group(str(folder / _STORE), mode="r")
-            hours: Any = self._group["shadow_hours"]
-        except (zarr.errors.GroupNotFoundError, FileNotFoundError, KeyError) as error:
-            msg = f"'{folder}' holds no study in tiles (no {_STORE}); name the folder of one"
-            raise InputError(msg, path=folder) from error
+        self._group: Any = open_store(folder)
+        hours = self._group["shadow_hours"]
         self._shape, self._sides = hours.shape, hours.chunks
-        if len(self._shape) != len(_CELLS):
-            msg = f"'{folder}' is a study of surfaces; a GeoTIFF and a map are of plans"
-            raise InputError(msg, path=folder)
 
     @cached_property
     def facts(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Surfaces as GeoParquet: a row for each, with its triangles in their place on the earth."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from umbra.study import Study
 from umbra.writers.vectors.gis_files import find_crs
 
-__all__ = ["find_surface_columns", "pack_triangles", "write_surface_table"]
+__all__ = [
+    "ROWS", "find_surface_columns", "list_columns", "pack_triangles", "write_surface_table",
+]  # fmt: skip
 
-_ROWS = 50_000  # of a row group, which is held in memory
+ROWS = 50_000
+"""Rows of a row group, which is held in memory."""
 _POLYGON, _MULTIPOLYGON = 1003, 1006  # with z, in ISO's well-known binary
 _TRIANGLE = np.dtype(
     [("order", "u1"), ("type", "<u4"), ("rings", "<u4"), ("count", "<u4"), ("ring", "<f8", (4, 3))]
@@ -59,7 +62,7 @@ def write_surface_table(
             if writer is None:
                 schema = table.schema.with_metadata(told)
                 writer = pq.ParquetWriter(os.fspath(path), schema, compression="zstd")
-            writer.write_table(table.cast(schema), row_group_size=_ROWS)
+            writer.write_table(table.cast(schema), row_group_size=ROWS)
     finally:
         if writer is not None:
             writer.close()
@@ -78,33 +81,45 @@ def find_surface_columns(study: Study) -> Iterable[tuple[dict[str, Any], list[by
     """
     samples, more = study.samples, study.more
     names = np.asarray(more["part"][1])[more["surface_part"][1]]
-    columns = {
-        "part": names.astype(object),
-        "kind": np.asarray(more["surface_kind"][1]).astype(object),
-    }
-    for name in ("azimuth", "tilt", "area"):
-        columns[name] = np.asarray(more[f"surface_{name}"][1])
-    for name in ("mean", "least", "most"):
-        columns[f"{name}_sun_hours"] = np.asarray(more[f"surface_{name}_sun_hours"][1])
-    if "surface_mean_sun_hours_by_day" in more:
-        columns |= _add_months(study)
+    by_day = "surface_mean_sun_hours_by_day" in more
+    days = np.array(study.period.days if by_day else (), "datetime64[D]")
+    columns = list_columns(names, lambda name: np.asarray(more[name][1]), days)
     corners = samples.corners + study.model.scene.origin
     starts = np.searchsorted(samples.owner, np.arange(len(samples.part) + 1))
-    for first in range(0, len(samples.part), _ROWS):
-        some = slice(first, first + _ROWS)
-        edges = starts[first : first + _ROWS + 1]
+    for first in range(0, len(samples.part), ROWS):
+        some = slice(first, first + ROWS)
+        edges = starts[first : first + ROWS + 1]
         packed = pack_triangles(corners[edges[0] : edges[-1]], edges - edges[0])
         yield {name: values[some] for name, values in columns.items()}, packed
 
 
-def _add_months(study: Study) -> dict[str, NDArray]:
-    """Return the mean hours in the sun of each surface by month, of the study's dates."""
-    by_day = np.asarray(study.more["surface_mean_sun_hours_by_day"][1])
-    months = np.array(study.period.days, "datetime64[M]")
-    return {
-        f"mean_sun_hours_{month}": by_day[months == month].sum(0, dtype=np.float64).astype("f4")
-        for month in np.unique(months)
-    }
+def list_columns(
+    names: NDArray, get: Callable[[str], NDArray], days: NDArray[np.datetime64]
+) -> dict[str, NDArray]:
+    """
+    Return the columns of some surfaces.
+
+    Parameters
+    ----------
+    names : (n,) str
+        Of their parts.
+    get : callable
+        Returns a variable of these surfaces by its name, such as ``surface_tilt``.
+    days : (k,) datetime64
+        Dates by which results are kept, if they are: means of each month are added.
+    """
+    columns = {"part": names.astype(object), "kind": get("surface_kind").astype(object)}
+    for name in ("azimuth", "tilt", "area"):
+        columns[name] = get(f"surface_{name}")
+    for name in ("mean", "least", "most"):
+        columns[f"{name}_sun_hours"] = get(f"surface_{name}_sun_hours")
+    months = days.astype("datetime64[M]")
+    if len(months):
+        by_day = get("surface_mean_sun_hours_by_day")
+        for month in np.unique(months):
+            added = by_day[months == month].sum(0, dtype=np.float64)
+            columns[f"mean_sun_hours_{month}"] = added.astype("f4")
+    return columns
 
 
 def pack_triangles(corners: NDArray[np.float64], starts: NDArray[np.integer]) -> list[bytes]:

@@ -1,0 +1,158 @@
+"""The surfaces of a study in tiles: results of the store, and shapes of the tiles' pieces."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+from numpy.typing import NDArray
+
+from umbra.tiles.assembly import name_objects
+from umbra.tiles.catalogue import Catalogue, read_catalogue
+from umbra.tiles.pieces import Pieces
+from umbra.writers.atomic import replace_file
+from umbra.writers.city.result import open_store
+from umbra.writers.vectors.surface_table import (
+    ROWS,
+    list_columns,
+    pack_triangles,
+    write_surface_table,
+)
+
+__all__ = ["CitySurfaces", "SurfaceRun", "write_surfaces"]
+
+
+@dataclass(frozen=True)
+class SurfaceRun:
+    """
+    A run of whole parts.
+
+    Parameters
+    ----------
+    parts, samples, surfaces, triangles : slice
+        Rows of each, in the order of files and parts.
+    """
+
+    parts: slice
+    samples: slice
+    surfaces: slice
+    triangles: slice
+
+
+class CitySurfaces:
+    """
+    Surfaces of a study in tiles.
+
+    Parameters
+    ----------
+    folder : Path
+        With the store, the catalogue, and the tiles' pieces.
+
+    Raises
+    ------
+    InputError
+        If it holds no such study, or not all tiles are done.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._group: Any = open_store(folder)
+        self.facts = dict(self._group.attrs)
+        known = orjson.loads((folder / "city.json").read_bytes())
+        self.origin = np.array(known["frame"]["origin"])
+        self.bounds = np.array(known["frame"]["bounds"])
+
+    @cached_property
+    def catalogue(self) -> Catalogue:
+        """The city's files."""
+        return read_catalogue(self.folder / "catalogue")
+
+    @cached_property
+    def folders(self) -> list[Path]:
+        """Folders of the tiles that hold surfaces."""
+        return sorted(path for path in (self.folder / "tiles").glob("[0-9]*") if path.is_dir())
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Pieces of all tiles."""
+        return Pieces(self.folders)
+
+    @cached_property
+    def days(self) -> NDArray[np.datetime64]:
+        """Dates by which results are kept; none if only sums are."""
+        if "surface_mean_sun_hours_by_day" not in self._group:
+            return np.zeros(0, "datetime64[us]")
+        return np.asarray(self._group["day"][...]).astype("datetime64[us]")
+
+    @cached_property
+    def times(self) -> NDArray[np.datetime64]:
+        """Instants in UTC."""
+        return np.asarray(self._group["time"][...]).astype("datetime64[us]")
+
+    @cached_property
+    def up_hours(self) -> float:
+        """Time with the sun up in the whole period [h]."""
+        return float(self._group["shadow_hours"][0]) + float(self._group["sun_hours"][0])
+
+    def name_parts(self, pieces: Pieces, parts: slice) -> NDArray:
+        """Return the name of the object of each part."""
+        objects, own = np.unique(pieces.owner[parts], return_inverse=True)
+        return name_objects(self.catalogue, pieces.objects[objects])[own.ravel()]
+
+    def list_rows(self, pieces: Pieces, run: SurfaceRun) -> dict[str, NDArray]:
+        """Return the columns of a run's surfaces, as ``list_columns`` does."""
+        some = run.surfaces
+        names = np.repeat(self.name_parts(pieces, run.parts), pieces.keys[run.parts, 4])
+        return list_columns(names, lambda name: pieces.read(name, some.start, some.stop), self.days)
+
+
+def cut_runs(pieces: Pieces, most: int, axis: str = "surface") -> Iterator[SurfaceRun]:
+    """
+    Cut the parts of pieces into runs.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    most : int
+        Rows of a run along an axis, unless one part has more.
+    axis : {'sample', 'surface', 'triangle'}
+    """
+    columns = {"sample": 3, "surface": 4, "triangle": 5}
+    ends = {name: np.cumsum(pieces.keys[:, column]) for name, column in columns.items()}
+    first, count = 0, len(pieces.keys)
+    while first < count:
+        begin = {name: int(end[first - 1]) if first else 0 for name, end in ends.items()}
+        after = int(np.searchsorted(ends[axis], begin[axis] + most, "right"))
+        stop = max(first + 1, after)
+        rows = {name: slice(begin[name], int(end[stop - 1])) for name, end in ends.items()}
+        yield SurfaceRun(slice(first, stop), rows["sample"], rows["surface"], rows["triangle"])
+        first = stop
+
+
+def write_surfaces(result: CitySurfaces) -> Path:
+    """Write ``surfaces.parquet``: a row for each surface, as for a study in memory."""
+    path = result.folder / "surfaces.parquet"
+    with replace_file(path) as beside:
+        write_surface_table(beside, _find_groups(result), result.facts.get("crs"), result.facts)
+    return path
+
+
+def _find_groups(result: CitySurfaces) -> Iterator[tuple[dict[str, NDArray], list[bytes]]]:
+    """Yield columns and geometries of some surfaces at a time."""
+    pieces = result.pieces
+    for run in cut_runs(pieces, ROWS):
+        corners, starts = read_triangles(pieces, run)
+        packed = pack_triangles(corners + result.origin, starts)
+        yield result.list_rows(pieces, run), packed
+
+
+def read_triangles(pieces: Pieces, run: SurfaceRun) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Return corners (n, 3, 3) in the local frame [m], and the first triangle of each surface."""
+    span = run.triangles.start, run.triangles.stop
+    corners = pieces.read("triangle_corners", *span)
+    owner = pieces.read("surface_of_triangle", *span)
+    surfaces = np.arange(run.surfaces.start, run.surfaces.stop + 1)
+    return corners, np.searchsorted(owner, surfaces)
