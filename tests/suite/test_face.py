@@ -1,6 +1,7 @@
 """The public face: every name loads, is typed statically and is in the docs."""
 
 import ast
+import contextlib
 import inspect
 import re
 import subprocess
@@ -37,6 +38,23 @@ def test_the_docs_list_every_name():
     assert sorted(listed) == umbra.__all__
     for name in umbra.__all__:
         assert re.search(rf"auto\w+:: {name}$", API.read_text(), re.MULTILINE), name
+
+
+def test_signatures_name_their_types_in_a_word():
+    # What a notebook shows: `ArrayLike`, not the page of unions that it stands for.
+    public = [getattr(umbra, name) for name in umbra.__all__]
+    methods = [
+        method
+        for one in public
+        if inspect.isclass(one)
+        for name, method in inspect.getmembers(one, inspect.isroutine)
+        if not name.startswith("_")
+    ]
+    own = [one for one in public + methods if getattr(one, "__module__", "").startswith("umbra")]
+    assert len(own) > 60
+    for one in own:
+        with contextlib.suppress(ValueError):  # an exception has none
+            assert "numpy." not in str(inspect.signature(one)), one
 
 
 def test_umbra_alone_loads_next_to_nothing():

@@ -1,5 +1,7 @@
 """Checks of the scenes and cameras passed to calls."""
 
+from __future__ import annotations
+
 import math
 
 from numpy.typing import ArrayLike

@@ -4,6 +4,8 @@ Counting of given points and lights: the primitive below every study.
 Shadows on a level plane are also outlined, as exact polygons.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from importlib.util import find_spec
 from numbers import Real
@@ -134,7 +136,7 @@ def _count_named(
     sums: NDArray[np.float64] | None,
     of: str,
     asked: dict[str, Any],
-) -> "xr.DataArray":
+) -> xr.DataArray:
     """Count on a study's receivers; without weights each light is a column."""
     import xarray as xr  # noqa: PLC0415
 

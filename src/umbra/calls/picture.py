@@ -1,5 +1,7 @@
 """Pictures of ``umbra render``, for the command and for Python."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -312,9 +314,7 @@ def draw_picture(
     )
 
 
-def _choose_ground(
-    scene: Scene, options: RenderOptions, style: "Style", tell: Warn
-) -> float | None:
+def _choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn) -> float | None:
     """Return the height of the ground to draw [m]: given, or assumed where the style has one."""
     from umbra.calls.styles import find_base  # noqa: PLC0415
 

@@ -1,5 +1,7 @@
 """``umbra.shadow_study``: hours of shadow on a plan, in a view, on surfaces or at points."""
 
+from __future__ import annotations
+
 import datetime as dt
 from collections.abc import Sequence
 from pathlib import Path
@@ -58,7 +60,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     device: DeviceName = "auto",
     threads: int | None = None,
     chunks: Chunks | None = None,
-) -> "ShadowStudy":
+) -> ShadowStudy:
     """
     Count the hours of shadow on every receiver over one or more dates.
 

@@ -6,6 +6,8 @@ less fill. ``z-fail`` counts all faces, caps included, behind the surface. ``z-p
 which assumes a lit eye.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
@@ -50,7 +52,7 @@ class _Surface:
     tiles: NDArray[np.float64]
 
     @classmethod
-    def of(cls, view: DepthBuffer) -> "_Surface":
+    def of(cls, view: DepthBuffer) -> _Surface:
         """Prepare a view for counting."""
         rows, cols = view.key.shape
         keys = np.full((rows, cols + LANES), _NOWHERE)
@@ -86,7 +88,7 @@ class FrameCounter:
     transmits: bool = True
     caster: Caster = field(init=False)
     transmitters: Transmitters | None = field(init=False, default=None)
-    _surface: "_Surface | None" = field(init=False, default=None)
+    _surface: _Surface | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         if self.transmits:
@@ -202,7 +204,7 @@ class FrameCounter:
         frame = self.locate(view, camera)
         return [find(self, view, frame, camera, light, **more) for light in lights]
 
-    def with_caster(self, caster: Caster) -> "FrameCounter":
+    def with_caster(self, caster: Caster) -> FrameCounter:
         """Return a counter of the same scene with another caster, for ``count_undrawn``."""
         other = copy(self)
         other.caster, other.blocks, other.ends = caster, FaceBlocks.of(caster), caster.ends()

@@ -4,6 +4,8 @@ Cameras: rays of pixels, and the homogeneous matrix from world to pixels.
 Pictures on every device have the same colours of ground and sky, and exposure of lights.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral

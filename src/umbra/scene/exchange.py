@@ -1,5 +1,7 @@
 """Meshes of other libraries: trimesh's and PyVista's as parts, and parts as theirs."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -30,7 +32,7 @@ class Exchange:
         *,
         name: str = "mesh",
         **facts: Any,
-    ) -> "Scene":
+    ) -> Scene:
         """
         Make a scene from arrays.
 
@@ -57,7 +59,7 @@ class Exchange:
         return make_scene(_list_array_parts(vertices, faces, parts, name), **facts)
 
     @classmethod
-    def from_trimesh(cls, mesh: Any, **facts: Any) -> "Scene":
+    def from_trimesh(cls, mesh: Any, **facts: Any) -> Scene:
         """
         Make a scene from a ``trimesh.Trimesh`` or ``trimesh.Scene``, z up [m], a part of each node.
 
@@ -68,7 +70,7 @@ class Exchange:
         return make_scene(_list_trimesh_parts(mesh), **facts)
 
     @classmethod
-    def from_pyvista(cls, data: Any, **facts: Any) -> "Scene":
+    def from_pyvista(cls, data: Any, **facts: Any) -> Scene:
         """
         Make a scene from the surface of a PyVista dataset, z up [m]; each block becomes a part.
 
@@ -79,7 +81,7 @@ class Exchange:
         return make_scene(_list_pyvista_parts(data), **facts)
 
     @classmethod
-    def from_geopandas(cls, table: Any, height: str | None = None, **columns: str) -> "Scene":
+    def from_geopandas(cls, table: Any, height: str | None = None, **columns: str) -> Scene:
         """
         Make a scene from footprints with heights, as `umbra.read` reads a file of them.
 
@@ -207,7 +209,7 @@ def _find_surface(data: Any) -> Any:
         return data.extract_surface()
 
 
-def _list_soups(scene: "Scene") -> Iterator[tuple[str, NDArray[np.float64], NDArray[np.int32]]]:
+def _list_soups(scene: Scene) -> Iterator[tuple[str, NDArray[np.float64], NDArray[np.int32]]]:
     """Return each part's own name, vertices in the model's own coordinates, and faces."""
     seen: dict[str, int] = {}
     for index, label in enumerate(scene.labels()):

@@ -1,5 +1,7 @@
 """Lights with a size, as many points: soft shadows from hard ones."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

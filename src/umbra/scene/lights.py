@@ -1,5 +1,7 @@
 """Lights as homogeneous points: w = 1 a position, w = 0 a direction toward the light."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
@@ -74,7 +76,7 @@ class Light:
     attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
     image: Image | None = None
     up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
-    binding: "RigBinding | None" = None
+    binding: RigBinding | None = None
 
     def __post_init__(self) -> None:
         position = np.array(self.position, np.float64).reshape(-1)

@@ -4,6 +4,8 @@ Scenes from parts: unused vertices dropped, a local origin subtracted.
 Parts and lights can be posed at a time of an animation.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, cast

@@ -1,5 +1,7 @@
 """Materials: reflection, emission and textures of surfaces."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

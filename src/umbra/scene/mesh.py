@@ -1,5 +1,7 @@
 """Meshes and parts: contents of a file, before any shadow."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
@@ -98,14 +100,14 @@ class Mesh:
 
     def moved(
         self, vertices: NDArray[np.float64], normals: NDArray[np.floating] | None = None
-    ) -> "Mesh":
+    ) -> Mesh:
         """Return the same faces with other vertices (n, 3), and normals, which stay by default."""
         kept = self.normals if normals is None else normals
         return replace(self, vertices=vertices, normals=kept)
 
     def with_vertices(
         self, kept: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
-    ) -> "Mesh":
+    ) -> Mesh:
         """
         Return the same triangles on a subset of the vertices that includes all used ones.
 
@@ -155,7 +157,7 @@ class Part:
     mesh: Mesh
     transform: NDArray[np.float64] | None = None
     material: Material = field(default=PLAIN)
-    binding: "RigBinding | None" = None
+    binding: RigBinding | None = None
     layer: str = ""
     tags: tuple[str, ...] = ()
 

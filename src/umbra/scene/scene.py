@@ -1,5 +1,7 @@
 """A scene: parts about a local origin, and its place on earth."""
 
+from __future__ import annotations
+
 import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -116,7 +118,7 @@ class Scene(Exchange):
         """Iterate over the parts."""
         return iter(self.parts)
 
-    def __getitem__(self, name: str) -> "Scene":
+    def __getitem__(self, name: str) -> Scene:
         """
         Return the parts of one name as a scene, in the same place on earth.
 

@@ -13,6 +13,8 @@ References
 .. [3] U.S. Standard Atmosphere, 1976.
 """
 
+from __future__ import annotations
+
 import datetime as dt
 import functools
 import importlib.util
