@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 from support.command import SCRIPT
 from umbra.window.file import load_view
 
@@ -118,6 +119,10 @@ class Desk:
         self.press("ctrl+s")
         return load_view(self.wait_for(path.name if path is not None else "model.view.json"))
 
+    def look(self):
+        """Return what the screen shows, (rows, cols, 3) uint8."""
+        return grab(self.display.name, 1280, 800)
+
     def close(self):
         """Ask the window to close, as a window manager does; give status and streams."""
         ask_to_close(self.display.name, int(self.window))
@@ -126,6 +131,29 @@ class Desk:
     def finish(self):
         out, err = self.process.communicate(timeout=PATIENCE)
         return self.process.returncode, out, err
+
+
+class _Image(ctypes.Structure):
+    _fields_ = (
+        ("width", ctypes.c_int), ("height", ctypes.c_int), ("xoffset", ctypes.c_int),
+        ("format", ctypes.c_int), ("data", ctypes.c_void_p),
+    )  # fmt: skip
+
+
+def grab(display, cols, rows):
+    """Read the screen, of 24 bits in 4 bytes."""
+    x11 = ctypes.CDLL("libX11.so.6")
+    for name in ("XOpenDisplay", "XGetImage"):
+        getattr(x11, name).restype = ctypes.c_void_p
+    x11.XDefaultRootWindow.restype = ctypes.c_ulong
+    opened = ctypes.c_void_p(x11.XOpenDisplay(display.encode()))
+    root = ctypes.c_ulong(x11.XDefaultRootWindow(opened))
+    every, by_pixel = ctypes.c_ulong(0xFFFFFF), 2
+    found = x11.XGetImage(opened, root, 0, 0, cols, rows, every, by_pixel)
+    data = _Image.from_address(found).data
+    pixels = np.frombuffer(ctypes.string_at(data, 4 * rows * cols), np.uint8)
+    x11.XCloseDisplay(opened)
+    return pixels.reshape(rows, cols, 4)[..., 2::-1].copy()
 
 
 class _ClientMessage(ctypes.Structure):

@@ -179,6 +179,14 @@ def test_the_scale_of_counts():
     assert all(np.diff(PALETTE.sum(1)) < 0)  # darker with every step
 
 
-def test_edges_are_smooth_on_a_gpu():
-    assert Pacing().samples == 1
-    assert Pacing(is_software=False).samples == 4
+def test_edges_are_smooth_on_a_gpu_and_at_rest():
+    card = Pacing(is_software=False)
+    assert card.choose_samples(0.0) == 4
+    pacing = Pacing()
+    pacing.note(1, 1300.0)  # with all that a first frame makes
+    assert [pacing.choose_samples(rested) for rested in (0.0, 0.2, 0.5)] == [1, 1, 4]
+    pacing.note(1, 1500.0, 4)  # too long to hold up a hand
+    assert pacing.choose_samples(9.0) == 1
+    pacing.note(1, 100.0)
+    assert pacing.choose_samples(9.0) == 4
+    assert pacing.choose_step(True) == 2

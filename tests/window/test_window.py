@@ -144,6 +144,25 @@ def test_walk_play_cpu_and_rest(display, model):
         assert desk.close()[0] == 0
 
 
+def test_edges_are_smooth_once_nothing_moves(display, model):
+    with open_desk(display, model, "--date", "2026-06-21", "--at", "09:00") as desk:
+        view = desk.view()
+        scene = read(model)
+        with Renderer(scene, find_ground(scene.bounds())) as renderer:
+            lights, camera = list(view.shining().values()), view.viewpoint.camera(SIZE)
+            jagged, smooth = (renderer.render(camera, lights, samples=n) for n in (1, SMOOTH))
+        differs = np.abs(jagged.astype(int) - smooth).max(2) > 30
+        differs[:120] = False  # the legend
+        assert differs.sum() > 300
+        until, apart = time.monotonic() + 30, 255.0
+        while apart > 1 and time.monotonic() < until:
+            time.sleep(0.5)
+            shown = desk.look()[:, PANEL:]
+            apart = np.abs(shown.astype(int) - smooth)[differs].max(1).mean()
+        assert apart <= 1
+        assert desk.close()[0] == 0
+
+
 def test_the_part_under_the_mouse_casts_or_not(display, model):
     with open_desk(display, model, "--no-cast", "hut") as desk:
         first = desk.view()

@@ -16,6 +16,7 @@ from imgui_bundle import imgui  # before glfw, whose library it brings
 import glfw
 import numpy as np
 
+from umbra.devices import DEVICES
 from umbra.errors import InputError, UmbraError
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State
@@ -87,6 +88,8 @@ class Viewer:
         self._has_panel, self._has_help = True, False
         self._pacing = Pacing(is_software=screen.device.is_software)
         self._shown: tuple[Any, ...] | None = None
+        self._wanted: tuple[Any, ...] | None = None
+        self._since = 0.0  # when that was first wanted
         self._drawn: DrawnView | None = None
         self._is_panel_held = False
         frame = self._find_frame()
@@ -141,8 +144,15 @@ class Viewer:
     def _choose(self) -> tuple[Any, ...]:
         """Return the picture's inputs: view, size, step, samples per pixel."""
         moves = self.controls.is_moving or self._is_panel_held
-        view, pixels = self.events.view, self.events.frame.pixels
-        return view, pixels, self._pacing.choose_step(moves), self._pacing.samples
+        view = self.events.view
+        wanted = (view, self.events.frame.pixels, self._pacing.choose_step(moves))
+        if wanted != self._wanted:
+            self._wanted, self._since = wanted, time.perf_counter()
+        if not DEVICES[view.device].is_window or view.overlays:
+            return *wanted, 1  # as they are drawn
+        if self._shown is not None and self._shown == (*wanted, SMOOTH):
+            return self._shown
+        return *wanted, self._pacing.choose_samples(time.perf_counter() - self._since)
 
     def _is_stale(self) -> bool:
         return self._shown != self._choose()
@@ -191,8 +201,7 @@ class Viewer:
             view, size, times=self.panel.statistics, shrink=step, samples=samples
         )
         self.panel.warnings = self._drawn.warnings
-        if samples == self._pacing.samples:
-            self._pacing.note(step, self._drawn.spent)
+        self._pacing.note(step, self._drawn.spent, samples)
         self._shown = wanted
 
     def _put_picture(self) -> None:

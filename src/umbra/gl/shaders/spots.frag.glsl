@@ -8,7 +8,8 @@ uniform int n_spots;
 layout(location = 0) out vec4 hidden;  // spots that are hidden, by one less, as it is, one more
 layout(location = 1) out vec4 sums;    // of counts, of their squares
 
-void add(vec4 left, int n, float middle) {
+void add(vec4 left, int picture, float middle) {
+    int n = n_spots - picture * 4 * DIGITS;
     float bias = 0.0;
     for (int d = 0; d < DIGITS; ++d) {
         bias = bias * BASE + 0.5 * BASE;
@@ -31,25 +32,13 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float middle = texelFetch(hard, pixel, 0).r;
     hidden = sums = vec4(0.0);
-#if PICTURES > 0
-    add(texelFetch(counts0, pixel, 0), n_spots - 0 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 1
-    add(texelFetch(counts1, pixel, 0), n_spots - 1 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 2
-    add(texelFetch(counts2, pixel, 0), n_spots - 2 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 3
-    add(texelFetch(counts3, pixel, 0), n_spots - 3 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 4
-    add(texelFetch(counts4, pixel, 0), n_spots - 4 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 5
-    add(texelFetch(counts5, pixel, 0), n_spots - 5 * 4 * DIGITS, middle);
-#endif
-#if PICTURES > 6
-    add(texelFetch(counts6, pixel, 0), n_spots - 6 * 4 * DIGITS, middle);
-#endif
+    // Samplers are indexed by constants alone.
+#define ADD(k, counts) if (k < PICTURES) add(texelFetch(counts, pixel, 0), k, middle)
+    ADD(0, counts0);
+    ADD(1, counts1);
+    ADD(2, counts2);
+    ADD(3, counts3);
+    ADD(4, counts4);
+    ADD(5, counts5);
+    ADD(6, counts6);
 }

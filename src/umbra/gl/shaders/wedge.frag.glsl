@@ -50,26 +50,9 @@ void add_to_spots(vec3 line, vec2 a, vec2 b, float times) {
         }
         sums[k] = sum;
     }
-    // Strict compilers index outputs by constants alone.
-    counts[0] = times * sums[0];
-#if PICTURES > 1
-    counts[1] = times * sums[1];
-#endif
-#if PICTURES > 2
-    counts[2] = times * sums[2];
-#endif
-#if PICTURES > 3
-    counts[3] = times * sums[3];
-#endif
-#if PICTURES > 4
-    counts[4] = times * sums[4];
-#endif
-#if PICTURES > 5
-    counts[5] = times * sums[5];
-#endif
-#if PICTURES > 6
-    counts[6] = times * sums[6];
-#endif
+    // Strict compilers index outputs by constants alone: the last one is written again.
+#define PUT(k) counts[min(k, PICTURES - 1)] = times * sums[min(k, PICTURES - 1)]
+    PUT(0); PUT(1); PUT(2); PUT(3); PUT(4); PUT(5); PUT(6);
 }
 #endif
 
