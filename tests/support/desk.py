@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 from support.command import SCRIPT
 from umbra.window.file import load_view
 
