@@ -51,7 +51,7 @@ def move_skin(
 @njit(cache=True, nogil=True)
 def _move(pulls, joints, influences, vertices, normals, moved, turned):
     """Write the vertices of ``move_skin``, and its normals if there are any."""
-    mean, cofactors, bent = np.zeros((3, 4)), np.zeros((3, 3)), np.zeros(3)
+    mean, cofactors = np.zeros((3, 4)), np.zeros((3, 3))
     for vertex in range(vertices.shape[0]):
         mean[:] = 0.0
         for k in range(joints.shape[1]):
@@ -63,22 +63,34 @@ def _move(pulls, joints, influences, vertices, normals, moved, turned):
         x, y, z = vertices[vertex]
         for i in range(3):
             moved[vertex, i] = mean[i, 0] * x + mean[i, 1] * y + mean[i, 2] * z + mean[i, 3]
-        if normals.shape[0] == 0:
-            continue
-        # Normals move by the inverse transposed, up to scale.
-        for i in range(3):
-            one, other = mean[(i + 1) % 3], mean[(i + 2) % 3]
-            for j in range(3):
-                u, v = (j + 1) % 3, (j + 2) % 3
-                cofactors[i, j] = one[u] * other[v] - one[v] * other[u]
-        volume = 0.0
+        if normals.shape[0]:
+            _find_cofactors(mean, cofactors)
+            _turn(mean, cofactors, normals[vertex], turned[vertex])
+
+
+@njit(cache=True, nogil=True)
+def _find_cofactors(matrix, cofactors):
+    """Write the inverse transposed of a matrix, up to scale, by which normals move."""
+    for i in range(3):
+        one, other = matrix[(i + 1) % 3], matrix[(i + 2) % 3]
         for j in range(3):
-            volume += mean[0, j] * cofactors[0, j]
-        x, y, z = normals[vertex]
+            u, v = (j + 1) % 3, (j + 2) % 3
+            cofactors[i, j] = one[u] * other[v] - one[v] * other[u]
+
+
+@njit(cache=True, nogil=True)
+def _turn(matrix, cofactors, normal, turned):
+    """Write a unit normal; leave it 0 where it has no direction."""
+    volume = 0.0
+    for i in range(3):
+        volume += matrix[0, i] * cofactors[0, i]
+    bent = (
+        cofactors[0, 0] * normal[0] + cofactors[0, 1] * normal[1] + cofactors[0, 2] * normal[2],
+        cofactors[1, 0] * normal[0] + cofactors[1, 1] * normal[1] + cofactors[1, 2] * normal[2],
+        cofactors[2, 0] * normal[0] + cofactors[2, 1] * normal[1] + cofactors[2, 2] * normal[2],
+    )
+    square = bent[0] * bent[0] + bent[1] * bent[1] + bent[2] * bent[2]
+    if square > 0.0:
+        side = -1.0 if volume < 0.0 else 1.0  # a mirror turns the cofactors inward
         for i in range(3):
-            bent[i] = cofactors[i, 0] * x + cofactors[i, 1] * y + cofactors[i, 2] * z
-        length = np.sqrt(bent[0] ** 2 + bent[1] ** 2 + bent[2] ** 2)
-        if length > 0.0:
-            side = -1.0 if volume < 0.0 else 1.0  # a mirror turns the cofactors inward
-            for i in range(3):
-                turned[vertex, i] = side * bent[i] / length
+            turned[i] = side * bent[i] / np.sqrt(square)
