@@ -3,6 +3,7 @@
 import signal
 
 import pytest
+from support.chromium import Chromium, Page, find_chromium
 from support.skips import WANTS, find_unexpected, read_reason, tell
 
 # A shell that runs the suite in the background has it ignore Ctrl-C, and so do its
@@ -16,6 +17,23 @@ def _cache_of_the_tests(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("UMBRA_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A browser with WebGL2 for all tests of a run, which takes a second to start."""
+    if find_chromium() is None:
+        pytest.skip("there is no Chromium on this machine")
+    with Chromium() as started:
+        yield started
+
+
+@pytest.fixture
+def page(browser):
+    """A blank page, which must end without errors."""
+    with Page(browser) as opened:
+        yield opened
+        opened.check()
 
 
 def pytest_addoption(parser):

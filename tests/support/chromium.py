@@ -10,13 +10,15 @@ import shutil
 import subprocess
 import tempfile
 import time
+from collections import defaultdict
 from pathlib import Path
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = (
     "--headless",
     "--no-sandbox",
-    "--disable-gpu",
+    "--use-angle=swiftshader",  # WebGL2 on the processor
+    "--enable-unsafe-swiftshader",
     "--no-first-run",
     "--disable-background-networking",
     "--disable-component-update",
@@ -27,8 +29,8 @@ FLAGS = (
     "--force-prefers-reduced-motion",  # a page that glides is elsewhere when it is pointed at
     "--remote-debugging-pipe",
 )
-SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""In place of ``--disable-gpu``: WebGL2 on the processor."""
+READ_BACK = "GPU stall due to ReadPixels"
+"""Some drivers warn of what only tests do: read counts back."""
 PATIENCE = 60  # [s]; a machine under load starts it slowly
 
 
@@ -38,16 +40,43 @@ def find_chromium():
 
 
 class Page:
-    """One page: opened, sized, clicked, asked."""
+    """
+    One page: opened, sized, clicked, asked; as a context it is closed, and its WebGL freed.
 
-    def __init__(self, browser):
+    Attributes
+    ----------
+    events : list
+        What the browser has told of it so far.
+    """
+
+    def __init__(self, browser, width=1280, height=800):
         self.browser = browser
-        target = browser.send("Target.createTarget", url="about:blank")["targetId"]
-        attached = browser.send("Target.attachToTarget", targetId=target, flatten=True)
+        self.target = browser.send("Target.createTarget", url="about:blank")["targetId"]
+        attached = browser.send("Target.attachToTarget", targetId=self.target, flatten=True)
         self.session = attached["sessionId"]
-        self.events = []
+        self.events = browser.events[self.session]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.send(f"{domain}.enable")
+        self.resize(width, height)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.browser.send("Target.closeTarget", targetId=self.target)
+        del self.browser.events[self.session]
+
+    def check(self, *levels):
+        """Raise if it reported an error, or on further levels, or asked for more than itself."""
+        said = [event["exceptionDetails"] for event in self.named("Runtime.exceptionThrown")]
+        entries = [event["entry"] for event in self.named("Log.entryAdded")]
+        entries = [entry for entry in entries if READ_BACK not in entry["text"]]
+        said += [entry for entry in entries if entry["level"] in {"error", *levels}]
+        urls = [event["request"]["url"] for event in self.named("Network.requestWillBeSent")]
+        asked = {url.partition(":")[0] for url in urls}
+        if said or not asked <= {"file", "data", "blob", "about"}:
+            msg = f"the page asked for {sorted(asked)} and said {said}"
+            raise AssertionError(msg)
 
     def send(self, method, **params):
         return self.browser.send(method, self.session, **params)
@@ -104,22 +133,11 @@ class Page:
 
     def named(self, *methods):
         """Give the events of these kinds so far."""
-        return [e["params"] for e in self.browser.events if e["method"] in methods]
+        return [e["params"] for e in self.events if e["method"] in methods]
 
 
 class Chromium:
-    """
-    A browser of its own, with a fresh profile; use it as a context.
-
-    Parameters
-    ----------
-    webgl : bool
-        Whether pages have WebGL2, by SwiftShader.
-    """
-
-    def __init__(self, webgl=False):
-        self.flags = [flag for flag in FLAGS if flag != "--disable-gpu" or not webgl]
-        self.flags += SOFTWARE_GL if webgl else ()
+    """A browser of its own, with a fresh profile; use it as a context."""
 
     def __enter__(self):
         self.profile = tempfile.mkdtemp(prefix="umbra-chromium-")
@@ -131,13 +149,13 @@ class Chromium:
             os.dup2(from_child, 4)
 
         self.process = subprocess.Popen(
-            [find_chromium(), *self.flags, f"--user-data-dir={self.profile}"],
+            [find_chromium(), *FLAGS, f"--user-data-dir={self.profile}"],
             pass_fds=(3, 4), preexec_fn=place,  # noqa: PLW1509
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(to_child)
         os.close(from_child)
-        self.number, self.rest, self.events = 0, b"", []
+        self.number, self.rest, self.events = 0, b"", defaultdict(list)
         return self
 
     @staticmethod
@@ -163,7 +181,7 @@ class Chromium:
                     raise RuntimeError(msg)
                 return answer["result"]
             if "method" in answer:
-                self.events.append(answer)
+                self.events[answer.get("sessionId")].append(answer)
 
     def _read(self):
         until = time.monotonic() + PATIENCE

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chromium import Chromium, Page, find_chromium
+from support.chromium import Page
 from support.shapes import box
 
 import umbra
@@ -87,12 +87,8 @@ def lab(tmp_path_factory):
         server.wait(30)
 
 
-def test_sliders_and_python_share_their_values(lab):
-    if find_chromium() is None:
-        pytest.skip("there is no Chromium on this machine")
-    with Chromium(webgl=True) as browser:
-        page = Page(browser)
-        page.resize(1400, 1000)
+def test_sliders_and_python_share_their_values(lab, browser):
+    with Page(browser, 1400, 1000) as page:
         page.send("Page.navigate", url=lab)
         idle = "document.querySelector('.jp-Notebook-ExecutionIndicator[data-status=idle]')"
         page.wait(f"document.querySelectorAll('.jp-CodeCell').length == 3 && !!{idle}")

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from PIL import Image
-from support.chromium import Chromium, Page, find_chromium
+from support.chromium import Page
 from support.shapes import box
 
 import umbra
@@ -64,16 +64,6 @@ def place_at(x, y, z=0):
     )
 
 
-def check(page):
-    """The page asked for nothing but itself, and reported no error."""
-    assert not page.named("Runtime.exceptionThrown")
-    said = [event["entry"] for event in page.named("Log.entryAdded")]
-    assert not [entry for entry in said if entry["level"] == "error"]
-    asked = {event["request"]["url"].partition(":")[0] for event in
-             page.named("Network.requestWillBeSent")}  # fmt: skip
-    assert asked <= {"file", "data", "blob", "about"}
-
-
 @pytest.fixture(scope="module")
 def quarter():
     """Two towers and a low house, one with a hostile name, far from the origin."""
@@ -91,22 +81,10 @@ def written(quarter, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def webgl():
-    if find_chromium() is None:
-        pytest.skip("there is no Chromium on this machine")
-    with Chromium(webgl=True) as started:
-        yield started
-
-
 @pytest.fixture
-def live(webgl, written):
-    webgl.events.clear()
-    page = Page(webgl)
-    page.resize(1280, 800)
+def live(page, written):
     page.open(written, READY)
-    yield page
-    check(page)
+    return page
 
 
 def test_the_page_is_small_whole_and_does_nothing_that_files_command(live, written):
@@ -323,14 +301,11 @@ def test_distances_and_sections_are_kept_by_a_link(live, written):
     ["#look=1,2&at=x&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
      "#look=0,0,0,0,0,-1,45&show=2&compare=x,9", "#" + "a=&" * 500],
 )  # fmt: skip
-def test_damaged_links_do_no_harm(webgl, written, link):
-    webgl.events.clear()
-    page = Page(webgl)
+def test_damaged_links_do_no_harm(page, written, link):
     page.resize(800, 600)
     page.send("Page.navigate", url=written.as_uri() + link)
     page.wait(f"location.protocol == 'file:' && {READY}")
     assert page.ask("umbra.state.date") == "2026-06-21"
-    check(page)
 
 
 def test_a_saved_view_opens_in_umbra(live):
@@ -343,8 +318,7 @@ def test_a_saved_view_opens_in_umbra(live):
 
 @pytest.mark.parametrize("width", [320, 1280])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_nothing_is_wider_than_the_screen(webgl, written, width, scheme):
-    page = Page(webgl)
+def test_nothing_is_wider_than_the_screen(page, written, width, scheme):
     page.resize(width, 640, is_phone=width < 500)
     wear(page, "prefers-color-scheme", scheme)
     page.open(written, READY)
@@ -358,12 +332,11 @@ def test_nothing_is_wider_than_the_screen(webgl, written, width, scheme):
     assert page.ask(wide) == []
 
 
-def test_axe_finds_nothing(webgl, written):
+def test_axe_finds_nothing(page, written):
     path = Path(os.environ.get("AXE", "node_modules/axe-core/axe.min.js"))
     if not path.is_file():
         pytest.skip("there is no axe-core on this machine")
     for width, scheme in ((1280, "light"), (1280, "dark"), (320, "light")):
-        page = Page(webgl)
         page.resize(width, 700)
         wear(page, "prefers-color-scheme", scheme)
         page.open(written, READY)
@@ -377,9 +350,7 @@ def test_axe_finds_nothing(webgl, written):
         assert found == []
 
 
-def test_a_browser_without_webgl_shows_a_picture(webgl, written):
-    page = Page(webgl)
-    page.resize(1280, 800)
+def test_a_browser_without_webgl_shows_a_picture(page, written):
     script = (
         "const give = HTMLCanvasElement.prototype.getContext;"
         "HTMLCanvasElement.prototype.getContext = function (kind) "
@@ -391,13 +362,10 @@ def test_a_browser_without_webgl_shows_a_picture(webgl, written):
     assert "WebGL" in page.ask("document.querySelector('[role=alert]').textContent")
 
 
-def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(webgl, quarter, tmp_path):
+def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tmp_path):
     study = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="ground", cell=1.0)
     path = tmp_path / "hours.html"
     umbra.show(quarter, VIENNA, study=study, out=path)
-    webgl.events.clear()
-    page = Page(webgl)
-    page.resize(1280, 800)
     page.open(path, READY)
     page.ask("umbra.set({hasPath: false, hasCompass: false, hasEdges: false})")
     page.ask("umbra.orbit.look(0, -89.9)")
@@ -418,7 +386,6 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(webgl, quarter, t
     assert page.ask("document.querySelector('.ticks').innerText").split()[-1] == "8"
     page.ask("document.querySelector('.switch input').click()")
     page.wait("umbra.stage.renderer.overlay === null")
-    check(page)
     walls = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="surfaces")
     with pytest.raises(umbra.InputError, match="receivers='ground' or 'top'"):
         umbra.show(quarter, VIENNA, study=walls, out=path)
@@ -426,17 +393,14 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(webgl, quarter, t
         umbra.show(quarter, VIENNA, study="hours", out=path)
 
 
-def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(webgl, quarter, tmp_path):
+def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(page, quarter, tmp_path):
     umbra.show(quarter, out=tmp_path / "bare.html")
-    webgl.events.clear()
-    page = Page(webgl)
     page.resize(900, 700)
     page.open(tmp_path / "bare.html", READY)
     put(page, ".timebar [type=number]", "90")
     direction = page.ask("umbra.sun.direction")
     assert direction[0] > 0.1
     assert abs(direction[1]) < 1e-9
-    check(page)
 
 
 def ask_server(url, path=None, **headers):
@@ -474,14 +438,12 @@ def test_the_command_serves_the_page_to_its_address_alone(tmp_path):
     assert "Traceback" not in said
 
 
-def test_a_model_that_lies_in_its_ground_shows_no_patches(webgl, tmp_path):
+def test_a_model_that_lies_in_its_ground_shows_no_patches(page, tmp_path):
     slab = replace(umbra.make_scene(*box((-20, -15, -1), (20, 15, 0))), ground=0.0)
     study = umbra.shadow_study(slab, VIENNA, date="2026-06-21", receivers="ground", cell=1.0)
     shown = []
     for given, side in (({}, -1), ({"study": study}, 1)):
         umbra.show(slab, VIENNA, date="2026-06-21", out=tmp_path / "slab.html", **given)
-        webgl.events.clear()
-        page = Page(webgl)
         page.resize(900, 600)
         page.open(tmp_path / "slab.html", READY)
         assert 0 < side * page.ask("umbra.config.ground") < 0.02

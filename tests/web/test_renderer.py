@@ -106,7 +106,7 @@ def test_a_lost_context_is_restored_and_draws_the_same(shown):
     )
     assert events == ["lost", "restored"]
     assert np.array_equal(read_pixels(shown), before)
-    shown.page.browser.events.clear()  # Chromium warns of a lost context
+    shown.page.events.clear()  # Chromium warns of a lost context
 
 
 def test_without_webgl2_the_error_has_a_name(shown):

@@ -185,7 +185,7 @@ def test_only_the_page_s_own_script_runs(page, study, tmp_path):
     for rule in ("script-src", "style-src", "base-uri"):
         assert any(rule in text for text in refused), rule
     assert page.ask("document.title") == f"{NASTY}: shadow study"
-    page.browser.events.clear()  # refused as they had to be
+    page.events.clear()  # refused as they had to be
 
 
 def test_a_night_and_a_plan_of_tops(page, tmp_path):
