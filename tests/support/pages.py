@@ -15,6 +15,8 @@ INK = (
     "const d = m.getContext('2d').getImageData((x - b.left) / b.width * m.width,"
     "(y - b.top) / b.height * m.height, 1, 1).data; return [...d]; }})([{}, {}])"
 )
+AROUND = INK.replace("m.width,", "m.width - 1,").replace("m.height, 1, 1", "m.height - 1, 3, 3")
+"""The inks of a pixel and its eight neighbours, row by row."""
 READY = "document.documentElement.dataset.ready == 'yes'"
 
 FIGURES = ("in-sun", "in-shadow", "first", "last", "spells", "longest")

@@ -17,7 +17,6 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from PIL import Image
-from support.chromium import Page
 from support.shapes import box
 
 import umbra
@@ -386,11 +385,74 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
     assert page.ask("document.querySelector('.ticks').innerText").split()[-1] == "8"
     page.ask("document.querySelector('.switch input').click()")
     page.wait("umbra.stage.renderer.overlay === null")
-    walls = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="surfaces")
-    with pytest.raises(umbra.InputError, match="receivers='ground' or 'top'"):
-        umbra.show(quarter, VIENNA, study=walls, out=path)
+    view = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="south", cell=2.0)
+    with pytest.raises(umbra.InputError, match="receivers='ground', 'top', 'surfaces' or 'points'"):
+        umbra.show(quarter, VIENNA, study=view, out=path)
     with pytest.raises(umbra.InputError, match="study is no study but a str"):
         umbra.show(quarter, VIENNA, study="hours", out=path)
+
+
+def find_own(samples, place, normal):
+    """Find the sample whose square holds a place, None near its rim or where there is none."""
+    for s in np.flatnonzero(samples.surface_normal @ normal > 0.999):
+        own = np.flatnonzero(samples.surface == s)
+        away = (samples.points[own] - place) @ samples.surface_normal[s]
+        flat = np.abs((samples.points[own] - place) @ samples.axes[s].T).max(1)
+        if np.abs(away).min() < 0.01 and flat.min() < 0.45 * samples.spacing:
+            return int(own[flat.argmin()])
+    return None
+
+
+def test_hours_lie_on_walls_and_roofs_in_their_own_colours(page, quarter, tmp_path):
+    study = umbra.shadow_study(
+        quarter, VIENNA, date="2026-06-21", receivers="surfaces", spacing=3.0
+    )
+    umbra.show(quarter, VIENNA, study=study, out=tmp_path / "walls.html")
+    page.open(tmp_path / "walls.html", READY)
+    page.ask("umbra.set({hasPath: false, hasCompass: false, hasEdges: false})")
+    page.wait("umbra.stage.renderer.overlay?.patches != null")
+    samples, origin = study.result.samples, quarter.origin
+    hours, seen = np.asarray(study.shadow_hours), set()
+    for heading in (20, 200):
+        page.ask(f"umbra.orbit.look({heading}, -30)")
+        settle(page)
+        shown = read_picture(page)
+        for column, row in itertools.product(range(60, 900, 17), range(60, 650, 17)):
+            hit = page.ask(f"umbra.stage.pick({column}, {row})")
+            around = shown[row - 1 : row + 2, column - 1 : column + 2]
+            if hit is None or hit["part"] < 0 or np.ptp(around, axis=(0, 1)).any():
+                continue
+            place = np.add(hit["position"], page.ask("umbra.model.origin")) - origin
+            k = find_own(samples, place, hit["normal"])
+            if k is not None:
+                share = float(hours[k]) / study.result.up_hours
+                np.testing.assert_allclose(shown[row, column], paint_shares(share) * 255, atol=8)
+                seen.add(k)
+    assert len(seen) > 40
+    assert len({float(hours[k]) for k in seen}) > 4
+    with pytest.raises(umbra.InputError, match="lie on another model, of 36 triangles"):
+        umbra.show(umbra.make_scene(*box((0, 0, 0), (1, 1, 1))), VIENNA, study=study, out="x.html")
+
+
+def test_hours_of_points_are_discs_and_those_behind_are_faint(page, quarter, tmp_path):
+    points = np.array([[0, -6, 4, 0, -1, 0], [-30, 25, 7, 0, 0, 1], [0, 6, 4, 0, 1, 0]], float)
+    points[:, :3] += PLACE
+    study = umbra.shadow_study(
+        quarter, VIENNA, date="2026-06-21", receivers="points", points=points
+    )
+    umbra.show(quarter, VIENNA, study=study, out=tmp_path / "points.html")
+    page.open(tmp_path / "points.html", READY)
+    page.ask("umbra.set({hasPath: false, hasCompass: false}); umbra.orbit.look(0, -30)")
+    page.wait("umbra.stage.renderer.overlay?.dots != null")
+    settle(page)
+    shown = read_picture(page)
+    for k, is_seen in enumerate((True, True, False)):
+        place = (points[k, :3] - page.ask("umbra.model.origin")).tolist()
+        at = page.ask(f"umbra.stage.renderer.project({place})")
+        ink = shown[round(at["y"]), round(at["x"])]
+        share = float(study.shadow_hours[k]) / study.result.up_hours
+        off = np.abs(ink - paint_shares(share) * 255).max()
+        assert off <= 8 if is_seen else off > 20
 
 
 def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(page, quarter, tmp_path):

@@ -17,7 +17,7 @@ from umbra.scene import Scene
 from umbra.study import Study
 from umbra.sun import Site
 from umbra.writers.atomic import replace_file
-from umbra.writers.live import clear_ground, make_hours
+from umbra.writers.live import clear_ground, find_face_surfaces, make_hours
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -66,7 +66,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
 
 def _find_ground(scene: Scene, study: Study | None, options: ViewOptions) -> float | None:
     """Return the height of the ground that a page draws [m]."""
-    if study is not None:
+    if study is not None and study.is_plan:
         return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
     height = find_height(options, scene)
     return None if height is None else clear_ground(scene, height, is_above=False)
@@ -112,7 +112,8 @@ def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str
 
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
-    return make_page(pack_model(scene, site), config, __version__)
+    surface = find_face_surfaces(_find_study(options.study), scene)
+    return make_page(pack_model(scene, site, surface), config, __version__)
 
 
 def write_live_page(
@@ -130,4 +131,5 @@ def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveV
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.widget import LiveView  # noqa: PLC0415
 
-    return LiveView(pack_model(scene, site), config, height=options.size[1])
+    surface = find_face_surfaces(_find_study(options.study), scene)
+    return LiveView(pack_model(scene, site, surface), config, height=options.size[1])

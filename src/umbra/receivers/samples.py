@@ -52,6 +52,8 @@ class Samples:
         Sampled triangles, in order of surfaces; local frame [m].
     owner : (n_triangles,) int64
         Surface of each triangle.
+    source : (n_triangles,) int64
+        Its face in ``Scene.triangles()``.
     triangle : (n,) int64
         Triangle that holds each sample.
     axes : (n_surfaces, 2, 3) float64
@@ -73,6 +75,7 @@ class Samples:
     surface_normal: NDArray[np.float64]
     corners: NDArray[np.float64]
     owner: NDArray[np.int64]
+    source: NDArray[np.int64]
     triangle: NDArray[np.int64]
     axes: NDArray[np.float64]
     start: NDArray[np.float64]
@@ -102,6 +105,7 @@ class Samples:
             surface_normal=self.surface_normal[which],
             corners=self.corners[first:end],
             owner=self.owner[first:end] - which.start,
+            source=self.source[first:end],
             triangle=self.triangle[some] - first,
             axes=self.axes[which],
             start=self.start[which],
@@ -197,12 +201,21 @@ def sample_surfaces(
         normals[largest],
         corners,
         owner.astype(np.int64),
+        _find_sources(scene, soup.part)[kept][order],
         triangle.astype(np.int64),
         axes,
         start,
         cells.astype(np.int64),
         float(spacing),
     )
+
+
+def _find_sources(scene: Scene, part: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return the faces in ``scene.triangles()`` of the triangles of some whole parts."""
+    first = np.cumsum([0, *(len(each.mesh.faces) for each in scene.parts)])
+    _, begin, which = np.unique(part, return_index=True, return_inverse=True)
+    sources: NDArray[np.int64] = first[part] + np.arange(len(part)) - begin[which]
+    return sources
 
 
 def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:

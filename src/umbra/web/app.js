@@ -7,6 +7,7 @@ import { isDate, nameZone, tellMinutes } from "./clock.js";
 import { Daylight } from "./daylight.js";
 import { el, fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
+import { layHours } from "./hours.js";
 import { unpackModel } from "./model.js";
 import { Orbit } from "./orbit.js";
 import { findShown, listThings, makeParts } from "./parts.js";
@@ -22,16 +23,9 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./state.js').State} State */
-/** @typedef {import('./types.js').Overlay} Overlay */
+/** @typedef {import('./hours.js').Hours} Hours */
 
 /**
- * @typedef {object} Hours results of a study
- * @property {string} title
- * @property {number[][]} ramp colours from 0 to most, sRGB 0 to 255
- * @property {number} most [h]
- * @property {string} note
- * @property {{image: string, extent: [number, number, number, number], onModel: boolean} | null} plan
- *
  * @typedef {object} Config
  * @property {string} name of the model, for files
  * @property {string} title
@@ -293,18 +287,10 @@ export class App {
   }
 
   async #layHours() {
-    const { renderer } = this.stage, { hours } = this.config;
-    /** @type {Overlay | null} */
-    let overlay = null;
-    if (hours && this.state.hasHours && hours.plan) {
-      const image = new Image();
-      image.src = hours.plan.image;
-      await image.decode();
-      if (!this.state.hasHours) return;
-      const { extent, onModel } = hours.plan, [x, y] = this.model.origin;
-      overlay = { plan: { image, extent: [extent[0] - x, extent[1] - y, extent[2] - x, extent[3] - y], onModel }, shaded: false };
-    }
-    renderer.setOverlay(overlay);
+    const { hours } = this.config, isShown = () => hours && this.state.hasHours;
+    const overlay = hours && isShown() ? await layHours(hours, this.model) : null;
+    if (overlay && !isShown()) return;
+    this.stage.renderer.setOverlay(overlay);
     this.redraw();
   }
 }

@@ -99,6 +99,8 @@ export class Model {
     for (const part of this.facePart) this.parts[part].faces += 1;
     /** (faces, 3, 2) octahedral normals in steps, if the file has any */
     this.normals = streams.normals ?? null;
+    /** surface of a study's samples of each face; -1: none */
+    this.surface = (streams.surface ?? new Int32Array(this.faceCount)).map((one) => one - 1);
 
     const { faces, faceCount, places } = this;
     const edges = streams.edge;

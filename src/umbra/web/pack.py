@@ -86,7 +86,9 @@ def _find_step(reach: float) -> float:
     return float(2.0 ** max(needed, -FINEST))
 
 
-def pack_model(scene: Scene, site: Site | None = None) -> bytes:
+def pack_model(
+    scene: Scene, site: Site | None = None, surface: NDArray[np.integer] | None = None
+) -> bytes:
     """
     Pack a scene for the renderer in the browser.
 
@@ -96,6 +98,8 @@ def pack_model(scene: Scene, site: Site | None = None) -> bytes:
         Its geometry is packed as `quantise` returns it.
     site : Site, optional
         Place on earth, for the sun.
+    surface : (n_faces,) int, optional
+        Surface of a study's samples of each face of ``scene.triangles()``; -1 is none.
 
     Returns
     -------
@@ -129,6 +133,8 @@ def pack_model(scene: Scene, site: Site | None = None) -> bytes:
     _add_edges(streams, caster, order)
     if any(part.mesh.normals is not None for part in rounded.parts):
         streams.add("normals", _find_normals(rounded, caster.source[order]))
+    if surface is not None:
+        streams.add("surface", surface[caster.source[order]] + 1, differences=True)
     head = {
         "version": VERSION,
         "step": step,

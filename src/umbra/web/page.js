@@ -1,15 +1,10 @@
 // A whole page of one model, which lies in the page as text.
 
 import { mount } from "./app.js";
+import { decode } from "./packed.js";
 
 /** @param {string} id */
 const read = (id) => document.getElementById(id)?.textContent ?? "";
-
-/**
- * Decode base64.
- * @param {string} text
- */
-const decode = (text) => Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
 
 /** Show the page's model in its element; the page says when it has been drawn. */
 export const show = async () => {

@@ -1,6 +1,8 @@
 // The passes of a view besides its shadow volumes: surfaces, what is lit, sky, results, creases.
 
-import { CELLS, CREASE, ENCODE, FILL, GROUND, RICH_SURFACE, SKY, SURFACE } from './shaders.js';
+import {
+  CREASE, DOT, ENCODE, FILL, GROUND, PATCH, RICH_SURFACE, SKY, SURFACE,
+} from './shaders.js';
 import { scale } from './vectors.js';
 
 /** @typedef {import('./types.js').Overlay} Overlay */
@@ -9,6 +11,15 @@ import { scale } from './vectors.js';
 /** @typedef {import('./device.js').Target} Target */
 /** @typedef {import('./selection.js').Selection} Selection */
 /** @typedef {import('./view.js').Sight} Sight */
+
+/**
+ * Vertices of an overlay: those that are drawn at their fronts, then those at their backs.
+ * @typedef {object} Laid
+ * @property {WebGLVertexArrayObject | null} array
+ * @property {number} outward
+ * @property {number} inward
+ * @property {(WebGLBuffer | null)[]} buffers
+ */
 
 /** Draws into the framebuffer that is bound. */
 export class Passes {
@@ -23,36 +34,91 @@ export class Passes {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     /** @type {Overlay | null} */
     this.overlay = null;
-    /** @type {{array: WebGLVertexArrayObject | null, count: number, buffers: (WebGLBuffer | null)[]} | null} */
-    this.cells = null;
+    this.squares = gl.createTexture();
+    /** @type {Laid | null} the faces of `overlay.patches` */
+    this.patches = null;
+    /** @type {Laid | null} */
+    this.dots = null;
   }
 
   /** @param {Overlay | null} overlay */
   setOverlay(overlay) {
     const { device } = this;
     const { gl } = device;
+    if (overlay?.patches !== this.overlay?.patches) this.patches = this.layPatches(overlay?.patches);
+    this.dots = this.free(this.dots);
     this.overlay = overlay;
-    this.deleteCells();
     if (overlay?.plan) {
       const filter = overlay.plan.smooth ? gl.LINEAR : gl.NEAREST;
-      gl.bindTexture(gl.TEXTURE_2D, this.plan);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, overlay.plan.image);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+      this.begin(this.plan, filter);
+      const { image } = overlay.plan;
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
     }
-    if (overlay?.cells) {
-      const { positions, colors, faces } = overlay.cells;
-      const [place, color] = [device.makeBuffer(positions), device.makeBuffer(colors)];
-      const indices = device.makeBuffer(faces, gl.ELEMENT_ARRAY_BUFFER);
-      const array = device.makeArray(
-        CELLS,
-        { place: [place, 3, gl.FLOAT, 12, 0], color: [color, 4, gl.UNSIGNED_BYTE, 4, 0] },
-        indices,
+    if (overlay?.patches) {
+      const { wide, high, pixels } = overlay.patches, bytes = new Uint8Array(pixels.buffer);
+      this.begin(this.squares, gl.NEAREST);
+      gl.texImage2D(
+        gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, wide, high, 0, gl.RGBA, gl.UNSIGNED_BYTE, bytes,
       );
-      this.cells = { array, count: faces.length, buffers: [place, color, indices] };
     }
+    if (overlay?.dots) {
+      const { positions, colors } = overlay.dots;
+      const buffers = [device.makeBuffer(positions), device.makeBuffer(colors)];
+      const array = device.makeArray(
+        DOT,
+        { place: [buffers[0], 3, gl.FLOAT, 12, 0], paint: [buffers[1], 4, gl.UNSIGNED_BYTE, 4, 0] },
+        null,
+      );
+      this.dots = { array, outward: positions.length / 3, inward: 0, buffers };
+    }
+  }
+
+  /**
+   * Bind a texture that takes a picture.
+   * @param {WebGLTexture | null} texture
+   * @param {number} filter
+   */
+  begin(texture, filter) {
+    const { gl } = this.device;
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  }
+
+  /**
+   * Put the faces of patches on the card.
+   * @param {import('./patches.js').Patches} [patches]
+   * @returns {Laid | null}
+   */
+  layPatches(patches) {
+    const { device } = this, { gl } = device;
+    this.free(this.patches);
+    if (!patches) return null;
+    const { vertices, outward, inward } = patches.makeVertices();
+    const buffer = device.makeBuffer(vertices);
+    const array = device.makeArray(
+      PATCH,
+      {
+        place: [buffer, 3, gl.FLOAT, 36, 0],
+        spot: [buffer, 2, gl.FLOAT, 36, 12],
+        within: [buffer, 4, gl.FLOAT, 36, 20],
+      },
+      null,
+    );
+    return { array, outward, inward, buffers: [buffer] };
+  }
+
+  /**
+   * Free what an overlay has on the card.
+   * @param {Laid | null} laid
+   */
+  free(laid) {
+    const { gl } = this.device;
+    gl.deleteVertexArray(laid?.array ?? null);
+    for (const buffer of laid?.buffers ?? []) gl.deleteBuffer(buffer);
+    return null;
   }
 
   /**
@@ -150,7 +216,7 @@ export class Passes {
   }
 
   /**
-   * Draw creases and coloured cells over the surfaces.
+   * Draw results, creases and points over the surfaces.
    * @param {Selection} stage
    * @param {Sight} sight
    * @param {Record<string, any>} common
@@ -163,18 +229,44 @@ export class Passes {
     gl.depthFunc(device.nearer);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    if (this.cells) {
-      device.use(CELLS).set(common);
-      gl.bindVertexArray(this.cells.array);
-      gl.drawElements(gl.TRIANGLES, this.cells.count, gl.UNSIGNED_INT, 0);
-    }
+    const pixels = sight.rows / 2 / sight.half;
+    if (this.patches) this.drawPatches(this.patches, common);
     if (style.edges) {
-      const pixels = sight.rows / 2 / sight.half;
       device.use(CREASE).set({ ...common, pixels, ink: [...style.edge, 0.65] });
       gl.bindVertexArray(stage.creases);
       gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
     }
+    if (this.dots) {
+      const size = this.overlay?.dots?.size ?? 0;
+      gl.bindVertexArray(this.dots.array);
+      // Points behind something are seen faintly through it.
+      for (const opacity of [0.3, 1]) {
+        gl.depthFunc(opacity < 1 ? gl.ALWAYS : device.nearer);
+        device.use(DOT).set({ ...common, pixels, size, opacity });
+        gl.drawArrays(gl.POINTS, 0, this.dots.outward);
+      }
+    }
     gl.disable(gl.BLEND);
+  }
+
+  /**
+   * Draw the squares of walls and roofs on their outward sides.
+   * @param {Laid} patches
+   * @param {Record<string, any>} common
+   */
+  drawPatches({ array, outward, inward }, common) {
+    const { device } = this, { gl } = device;
+    gl.bindTexture(gl.TEXTURE_2D, this.squares);
+    gl.depthFunc(device.notFarther); // in the winding of the surface: its depth to the last bit
+    gl.enable(gl.CULL_FACE);
+    device.use(PATCH).set(common);
+    gl.bindVertexArray(array);
+    gl.cullFace(gl.BACK);
+    gl.drawArrays(gl.TRIANGLES, 0, outward);
+    gl.cullFace(gl.FRONT);
+    gl.drawArrays(gl.TRIANGLES, outward, inward);
+    gl.disable(gl.CULL_FACE);
+    gl.depthFunc(device.nearer);
   }
 
   /**
@@ -219,19 +311,11 @@ export class Passes {
     return bytes;
   }
 
-  deleteCells() {
-    const { gl } = this.device;
-    if (!this.cells) return;
-    gl.deleteVertexArray(this.cells.array);
-    for (const buffer of this.cells.buffers) gl.deleteBuffer(buffer);
-    this.cells = null;
-  }
-
   delete() {
     const { gl } = this.device;
-    this.deleteCells();
+    this.free(this.patches);
+    this.free(this.dots);
     gl.deleteVertexArray(this.nothing);
-    gl.deleteTexture(this.plan);
-    gl.deleteTexture(this.blank);
+    for (const texture of [this.plan, this.blank, this.squares]) gl.deleteTexture(texture);
   }
 }

@@ -240,33 +240,71 @@ void main() {
 }`,
 };
 
-/** Coloured triangles on faces: results on walls and roofs. */
-export const CELLS = {
+/** Results on walls and roofs: a picture of squares on the faces, which have their own depth. */
+export const PATCH = {
   vertex: `${HEAD}${PLACE}
 in vec3 place;
-in vec4 color;
+in vec2 spot;                    // in squares
+in vec4 within;                  // the first and the last square of the surface
 uniform vec4 cut;
-uniform vec3 forward;
-uniform bool isPerspective;
-out vec4 paint;
+out vec2 at;
+flat out vec4 rectangle;
 out float kept;
 void main() {
-  vec3 at = fromEye(place);
-  vec3 lifted = isPerspective ? at * (1.0 - 2e-4) : at - 2e-4 * dot(at, forward) * forward;
-  gl_Position = projection * vec4(lifted, 1.0);
-  paint = color;
-  kept = dot(cut.xyz, at) + cut.w;
+  vec3 from = fromEye(place);
+  gl_Position = projection * vec4(from, 1.0);
+  at = spot;
+  rectangle = within;
+  kept = dot(cut.xyz, from) + cut.w;
 }`,
   fragment: `${HEAD}
-in vec4 paint;
+in vec2 at;
+flat in vec4 rectangle;
 in float kept;
+uniform sampler2D overlay;
 uniform float opacity;
 out vec4 color;
 void main() {
   if (kept < 0.0) discard;
-  vec3 linear = mix(paint.rgb / 12.92, pow((paint.rgb + 0.055) / 1.055, vec3(2.4)),
-    step(0.04045, paint.rgb));
-  color = vec4(linear, paint.a * opacity);
+  vec2 square = clamp(floor(at), rectangle.xy, rectangle.zw);
+  vec4 laid = texelFetch(overlay, ivec2(square), 0);
+  color = vec4(laid.rgb, laid.a * opacity);
+}`,
+};
+
+/** Results at points: discs that face the eye, lifted off the surfaces on which they lie. */
+export const DOT = {
+  vertex: `${HEAD}${PLACE}
+in vec3 place;
+in vec4 paint;
+uniform vec4 cut;
+uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
+uniform float size;              // of a disc [pixels]
+uniform bool isPerspective;
+uniform vec3 forward;
+out vec4 ink;
+out float kept;
+void main() {
+  vec3 at = fromEye(place);
+  float depth = dot(at, forward);
+  float lift = 1.5 * size / pixels; // in distances, or metres
+  at = isPerspective ? at * max(1.0 - lift, 0.5) : at - lift * forward;
+  gl_Position = projection * vec4(at, 1.0);
+  gl_PointSize = size;
+  ink = paint;
+  kept = dot(cut.xyz, at) + cut.w;
+}`,
+  fragment: `${HEAD}
+in vec4 ink;
+in float kept;
+uniform float opacity, size;
+out vec4 color;
+void main() {
+  float from = length(gl_PointCoord - 0.5) * size;
+  if (kept < 0.0 || from > 0.5 * size) discard;
+  vec3 linear = mix(ink.rgb / 12.92, pow((ink.rgb + 0.055) / 1.055, vec3(2.4)),
+    step(0.04045, ink.rgb));
+  color = vec4(mix(linear, vec3(0.012), step(0.5 * size - 1.5, from)), opacity);
 }`,
 };
 

@@ -37,16 +37,17 @@
  */
 
 /**
- * Results on surfaces. `plan` is a picture laid from above on the ground plane and, where
- * `onModel`, on all faces that look up; row 0 is its north edge, alpha 0 shows the surface.
- * `cells` are coloured triangles that lie on faces (walls, roofs).
+ * Results. `plan` is a picture laid from above on the ground plane and, where `onModel`, on all faces
+ * that look up; row 0 is its north edge, alpha 0 shows the surface. `patches` are squares on the
+ * outward sides of walls and roofs. `dots` are discs at points, in pixels across.
  * @typedef {object} Overlay
  * @property {{image: TexImageSource, extent: [number, number, number, number], onModel?: boolean,
  *   smooth?: boolean}} [plan] extent: xmin, ymin, xmax, ymax [m]
- * @property {{positions: Float32Array, colors: Uint8Array, faces: Uint32Array}} [cells]
- *   positions (n, 3), colors (n, 4) sRGB and alpha, faces (m, 3)
+ * @property {import('./patches.js').Patches} [patches]
+ * @property {{positions: Float32Array, colors: Uint8Array, size: number}} [dots] positions (n, 3),
+ *   colors (n, 4) sRGB and alpha
  * @property {number} [opacity] by default 1
- * @property {boolean} [shaded] whether light and shadow still show; by default true
+ * @property {boolean} [shaded] whether light and shadow still show on a plan; by default true
  */
 
 /**

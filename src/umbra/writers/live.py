@@ -1,67 +1,133 @@
-"""A study in the live page: its hours as colours on the ground and on roofs, and its sun."""
+"""A study in the live page: its hours as colours on the model and at points, and its sun."""
 
 import base64
 import datetime as dt
 import io
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study import Study, tell_dates
+from umbra.writers.packing import pack, pack_grids
 from umbra.writers.pixels import resample, shade_ramp
 
-__all__ = ["clear_ground", "make_hours", "make_study_config"]
+__all__ = ["clear_ground", "find_face_surfaces", "make_hours", "make_study_config"]
 
 _LARGEST = 2048  # cells along a side; every device has textures of as many
-_CLEAR = 255  # index of cells without a value
+_CLEAR = 255  # level of receivers without a value
+_STEPS = 64  # colours of the key, between which the page blends
 _HAIR = 2e-4  # of the model's diagonal: as far apart a browser's depths tell two surfaces
 
 
 def make_hours(study: Study) -> dict[str, object]:
     """
-    Describe the hours of a plan, as ``Hours`` of ``umbra/web/app.js``.
+    Describe a study's hours, as ``Hours`` of ``umbra/web/app.js``.
 
     Raises
     ------
     InputError
-        If the study's receivers are not seen from above.
+        If the study's receivers are pixels of a view.
     """
-    if not study.is_plan:
+    if study.kind.is_raster and not study.is_plan:
         msg = (
-            f"hours on receivers '{study.receivers}' cannot be laid on a model in a browser; "
-            "count receivers='ground' or 'top', or look at the study's report"
+            f"hours on receivers '{study.receivers}' cannot be laid on a model in a browser; count "
+            "receivers='ground', 'top', 'surfaces' or 'points', or look at the study's report"
         )
         raise InputError(msg, option="study")
-    hours = np.asarray(study.shadow_hours, np.float32)
-    if max(hours.shape) > _LARGEST:
-        times = _LARGEST / max(hours.shape)
-        rows, cols = (max(1, round(side * times)) for side in hours.shape)
-        hours = resample(hours, (rows, cols))
-    most = max(study.up_hours, 1e-9)
-    share = np.clip(np.nan_to_num(hours) / most, 0, 1)
-    index = np.where(np.isnan(hours), _CLEAR, np.rint(share * (_CLEAR - 1))).astype(np.uint8)
-    ramp = np.rint(shade_ramp(_CLEAR) * 255).astype(np.uint8)
-    picture = Image.fromarray(index[::-1].copy(), "P")
-    picture.putpalette(ramp.tobytes())
+    what = f"cells of {study.grid.dx:.3g} m" if study.is_plan else _count(study)
+    return {
+        "title": f"Hours in shadow, {tell_dates(study)}",
+        "ramp": np.rint(shade_ramp(_STEPS) * 255).astype(int).tolist(),
+        "most": float(study.up_hours),
+        "note": f"Of {study.up_hours:.1f} h with the sun up; {what}.",
+        "plan": _make_plan(study) if study.is_plan else None,
+        "samples": None if study.is_plan else _make_samples(study),
+    }
+
+
+def _count(study: Study) -> str:
+    """Count the samples of a study, and say how far they are apart."""
+    count = len(study.shadow_hours)
+    if study.samples is None:
+        return f"{count:,} point{'' if count == 1 else 's'}"
+    return f"{count:,} samples, {study.samples.spacing:.3g} m apart"
+
+
+def _find_shares(study: Study) -> NDArray[np.float32]:
+    """Return the hours as shares of those with the sun up, 0 to 1, NaN where there are none."""
+    return np.clip(np.asarray(study.shadow_hours, np.float32) / max(study.up_hours, 1e-9), 0, 1)
+
+
+def _make_plan(study: Study) -> dict[str, object]:
+    """Draw the hours of a plan, as ``plan`` of ``Hours``."""
+    share = _find_shares(study)
+    if max(share.shape) > _LARGEST:
+        times = _LARGEST / max(share.shape)
+        rows, cols = (max(1, round(side * times)) for side in share.shape)
+        share = resample(share, (rows, cols))
+    picture = Image.fromarray(_count_levels(share)[::-1].copy(), "P")
+    picture.putpalette(np.rint(shade_ramp(_CLEAR) * 255).astype(np.uint8).tobytes())
     stream = io.BytesIO()
     picture.save(stream, "PNG", optimize=True, transparency=_CLEAR)
-    grid = study.grid
-    half = np.array([grid.dx, grid.dy]) / 2
+    half = np.array([study.grid.dx, study.grid.dy]) / 2
     low = np.array([study.x[0], study.y[0]]) - half
     high = np.array([study.x[-1], study.y[-1]]) + half
     return {
-        "title": f"Hours in shadow, {tell_dates(study)}",
-        "ramp": np.rint(shade_ramp(16) * 255).astype(int).tolist(),
-        "most": float(study.up_hours),
-        "note": f"Of {study.up_hours:.1f} h with the sun up; cells of {grid.dx:.3g} m.",
-        "plan": {
-            "image": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}",
-            "extent": [*low.tolist(), *high.tolist()],
-            "onModel": not study.kind.lies_under_roofs,
-        },
+        "image": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}",
+        "extent": [*low.tolist(), *high.tolist()],
+        "onModel": not study.kind.lies_under_roofs,
     }
+
+
+def _count_levels(share: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Return shares in 255 levels, `_CLEAR` where there is none."""
+    levels = np.rint(np.nan_to_num(share) * (_CLEAR - 1))
+    return np.where(np.isnan(share), _CLEAR, levels).astype(np.uint8)
+
+
+def _make_samples(study: Study) -> dict[str, object]:
+    """Pack the hours of samples of surfaces, or of points, as ``samples`` of ``Hours``."""
+    levels, origin = _count_levels(_find_shares(study)), study.model.scene.origin
+    middle = np.round(study.model.scene.bounds().mean(0)) - origin
+    packed: dict[str, object]
+    if study.samples is None:
+        points = study.places.points - origin - middle
+        packed = {"points": pack(points.astype("<f4").tobytes())}
+    else:
+        packed, kept = pack_grids(study.samples, middle)
+        levels = levels[kept]
+    return {"origin": (origin + middle).tolist(), "levels": pack(levels.tobytes()), **packed}
+
+
+def find_face_surfaces(study: Study | None, scene: Scene) -> NDArray[np.int64] | None:
+    """
+    Find the sampled surface of each face of ``scene.triangles()``, -1 where there is none.
+
+    None is returned for a study without samples of surfaces.
+
+    Raises
+    ------
+    InputError
+        If the study's samples are not of this scene.
+    """
+    if study is None or study.kind.is_raster or study.samples is None:
+        return None
+    soup, own = scene.triangles(), study.model.scene.triangles()
+    same = len(soup.faces) == len(own.faces) and np.allclose(
+        scene.bounds(), study.model.scene.bounds(), rtol=0, atol=1e-3
+    )
+    if not same:
+        msg = (
+            f"the study's samples lie on another model, of {len(own.faces):,} triangles, and this "
+            f"scene has {len(soup.faces):,}; show the scene that was studied"
+        )
+        raise InputError(msg, option="study")
+    surface = np.full(len(soup.faces), -1)
+    surface[study.samples.source] = study.samples.owner
+    return surface
 
 
 def clear_ground(scene: Scene, height: float, *, is_above: bool) -> float:
@@ -95,7 +161,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
     noon = int(np.argmax(study.period.sun.altitude[study.period.day_of_step == 0]))
     when = study.steps.local()[noon]
     low, high = scene.bounds()
-    hours = make_hours(study) if study.is_plan else None
+    is_raster = study.kind.is_raster and not study.is_plan
     return {
         "name": title,
         "title": title,
@@ -117,7 +183,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "ground": _find_ground(study),
         "proposed": [],
         "notes": [],
-        "hours": hours,
+        "hours": None if is_raster else make_hours(study),
         "hasLink": False,
         "takesWheel": False,
         "poster": "",

@@ -11,13 +11,17 @@ import base64
 import os
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 import orjson
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.scene import Mesh, Scene
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.timeline import (
     Instants,
@@ -28,10 +32,9 @@ from umbra.study.timeline import (
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
-from umbra.writers.live import make_study_config
+from umbra.writers.live import find_face_surfaces, make_study_config
 from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.data import (
-    MOST_TRIANGLES,
     make_model_data,
     make_plan_data,
     tell_model,
@@ -52,9 +55,11 @@ from umbra.writers.report.tables import find_comparisons, find_figures, find_sun
 
 __all__ = ["Table", "write_report"]
 
+MOST_TRIANGLES = 400_000
+"""Most triangles of the model of a picture; of more there is no live model."""
 COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "plan")
-MODEL = ("camera", "receivers", "model", "turn")
+MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "stage", "main", "live")
 _WORDS = {
     "plan": {
@@ -136,22 +141,44 @@ def write_report(
 
 
 def _make_live(study: Study, plan: Plan) -> tuple[dict[str, str], str]:
-    """Return the parts of the live model, and its modules as one function; empty without one."""
-    scene = study.model.scene
-    without = dict.fromkeys(("live", "live_config", "live_block", "live_style"), ""), ""
-    if sum(len(part.mesh.faces) for part in scene.parts) > MOST_TRIANGLES:
-        return without
+    """Return the parts of the live model, and its modules as one object; empty without one."""
+    scene, surface = study.model.scene, find_face_surfaces(study, study.model.scene)
+    count = sum(len(part.mesh.faces) for part in scene.parts)
+    if count > MOST_TRIANGLES:
+        scene, surface = _keep_largest(scene, surface)
+    own = f"const kit = (() => {{\n{bundle('kit')}\nreturn $kit;\n}})();"
     try:
-        block = pack_model(scene, study.site)
+        block = pack_model(scene, study.site, surface)
     except InputError:  # no triangle can be drawn
-        return without
+        return dict.fromkeys(("live", "live_config", "live_block", "live_style"), ""), own
     config = make_study_config(study, plan.title, f"{plan.date} · {plan.place}")
     return {
-        "live": _read("live.html"),
+        "live": _read("live.html") if count <= MOST_TRIANGLES else "",
         "live_config": orjson.dumps(config).decode().replace("<", "\\u003c"),
         "live_block": base64.b64encode(block).decode(),
         "live_style": read_asset("page.css"),
-    }, f"const mountLive = (() => {{\n{bundle('app')}\nreturn $app.mount;\n}})();"
+    }, own
+
+
+def _keep_largest(
+    scene: Scene, surface: NDArray[np.int64] | None
+) -> tuple[Scene, NDArray[np.int64] | None]:
+    """Keep `MOST_TRIANGLES` of a scene and their surfaces: sampled ones, then the largest."""
+    soup = scene.triangles()
+    corners = soup.vertices[soup.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    rest = np.zeros(len(soup.faces), np.bool_) if surface is None else surface < 0
+    order = np.lexsort((-np.linalg.norm(normal, axis=1), rest))
+    kept = np.zeros(len(soup.faces), np.bool_)
+    kept[order[:MOST_TRIANGLES]] = True
+    ends = np.cumsum([0, *(len(part.mesh.faces) for part in scene.parts)])
+    parts = []
+    for part, first, end in zip(scene.parts, ends[:-1], ends[1:], strict=True):
+        if kept[first:end].any():
+            mesh = part.mesh
+            own = Mesh(mesh.vertices, mesh.faces[kept[first:end]], mesh.normals)
+            parts.append(replace(part, mesh=own))
+    return replace(scene, parts=tuple(parts)), None if surface is None else surface[kept]
 
 
 def _fill_page(

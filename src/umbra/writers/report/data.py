@@ -12,24 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from umbra.receivers.samples import Samples
 from umbra.study import Study
 from umbra.study.timeline import LONGEST_VIEW, Instants, Timeline
 from umbra.writers.edges import find_appearance
+from umbra.writers.packing import pack, pack_differences, pack_grids, pack_hours
 from umbra.writers.plan import Appearance, Plan, shade_roofs
 from umbra.writers.report.markup import Pin, make_address
-from umbra.writers.report.packed import (
-    make_common_data,
-    pack,
-    pack_differences,
-    pack_hours,
-    tell_steps,
-)
-from umbra.writers.surfaces_glb import lay_out_facades
+from umbra.writers.report.packed import make_common_data, tell_steps
 
 __all__ = [
-    "MOST_SQUARES",
-    "MOST_TRIANGLES",
     "make_model_data",
     "make_plan_data",
     "tell_model",
@@ -40,12 +31,6 @@ _BRIGHT, _SHADED, _INK = 0.9, 0.26, 0.7  # of a view's surfaces, their shade, an
 _VEIL = 0.06  # of the hours' colours, the deepest shade: they stay nearest to their own
 _FINE = 0.1  # cell size below which positions have centimetres [m]
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
-MOST_SQUARES = 1_500_000
-"""Of all surfaces together; finer samples are not all shown."""
-MOST_TRIANGLES = 400_000
-"""Most triangles of the model; unsampled surfaces are left out first, then the smallest."""
-_GROUND, _CONTEXT = -2, -1  # as a triangle's surface
-_MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 
 
 def make_plan_data(
@@ -158,8 +143,12 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
             "normals": pack(study.places.normals.astype("<f4").tobytes()),
         }
     else:
-        grids, kept = _pack_grids(samples, middle)
-        more = {**grids, **_list_surfaces(study)}
+        grids, kept = pack_grids(samples, middle)
+        more = {
+            **grids,
+            "sample_surface": pack_differences(samples.surface[kept]),
+            **_list_surfaces(study),
+        }
     if instants.behind is not None:
         more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1])[kept])
     places = study.places.points[kept] - scene.origin - middle
@@ -171,8 +160,7 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
         "north": study.site.true_north,
         **make_common_data(study, instants, kept if len(kept) < len(study.shadow_hours) else None),
         "hours": pack_hours(study.shadow_hours[kept]),
-        "positions": pack_differences(_to_millimetres(places).T),
-        **_pack_triangles(study, middle),
+        "positions": pack_differences(np.rint(places.T * 1000).astype(np.int64)),
         **more,
     }
 
@@ -188,29 +176,6 @@ def tell_model(study: Study, instants: Instants, data: dict[str, object]) -> str
     return words + tell_steps(study, instants, own_hours=True)
 
 
-def _to_millimetres(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    return np.rint(points * 1000).astype(np.int64)
-
-
-def _pack_grids(
-    samples: Samples, middle: NDArray[np.float64]
-) -> tuple[dict[str, object], NDArray[np.int64]]:
-    """Pack each surface's squares; return also the samples that any of them shows."""
-    layout = lay_out_facades(samples, MOST_SQUARES)
-    kept, table = np.unique(layout.sample, return_inverse=True)
-    floats = np.zeros((len(samples.part), 9), "<f4")
-    floats[:, :6] = samples.axes.reshape(-1, 6)
-    # Coordinates in the plane from the first square's corner, of places about the middle.
-    floats[:, 6:8] = samples.axes @ middle - samples.start + samples.spacing / 2
-    floats[:, 8] = layout.side
-    return {
-        "grids": pack(floats.tobytes()),
-        "grid_shape": pack_differences(layout.shape),
-        "grid_samples": pack_differences(table),
-        "sample_surface": pack_differences(samples.surface[kept]),
-    }, kept
-
-
 def _list_surfaces(study: Study) -> dict[str, object]:
     """List names of parts, and orientations of surfaces."""
     arrays = {name: array for name, (_, array) in study.more.items() if name != "in_shadow"}
@@ -224,41 +189,3 @@ def _list_surfaces(study: Study) -> dict[str, object]:
             "tilt": np.round(arrays["surface_tilt"], 1).tolist(),
         },
     }
-
-
-def _pack_triangles(study: Study, middle: NDArray[np.float64]) -> dict[str, object]:
-    """Pack the model: sampled surfaces, their surroundings, and a ground."""
-    scene, soup = study.model.scene, study.model.soup
-    around = np.ones(len(soup.faces), np.bool_)
-    corners, surface = np.zeros((0, 3, 3)), np.zeros(0, np.int64)
-    if study.samples is not None:
-        corners, surface = study.samples.corners, study.samples.owner
-        around = ~np.isin(soup.part, study.samples.part)
-    rest = soup.vertices[soup.faces[around]]
-    low, high = scene.bounds() - scene.origin
-    level = low[2] if scene.ground is None else min(scene.ground - scene.origin[2], high[2])
-    reach = _MARGIN * max(high[0] - low[0], high[1] - low[1])
-    (west, south), (east, north) = low[:2] - reach, high[:2] + reach
-    square = np.array([(west, south), (east, south), (east, north), (west, north)])
-    plane = np.column_stack([square, np.full(4, level - 0.02)])[[[0, 1, 2], [0, 2, 3]]]
-    if len(corners) + len(rest) > MOST_TRIANGLES:
-        if len(corners) > MOST_TRIANGLES:
-            kept = _find_largest(corners, MOST_TRIANGLES)
-            corners, surface = corners[kept], surface[kept]
-        rest = rest[_find_largest(rest, MOST_TRIANGLES - len(corners))]
-    triangles = np.concatenate([corners, rest, plane])
-    owner = np.concatenate([surface, np.full(len(rest), _CONTEXT), [_GROUND, _GROUND]])
-    flat = _to_millimetres(triangles.reshape(-1, 3) - middle)
-    vertices, faces = np.unique(flat, axis=0, return_inverse=True)
-    return {
-        "vertices": pack_differences(vertices.T),
-        "faces": pack_differences(faces.ravel()),
-        "face_surface": pack_differences(owner),
-    }
-
-
-def _find_largest(corners: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Return the largest triangles, in their order."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    largest = np.argsort(-np.linalg.norm(normal, axis=1), kind="stable")[:count]
-    return np.sort(largest)

@@ -1,8 +1,6 @@
-"""Data of both kinds of page: the steps' clock and sun, and numbers packed into text."""
+"""Data of both kinds of page: the steps' clock and sun, and masks."""
 
-import base64
 import datetime as dt
-import zlib
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,35 +9,16 @@ from umbra.study import Study
 from umbra.study.lights import Period
 from umbra.study.timeline import Instants
 from umbra.sun.clock import Stamps
+from umbra.writers.packing import pack
 from umbra.writers.pixels import shade_ramp
 
 __all__ = [
     "make_common_data",
-    "pack",
-    "pack_differences",
-    "pack_hours",
     "tell_left_out",
     "tell_steps",
 ]
 
 _MICROSECONDS = 1_000_000
-
-
-def pack(data: bytes) -> str:
-    """Compress bytes and write them as text."""
-    # Level 9 takes ten times as long on a day's masks, and saves 4 percent.
-    return base64.b64encode(zlib.compress(data, 6)).decode()
-
-
-def pack_differences(values: NDArray[np.integer]) -> str:
-    """Pack whole numbers, each as its difference to the one before; they must fit in int32."""
-    flat = np.asarray(values, np.int64).ravel()
-    return pack(np.diff(flat, prepend=0).astype("<i4").tobytes())
-
-
-def pack_hours(hours: NDArray[np.floating]) -> str:
-    """Pack hours in float32, 0 where nothing receives."""
-    return pack(np.nan_to_num(hours).astype("<f4").tobytes())
 
 
 def make_common_data(

@@ -5,8 +5,7 @@ try {
   picture = data.kind === "plan" ? await makePlan() : await makeModel();
 } catch (error) {
   $("trouble").textContent =
-    "This browser cannot unpack the picture (" + error.message + "); one of 2023 or later can. " +
-    "The tables and pictures below are complete.";
+    "This browser cannot draw the picture (" + error.message + "). The tables and pictures below are complete.";
   $("trouble").hidden = false;
 }
 if (picture) stage = makeStage(picture);

@@ -4,18 +4,8 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const $ = (id) => document.getElementById(id);
 const { steps, ramp } = data;
 const n = steps.start.length;
+const { decode, inflate, unpack, packColor: color } = kit;
 
-const inflate = async (text) => {
-  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).arrayBuffer();
-};
-const unpack = async (text) => {
-  // Whole numbers, each as its difference to the one before.
-  const values = new Int32Array(await inflate(text));
-  for (let i = 1; i < values.length; i++) values[i] += values[i - 1];
-  return values;
-};
 const load = (address) =>
   new Promise((done, failed) => {
     const image = new Image();
@@ -104,9 +94,6 @@ const makeMasks = async (count) => {
 
 // ---- colours of pixels, as a canvas keeps them
 
-const little = new Uint8Array(new Uint32Array([1]).buffer)[0] === 1;
-const color = (r, g, b, a = 255) =>
-  (little ? (a << 24) | (b << 16) | (g << 8) | r : (r << 24) | (g << 16) | (b << 8) | a) >>> 0;
 const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
 const colorOf = (hours, most) =>
   rampColors[Math.min(ramp.length - 1, Math.round((hours / (most || 1)) * (ramp.length - 1)))];

@@ -1,109 +1,64 @@
 // A model that turns, its samples or points coloured, and read where one points.
 
+const EYE = 4;  // where rays begin, in sizes of the model from its middle
+const OFF = 0.05;  // from a receiver to where a ray toward the eye begins [m]
+const LAMP = [-0.35, 0.2, 0.8];  // the light's direction: nothing casts a shadow here
+
 const makeModel = async () => {
-  const model = await readModel(), receivers = await readReceivers();
-  const raster = makeRaster(model), eye = makeCamera(), { camera } = eye;
-  const { isSampled, colors, place, count } = receivers;
+  const model = await kit.unpackModel(decode($("live-block").textContent));
+  const receivers = await readReceivers(model), { isSampled, colors, place, count, patches } = receivers;
+  for (const part of model.parts) part.color = [0.6, 0.6, 0.58];
   const map = $("map"), pen = map.getContext("2d"), signs = makeSigns(pen, map);
-  const sheet = document.createElement("canvas"), sheetPen = sheet.getContext("2d");
+  const sheet = document.createElement("canvas"), shot = document.createElement("canvas"), shotPen = shot.getContext("2d");
+  const renderer = new kit.Renderer(sheet, model, { style: { background: false } });
+  renderer.setParts(new Uint8Array(model.parts.length), null);
+  renderer.setLights([{ direction: LAMP }]);
+  const eye = makeCamera(), { camera } = eye, [low, high] = model.bounds;
+  const far = EYE * Math.hypot(...high.map((v, k) => v - low[k]));
+  const positions = Float32Array.from({ length: 3 * count }, (_, i) => (isSampled ? 0 : place(Math.floor(i / 3))[i % 3]));
   map.classList.add("turns");
-  let image = null, pixels = null, samples = null, seen = null, coarse = 1, current = null;
+  let aim = null, coarse = 1, current = null, isStale = true;
 
-  // ---- what is not sampled, and the lines between faces of different planes
-
-  const greys = new Uint32Array(model.surface.length), keys = new Int32Array(model.surface.length);
-  for (let f = 0; f < greys.length; f++) {
-    const [x, y, z] = model.normals.subarray(3 * f, 3 * f + 3);
-    const light = 0.72 + 0.2 * Math.abs(z * 0.8 - x * 0.35 + y * 0.2);
-    const grey = Math.round(255 * Math.min(0.93, light));
-    const s = model.surface[f];
-    greys[f] = s === GROUND ? color(243, 241, 234) : color(grey, grey, grey);
-    keys[f] = s >= 0 ? s : -3 - Math.round((x + 1) * 50) * 10201 - Math.round((y + 1) * 50) * 101 - Math.round((z + 1) * 50);
-    if (s === GROUND) keys[f] = GROUND;
-  }
-  const PAPER = color(255, 255, 255), BACK = color(168, 166, 162);
-
+  const aimAt = () => {
+    sheet.width = Math.max(1, Math.round(map.width / coarse));
+    sheet.height = Math.max(1, Math.round(map.height / coarse));
+    aim = eye.aim(sheet.width, sheet.height, dotOf() / coarse);
+    const { toward, up, scale } = aim, from = camera.middle.map((v, k) => v + far * toward[k]);
+    const near = Math.max(far - camera.near, 1e-3);
+    renderer.setCamera({ eye: from, target: [...camera.middle], up, height: sheet.height / scale, near });
+  };
   const render = () => {
-    const wide = Math.max(1, Math.round(map.width / coarse)), high = Math.max(1, Math.round(map.height / coarse));
-    raster.resize(wide, high);
-    if (!image || image.width !== wide || image.height !== high) {
-      sheet.width = wide; sheet.height = high;
-      image = sheetPen.createImageData(wide, high);
-      pixels = new Uint32Array(image.data.buffer);
-      samples = new Int32Array(wide * high);
-    }
-    const aim = eye.aim(wide, high, dotOf() / coarse);
-    seen = { ...raster.render(aim, camera.near), aim };
-    const pick = isSampled ? receivers.grids.make(aim, camera.middle) : null;
-    const facing = new Uint8Array(model.surface.length);
-    for (let f = 0; f < facing.length; f++) {
-      const [x, y, z] = model.normals.subarray(3 * f, 3 * f + 3);
-      facing[f] = x * aim.toward[0] + y * aim.toward[1] + z * aim.toward[2] > 0 ? 1 : 0;
-    }
-    for (let at = 0; at < samples.length; at++) {
-      const f = seen.face[at];
-      samples[at] = -1;
-      if (f < 0 || model.surface[f] < 0 || !facing[f]) continue;
-      const a = ((at % wide) + 0.5 - wide / 2) / aim.scale, b = (high / 2 - 0.5 - Math.floor(at / wide)) / aim.scale;
-      samples[at] = pick(model.surface[f], a, b, seen.depth[at]);
-    }
-  };
-  const halve = (shown) => (((shown >>> 1) & 0x7f7f7f7f) | color(0, 0, 0)) >>> 0;  // in all but alpha
-  const isEdge = (at, next, f, wide) => {
-    // Where planes meet or one stands before another; the ground's own rim is no edge.
-    if (next >= seen.face.length || (next === at + 1 && next % wide === 0)) return false;
-    const g = seen.face[next];
-    const [one, two] = [f < 0 ? GROUND : keys[f], g < 0 ? GROUND : keys[g]];
-    if (one === two) return false;
-    if (one === GROUND || two === GROUND) return true;
-    const N = model.normals;
-    const bend = N[3 * f] * N[3 * g] + N[3 * f + 1] * N[3 * g + 1] + N[3 * f + 2] * N[3 * g + 2];
-    return bend < 0.985 || Math.abs(seen.depth[at] - seen.depth[next]) > 0.3 + 6 / seen.aim.scale;
-  };
-  const fillPixels = () => {
-    const { face, wide } = seen;
-    for (let at = 0; at < samples.length; at++) {
-      const f = face[at];
-      let shown = f < 0 ? PAPER : samples[at] >= 0 ? colors[samples[at]] : model.surface[f] >= 0 ? BACK : greys[f];
-      if (isEdge(at, at + 1, f, wide) || isEdge(at, at + wide, f, wide)) shown = halve(shown);
-      pixels[at] = shown;
-    }
-    sheetPen.putImageData(image, 0, 0);
+    aimAt();
+    const dots = { positions, colors: new Uint8Array(colors.buffer), size: (count <= 3000 ? 11 : 5) * dotOf() / coarse };
+    renderer.setOverlay(isSampled ? { patches } : { dots });
+    renderer.draw();
+    shot.width = sheet.width; shot.height = sheet.height;
+    shotPen.fillStyle = "#ffffff";
+    shotPen.fillRect(0, 0, shot.width, shot.height);
+    shotPen.drawImage(sheet, 0, 0);  // at once: a browser clears what WebGL drew
+    isStale = false;
   };
   const dotOf = () => map.width / (map.clientWidth || map.width);
 
   // ---- points, and the place that is read
 
+  const sampleAt = (x, y) => {
+    const hit = renderer.pick(x, y), surface = hit ? model.surface[hit.face] ?? -1 : -1;
+    if (surface < 0) return -1;
+    const normal = patches.normal(surface), { toward } = aim;
+    const isFront = normal[0] * toward[0] + normal[1] * toward[1] + normal[2] * toward[2] > 0;
+    return isFront ? patches.find(surface, hit.position) : -1;
+  };
   const isHidden = (k) => {
-    const [x, y, d] = seen.aim.project(...place(k)), col = Math.floor(x), row = Math.floor(y);
-    if (col < 0 || row < 0 || col >= seen.wide || row >= seen.high) return true;
-    const at = row * seen.wide + col;
-    return isSampled ? samples[at] !== k && seen.depth[at] > d + 0.3 : seen.depth[at] > d + 0.3 && d <= camera.near;
+    const spot = place(k), { toward } = aim, reach = camera.near - aim.project(...spot)[2] - OFF;
+    const from = spot.map((v, axis) => v + OFF * toward[axis]);
+    return reach > 0 && model.trace(from, toward, { reach }).length > 0;
   };
   const spotOf = (k) => {
-    const [x, y] = seen.aim.project(...place(k));
+    const [x, y] = aim.project(...place(k));
     return [x * coarse, y * coarse];
   };
-  const drawPoints = (dot) => {
-    const few = count <= 3000, size = few ? 5 : 2.5;
-    const css = (c) => (little ? `rgb(${c & 255},${(c >> 8) & 255},${(c >> 16) & 255})` : `rgb(${c >>> 24},${(c >> 16) & 255},${(c >> 8) & 255})`);
-    for (const behind of [true, false]) {
-      for (let k = 0; k < count; k++) {
-        if (isHidden(k) !== behind) continue;
-        const [x, y] = spotOf(k);
-        pen.globalAlpha = behind ? 0.3 : 1;
-        pen.fillStyle = css(colors[k]);
-        if (!few) { pen.fillRect(x - size * dot, y - size * dot, 2 * size * dot, 2 * size * dot); continue; }
-        pen.beginPath();
-        pen.arc(x, y, size * dot, 0, 7);
-        pen.fill();
-        pen.strokeStyle = "#1c1c22";
-        pen.lineWidth = 1.2 * dot;
-        pen.stroke();
-      }
-    }
-    pen.globalAlpha = 1;
-    if (count > 40) return;
+  const drawNames = (dot) => {
     const taken = [];  // a name that would lie over another is left out
     for (let k = 0; k < count; k++) {
       const [x, y] = spotOf(k), wide = 7 * dot * data.names[k].length;
@@ -116,7 +71,7 @@ const makeModel = async () => {
     if (view.mode !== "shadow" || !steps.up[view.now]) return;
     const a = (steps.azimuth[view.now] + data.north) * RADIANS, h = steps.altitude[view.now] * RADIANS;
     const way = [Math.sin(a) * Math.cos(h), Math.cos(a) * Math.cos(h), Math.sin(h)];
-    const { right, up } = seen.aim;
+    const { right, up } = aim;
     const dx = way[0] * right[0] + way[1] * right[1], dy = -(way[0] * up[0] + way[1] * up[1] + way[2] * up[2]);
     const w = map.width / 2 - 14 * dot, v = map.height / 2 - 14 * dot;
     const reach = Math.min(Math.abs(dx) > 0.02 ? w / Math.abs(dx) : Infinity, Math.abs(dy) > 0.02 ? v / Math.abs(dy) : Infinity);
@@ -124,11 +79,11 @@ const makeModel = async () => {
   };
   const draw = (view) => {
     current = view;
-    if (!seen) { render(); fillPixels(); }
+    if (isStale) render();
     const dot = dotOf();
     pen.imageSmoothingEnabled = coarse > 1;
-    pen.drawImage(sheet, 0, 0, map.width, map.height);
-    if (!isSampled) drawPoints(dot);
+    pen.drawImage(shot, 0, 0, map.width, map.height);
+    if (!isSampled && count <= 40) drawNames(dot);
     signs.scale(camera.scale * dot, dot);
     signs.north(data.north - camera.azimuth - 180, dot, Math.sin(camera.tilt * RADIANS));
     drawSun(view, dot);
@@ -137,11 +92,12 @@ const makeModel = async () => {
   };
   const paint = (view) => {
     receivers.paint(view);
-    if (seen) fillPixels();
+    patches?.paint(colors);
+    isStale = true;
   };
   const again = (isRough = false) => {
     coarse = isRough ? 2 : 1;
-    seen = null;
+    isStale = true;
     draw(current);
   };
 
@@ -164,7 +120,7 @@ const makeModel = async () => {
     map.height = Math.round(high * dot);
     if (!current) whole();
     else camera.scale *= wide / was;
-    seen = null;
+    isStale = true;
   };
   const show = (kind, index) => {
     if (kind === "point") {
@@ -188,24 +144,22 @@ const makeModel = async () => {
     camera.near = mine.reduce((near, k) => Math.max(near, project(...place(k))[2]), -Infinity) + (kind === "part" ? 2 : 0.05);
     again();
     // Its darkest place that is seen.
-    const own = new Set(mine), open = new Set(samples.filter((k) => own.has(k)));
-    return [...(open.size ? open : own)].reduce((a, b) => (receivers.hours[b] > receivers.hours[a] ? b : a));
+    mine.sort((a, b) => receivers.hours[b] - receivers.hours[a]);
+    return mine.find((k) => !isHidden(k)) ?? mine[0];
   };
 
   // ---- pointing and turning
 
   const receiverAt = (event) => {
     const box = map.getBoundingClientRect();
-    const x = ((event.clientX - box.left) / box.width) * seen.wide, y = ((event.clientY - box.top) / box.height) * seen.high;
-    if (isSampled) {
-      const col = Math.floor(x), row = Math.floor(y);
-      return col < 0 || row < 0 || col >= seen.wide || row >= seen.high ? -1 : samples[row * seen.wide + col];
-    }
+    const x = ((event.clientX - box.left) / box.width) * sheet.width, y = ((event.clientY - box.top) / box.height) * sheet.height;
+    if (isSampled) return sampleAt(x, y);
     let best = 12 * dotOf() / coarse, found = -1;
     for (let k = 0; k < count; k++) {
-      const [px, py] = seen.aim.project(...place(k));
-      const off = Math.hypot(px - x, py - y) * (isHidden(k) ? 1.5 : 1);
-      if (off < best) { best = off; found = k; }
+      const [px, py] = aim.project(...place(k)), off = Math.hypot(px - x, py - y);
+      if (off >= best || off * (isHidden(k) ? 1.5 : 1) >= best) continue;
+      best = off * (isHidden(k) ? 1.5 : 1);
+      found = k;
     }
     return found;
   };
@@ -281,15 +235,10 @@ const makeModel = async () => {
   const choose = () => {
     // What is seen, and has about half of the sun.
     if (!isSampled) { eye.turn(data.north + 180, 90); whole(); }
-    render();
-    let best = Infinity, chosen = 0;
-    const consider = (k) => {
-      const off = Math.abs(receivers.hours[k] / (data.up_hours || 1) - 0.5);
-      if (k >= 0 && off < best) { best = off; chosen = k; }
-    };
-    if (isSampled) samples.forEach(consider);
-    else for (let k = 0; k < count; k++) consider(k);
-    return chosen;
+    aimAt();
+    const off = (k) => Math.abs(receivers.hours[k] / (data.up_hours || 1) - 0.5);
+    const all = Array.from({ length: count }, (_, k) => k).sort((a, b) => off(a) - off(b));
+    return (isSampled ? all.find((k) => !isHidden(k)) : all[0]) ?? all[0];
   };
   return { ...receivers, paint, draw, fit, move, listen, choose, show, spotOf, isHidden };
 };
