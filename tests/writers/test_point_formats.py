@@ -1,13 +1,12 @@
 """Files of surfaces and points: what is read back is what the study found."""
 
-import io
 import json
 
 import numpy as np
 import pyproj
 import pytest
 import trimesh
-from PIL import Image
+from support.glb_files import hold, read_glb
 from support.shapes import box, moved, turned
 
 import umbra
@@ -33,24 +32,6 @@ def run(**options):
     chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "1h",
               "receivers": "surfaces"} | options  # fmt: skip
     return run_study(scene, VIENNA, **chosen)
-
-
-def read_glb(path):
-    data = path.read_bytes()
-    size = int.from_bytes(data[12:16], "little")
-    tree = json.loads(data[20 : 20 + size])
-    binary = data[28 + size :]
-
-    def get(k):
-        accessor = tree["accessors"][k]
-        view = tree["bufferViews"][accessor["bufferView"]]
-        kind = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
-        raw = binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
-        return np.frombuffer(raw, kind).reshape(accessor["count"], -1)
-
-    view = tree["bufferViews"][tree["images"][0]["bufferView"]]
-    png = binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
-    return tree, get, Image.open(io.BytesIO(png))
 
 
 def test_each_sample_has_its_colour_on_the_model(tmp_path):
@@ -86,14 +67,6 @@ def test_each_sample_has_its_colour_on_the_model(tmp_path):
     legend = tree["asset"]["extras"]["legend"]
     assert legend[0]["shadow_hours"] == 0
     assert legend[-1]["shadow_hours"] == pytest.approx(study.up_hours)
-
-
-def hold(triangles, point):
-    """Tell which triangles a point lies on, and its weights there."""
-    everywhere = np.broadcast_to(point, (len(triangles), 3))
-    weights = trimesh.triangles.points_to_barycentric(triangles, everywhere)
-    apart = np.linalg.norm(np.einsum("nk,nkj->nj", weights, triangles) - point, axis=1)
-    return (apart < 2e-3) & (weights > -1e-4).all(1), weights
 
 
 def test_the_model_loads_elsewhere_and_stands_where_it_did(tmp_path):
@@ -137,7 +110,7 @@ def test_points_go_into_maps(tmp_path):
 def test_geoparquet_has_a_row_for_each_surface_and_its_months(tmp_path, monkeypatch):
     geopandas = pytest.importorskip("geopandas")
     pytest.importorskip("pyarrow")
-    monkeypatch.setattr("umbra.writers.vectors.surface_table._ROWS", 4)  # several groups
+    monkeypatch.setattr("umbra.writers.vectors.surface_table.ROWS", 4)  # several groups
     dates = ["2026-01-10", "2026-01-20", "2026-06-21"]
     study = run(spacing=1.0, date=dates)
     assert write_formats(Job(study, tmp_path), ["geoparquet"]) == ["surfaces.parquet"]

@@ -52,7 +52,7 @@ def study_city(
         write_options(out / OPTIONS_FILE, click.get_current_context())
         names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
         stages.begin("drawing and writing")
-        advance = partial(stages.advance, what="drawing and writing", unit="GeoTIFFs")
+        advance = partial(stages.advance, what="drawing and writing", unit="tiles")
         more = write_city_files(out, names, advance) if names else []
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
@@ -61,5 +61,5 @@ def study_city(
         echo_json({**study.facts, "files": [str(path) for path in written]})
     elif not quiet:
         for path in written:
-            if path.parent.name != "geotiff":  # hours.vrt names them
+            if path.suffix not in {".tif", ".glb"}:  # hours.vrt and tileset.json name them
                 echo_path(path)

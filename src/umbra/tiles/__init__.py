@@ -8,7 +8,7 @@ Cities in tiles: any number of files, counted tile by tile in bounded memory, in
     neighbourhood.py  what a window needs          PartScene
     count.py          one tile                     count_tile(job, tile), in any process
     surfaces.py       walls and roofs of a tile    PartResults
-    pieces.py         those of all tiles           Pieces
+    pieces.py         those of all tiles           SurfacePieces
     store.py          the results                  CityStore
     run.py            all tiles                    run_job, with any engine
 

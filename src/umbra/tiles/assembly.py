@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.tiles.catalogue import Catalogue
-from umbra.tiles.pieces import AXES, GEOMETRY, Pieces
+from umbra.tiles.pieces import AXES, GEOMETRY, SurfacePieces
 from umbra.tiles.store import CityStore
 
 __all__ = ["assemble", "name_objects"]
@@ -16,7 +16,7 @@ CHUNK = 1 << 18
 
 
 def assemble(
-    store: CityStore, pieces: Pieces, catalogue: Catalogue, facts: Mapping[str, object]
+    store: CityStore, pieces: SurfacePieces, catalogue: Catalogue, facts: Mapping[str, object]
 ) -> None:
     """
     Write the pieces of all tiles into a store.
@@ -25,7 +25,7 @@ def assemble(
     ----------
     store : CityStore
         Made anew.
-    pieces : Pieces
+    pieces : SurfacePieces
     catalogue : Catalogue
     facts : mapping
         Global attributes.

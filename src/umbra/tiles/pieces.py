@@ -1,5 +1,5 @@
 """
-Pieces: the surfaces that the tiles of a city found, on disk, in the order of files and parts.
+SurfacePieces: the surfaces that the tiles of a city found, on disk, in the order of files and parts.
 
 The order, and so every byte, is the same for any tiles. A range of rows is read from the files of
 those pieces that hold it.
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.tiles.surfaces import PartResults
 
-__all__ = ["AXES", "GEOMETRY", "Pieces", "write_pieces"]
+__all__ = ["AXES", "GEOMETRY", "SurfacePieces", "write_pieces"]
 
 AXES = ("sample", "surface", "part", "triangle")
 """Dimensions along which results of several pieces are put together."""
@@ -94,7 +94,7 @@ class _Rows:
         return [(int(t), source[tile == t], target[tile == t]) for t in np.unique(tile)]
 
 
-class Pieces:
+class SurfacePieces:
     """
     The pieces of all tiles, read a range of rows at a time.
 

@@ -31,6 +31,7 @@ from umbra.tiles.store import CityStore
 __all__ = ["Preparation", "find_city_site", "prepare_city"]
 
 _STUDY = "city.json"
+_FORMAT = 2  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
 _LISTED = 50  # files that the attribute source names, and notes
 RASTER = "Raster"
@@ -210,6 +211,7 @@ def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
     }
     return {
         "umbra": __version__,
+        "format": _FORMAT,
         "files": [
             [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
             for one in catalogue.files

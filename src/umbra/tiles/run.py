@@ -19,7 +19,7 @@ from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
-from umbra.tiles.pieces import Pieces
+from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.store import CityStore
 
 try:
@@ -78,7 +78,7 @@ class CityStudy:
         *formats : str
             Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
             ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
-            ``surfaces.parquet``. All by default.
+            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``. All by default.
 
         Returns
         -------
@@ -153,7 +153,7 @@ def run_job(
     place = job.open()
     if not place.kind.is_plan:
         folders = [store.find_place(tile.number) for tile in tiles]
-        assemble(store, Pieces(folders), place.catalogue, facts)
+        assemble(store, SurfacePieces(folders), place.catalogue, facts)
     store.finish(facts)
     return CityStudy(folder, job, facts)
 

@@ -19,7 +19,7 @@ from umbra.scene.material import find_linear
 from umbra.study import Study, tell_dates
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["Glb", "list_corners", "turn_up", "write_model_glb"]
+__all__ = ["Glb", "list_corners", "make_legend", "turn_up", "write_model_glb"]
 
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 _TYPES = {"f": 5126, "B": 5121, "I": 5125}
@@ -60,7 +60,7 @@ class Glb:
             "crs": study.facts.get("crs"),
             "date": tell_dates(study),
             "hours_of_darkest": most,
-            "legend": _make_legend(most),
+            "legend": make_legend(most),
         }
         return cls(f"umbra {study.facts['umbra_version']}", extras)
 
@@ -74,13 +74,19 @@ class Glb:
         material: dict[str, object] = {"pbrMetallicRoughness": rough, "doubleSided": True}
         if not lit:
             material["extensions"] = {"KHR_materials_unlit": {}}
-            self.more["extensionsUsed"] = ["KHR_materials_unlit"]
+            self.use("KHR_materials_unlit")
         self.materials.append(material)
         return len(self.materials) - 1
 
+    def use(self, *extensions: str) -> None:
+        """List extensions that the file uses."""
+        known = self.more.setdefault("extensionsUsed", [])
+        assert isinstance(known, list)
+        known += [name for name in extensions if name not in known]
+
     def add_texture(self, png: bytes) -> int:
         """Add a picture whose pixels stay sharp squares; return its texture's index."""
-        view = self._add_bytes(png)
+        view = self.add_bytes(png)
         self.more["images"] = [{"bufferView": view, "mimeType": "image/png"}]
         self.more["samplers"] = [
             {
@@ -134,7 +140,9 @@ class Glb:
             file.write(struct.pack("<I4s", len(text), b"JSON") + text)
             file.write(struct.pack("<I4s", len(self.data), b"BIN\0") + self.data)
 
-    def _add_bytes(self, data: bytes, **more: object) -> int:
+    def add_bytes(self, data: bytes, **more: object) -> int:
+        """Add bytes, which begin at a multiple of 8; return the index of their view."""
+        self.data.extend(b"\0" * (-len(self.data) % 8))
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data), **more}
         self.views.append(view)
         self.data.extend(data)
@@ -143,7 +151,7 @@ class Glb:
 
     def _add(self, array: NDArray, target: int, key: str = "") -> int:
         accessor: dict[str, object] = {
-            "bufferView": self._add_bytes(array.tobytes(), target=target),
+            "bufferView": self.add_bytes(array.tobytes(), target=target),
             "componentType": _TYPES[array.dtype.char],
             "count": len(array),
             "type": _KINDS[array.shape[1]],
@@ -303,7 +311,7 @@ def _write(
     glb.write(path)
 
 
-def _make_legend(up_hours: float) -> list[dict[str, object]]:
+def make_legend(up_hours: float) -> list[dict[str, object]]:
     """Return the colours of hours in shadow at even steps, sRGB in hex."""
     ramp = np.rint(shade_ramp() * 255).astype(int)
     return [

@@ -18,7 +18,7 @@ from umbra.study import Study
 from umbra.writers.glb import Glb, list_corners, turn_up
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["FacadeLayout", "lay_out_facades", "write_surfaces_glb"]
+__all__ = ["FacadeLayout", "draw_facades", "find_places", "lay_out_facades", "write_surfaces_glb"]
 
 MOST_SQUARES = 1_000_000
 """Of all surfaces together; finer samples are not all shown."""
@@ -88,7 +88,7 @@ def write_surfaces_glb(
     most = study.up_hours if most_hours is None else most_hours
     scene, soup = study.model.scene, study.model.soup
     layout = lay_out_facades(samples, MOST_SQUARES)
-    picture, corner, scale = _draw(layout, study.shadow_hours / max(most, 1e-9))
+    picture, corner, scale = draw_facades(layout, study.shadow_hours / max(most, 1e-9))
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     middle[2] = scene.bounds()[0, 2] - scene.origin[2]
     glb = Glb.of_study(study, scene.origin + middle, most)
@@ -96,7 +96,7 @@ def write_surfaces_glb(
     picture.save(stream, "PNG", optimize=True)
     texture = {"index": glb.add_texture(stream.getvalue())}
     colored = glb.add_material(lit=False, baseColorTexture=texture)
-    flat = _find_places(samples, layout)
+    flat = find_places(samples, layout)
     size = np.array(picture.size)
     where = (corner[samples.owner][:, None] + scale * flat) / size
     names = np.asarray(study.more["part"][1])
@@ -123,7 +123,7 @@ def _tell(study: Study, part: int) -> dict[str, object]:
     return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}
 
 
-def _find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
+def find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
     """Return each corner's position in its surface's squares, (n_triangles, 3, 2)."""
     axes = samples.axes[samples.owner]
     flat = np.einsum("fij,fkj->fik", samples.corners, axes)
@@ -132,16 +132,17 @@ def _find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
     return np.clip(flat, 0, layout.shape[samples.owner][:, None])
 
 
-def _draw(
-    layout: FacadeLayout, shares: NDArray[np.floating]
+def draw_facades(
+    layout: FacadeLayout, shares: NDArray[np.floating], scales: tuple[int, ...] = (4, 2, 1)
 ) -> tuple[Image.Image, NDArray[np.int64], int]:
     """
     Lay all surfaces side by side into one picture, with its colours of ``hours.png``.
 
+    A square is as many pixels long as the first of ``scales`` whose picture viewers support.
     Returns it, the pixel (x, y) at which each surface's first square begins, rows running down,
     and how many pixels a square is long.
     """
-    for scale in (4, 2, 1):
+    for scale in scales:
         corner, size = _arrange(layout.shape * scale + 2 * _RIM)
         if max(size) <= LARGEST:
             break

@@ -6,6 +6,8 @@ Further files of a study in tiles, made from its store tile by tile.
     overview.py map.png, a picture of the whole
     stac.py     item.json, a STAC item
     surfaces.py surfaces and their results: surfaces.parquet
+    models.py   coloured 3D Tiles
+    features.py figures of each surface in a GLB
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +19,7 @@ __all__ = ["CITY_FORMATS", "check_city_formats", "write_city_files"]
 
 PLAN_FORMATS = ("geotiff", "map", "stac")
 """Names of the files of a plan in tiles."""
-SURFACE_FORMATS = ("geoparquet",)
+SURFACE_FORMATS = ("geoparquet", "3dtiles")
 """Names of the files of surfaces in tiles."""
 CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
 """Names of the files of a study in tiles."""
@@ -58,9 +60,15 @@ def write_city_files(
     check_city_formats(names, is_plan=is_plan)
     paths: list[Path] = []
     if not is_plan:
+        from umbra.writers.city.models import write_models  # noqa: PLC0415
         from umbra.writers.city.surfaces import CitySurfaces, write_surfaces  # noqa: PLC0415
 
-        return [write_surfaces(CitySurfaces(folder))]
+        surfaces = CitySurfaces(folder)
+        if "geoparquet" in names:
+            paths.append(write_surfaces(surfaces))
+        if "3dtiles" in names:
+            paths += write_models(surfaces, progress)
+        return paths
     from umbra.writers.city.overview import write_overview  # noqa: PLC0415
     from umbra.writers.city.rasters import write_rasters  # noqa: PLC0415
     from umbra.writers.city.stac import write_stac  # noqa: PLC0415

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.tiles.assembly import name_objects
 from umbra.tiles.catalogue import Catalogue, read_catalogue
-from umbra.tiles.pieces import Pieces
+from umbra.tiles.pieces import SurfacePieces
 from umbra.writers.atomic import replace_file
 from umbra.writers.city.result import open_store
 from umbra.writers.vectors.surface_table import (
@@ -76,9 +76,9 @@ class CitySurfaces:
         return sorted(path for path in (self.folder / "tiles").glob("[0-9]*") if path.is_dir())
 
     @cached_property
-    def pieces(self) -> Pieces:
-        """Pieces of all tiles."""
-        return Pieces(self.folders)
+    def pieces(self) -> SurfacePieces:
+        """SurfacePieces of all tiles."""
+        return SurfacePieces(self.folders)
 
     @cached_property
     def days(self) -> NDArray[np.datetime64]:
@@ -97,25 +97,25 @@ class CitySurfaces:
         """Time with the sun up in the whole period [h]."""
         return float(self._group["shadow_hours"][0]) + float(self._group["sun_hours"][0])
 
-    def name_parts(self, pieces: Pieces, parts: slice) -> NDArray:
+    def name_parts(self, pieces: SurfacePieces, parts: slice) -> NDArray:
         """Return the name of the object of each part."""
         objects, own = np.unique(pieces.owner[parts], return_inverse=True)
         return name_objects(self.catalogue, pieces.objects[objects])[own.ravel()]
 
-    def list_rows(self, pieces: Pieces, run: SurfaceRun) -> dict[str, NDArray]:
+    def list_rows(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
         """Return the columns of a run's surfaces, as ``list_columns`` does."""
         some = run.surfaces
         names = np.repeat(self.name_parts(pieces, run.parts), pieces.keys[run.parts, 4])
         return list_columns(names, lambda name: pieces.read(name, some.start, some.stop), self.days)
 
 
-def cut_runs(pieces: Pieces, most: int, axis: str = "surface") -> Iterator[SurfaceRun]:
+def cut_runs(pieces: SurfacePieces, most: int, axis: str = "surface") -> Iterator[SurfaceRun]:
     """
     Cut the parts of pieces into runs.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : SurfacePieces
     most : int
         Rows of a run along an axis, unless one part has more.
     axis : {'sample', 'surface', 'triangle'}
@@ -149,7 +149,7 @@ def _find_groups(result: CitySurfaces) -> Iterator[tuple[dict[str, NDArray], lis
         yield result.list_rows(pieces, run), packed
 
 
-def read_triangles(pieces: Pieces, run: SurfaceRun) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def read_triangles(pieces: SurfacePieces, run: SurfaceRun) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Return corners (n, 3, 3) in the local frame [m], and the first triangle of each surface."""
     span = run.triangles.start, run.triangles.stop
     corners = pieces.read("triangle_corners", *span)
