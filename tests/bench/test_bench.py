@@ -113,6 +113,13 @@ def test_gpu_times_passes_and_compares_counts():
     for row in found["counts"]:
         assert row["differ"] <= 0.02 * row["compared"]
         assert row["compared"] > 100
+    (skin,) = found["skins"]
+    assert skin["triangles"] == 320
+    assert skin["sides"] > 20
+    # Of faces that the light sees edge-on within float32.
+    assert skin["differ"] <= 2
+    for name in ("processor", "upload", "device"):
+        assert 0 < skin[f"{name}_min_ms"] <= skin[f"{name}_ms"]
 
 
 @pytest.mark.usefixtures("opengl")

@@ -32,6 +32,7 @@ from umbra_benchmarks.report import (
     lay_out_table,
     show_timing,
 )
+from umbra_benchmarks.skinning import SkinRow, bench_skin
 
 __all__ = ["CountRow", "FrameRow", "GpuReport", "bench_gpu"]
 
@@ -96,6 +97,7 @@ class GpuReport(BenchmarkReport):
     features: dict[str, bool]
     frames: Sequence[FrameRow]
     counts: Sequence[CountRow]
+    skins: Sequence[SkinRow]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON object."""
@@ -111,8 +113,9 @@ class GpuReport(BenchmarkReport):
         ]
         counts = [vars(row) for row in self.counts]
         return self.head(
-            "gpu", driver=self.driver, features=self.features, frames=frames, counts=counts
-        )
+            "gpu", driver=self.driver, features=self.features, frames=frames, counts=counts,
+            skins=[row.to_dict() for row in self.skins],
+        )  # fmt: skip
 
     def to_table(self) -> str:
         """Return Markdown tables that can be read as they stand."""
@@ -134,6 +137,13 @@ class GpuReport(BenchmarkReport):
             ]
             for row in self.counts
         ]  # fmt: skip
+        posed = [
+            [
+                f"{row.triangles:,}", *map(show_timing, (row.processor, row.upload, row.device)),
+                f"{row.differ} of {row.sides:,}",
+            ]
+            for row in self.skins
+        ]  # fmt: skip
         has = ", ".join(f"{name} {'yes' if there else 'no'}" for name, there in
                         self.features.items())  # fmt: skip
         return (
@@ -141,6 +151,18 @@ class GpuReport(BenchmarkReport):
             f"of {self.run.repeat}; passes by the device's timers.{self.small}\n\n"
             f"{lay_out_table(head, lines)}\n\n"
             + lay_out_table(["scene", "light", "counts in", "deepest", "differ"], counted)
+            + "\n\nSkinned meshes: skin, planes and silhouette on the processor, as umbra finds "
+            "them, and by transform feedback\n\n"
+            + lay_out_table(
+                [
+                    "triangles",
+                    "processor ms (min)",
+                    "upload ms (min)",
+                    "device ms (min)",
+                    "sides differ",
+                ],
+                posed,
+            )
         )
 
 
@@ -177,12 +199,16 @@ def bench_gpu(run: BenchmarkRun) -> GpuReport:
                     frames.append(replace(row, depth_bounds=has))
         run.say("counts")
         counts = list(_compare_counts(device, towns[0], 64 if run.quick else 512))
+        skins = []
+        for splits in (2,) if run.quick else (4, 6, 7):
+            run.say(f"a skinned mesh of {20 * 4**splits:,} triangles")
+            skins.append(bench_skin(device, splits, run.repeat))
         features = {
             "depth bounds": device.has_depth_bounds,
             "timer queries": device.has_timer_queries and not device.is_software,
             "reversed depth": device.reverses_depth,
         }
-        return GpuReport(run, device.renderer, features, frames, counts)
+        return GpuReport(run, device.renderer, features, frames, counts, skins)
 
 
 @contextmanager

@@ -24,7 +24,10 @@ __all__ = ["Indices", "Texture", "TextureBuffer", "Timers"]
 
 _NEAREST = 0x2600
 _TEXTURE_BUFFER, _SRGB8_ALPHA8, _RGBA8 = 0x8C2A, 0x8C43, 0x8058
-_FORMATS = {"rgba32f": 0x8814, "rg32f": 0x8230, "rgba8": 0x8058, "rg32i": 0x823B, "r32i": 0x8235}
+_FORMATS = {
+    "rgba32f": 0x8814, "rg32f": 0x8230, "r32f": 0x822E, "rgba8": 0x8058, "rgba32i": 0x8D82,
+    "rg32i": 0x823B, "r32i": 0x8235,
+}  # fmt: skip
 _WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
 _TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
 
