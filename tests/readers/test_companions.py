@@ -95,6 +95,12 @@ def test_a_file_of_too_many_bytes_is_not_read(folder):
     assert found.record == {"deep/own.bin": None}
 
 
+def test_a_pointer_to_a_file_is_not_the_file(folder):
+    (folder / "far.bin").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
+    with pytest.raises(InputError, match=r"'far.bin' is a Git LFS pointer.*; run git lfs pull$"):
+        umbra.read(gltf(folder, "far.bin"))
+
+
 @pytest.mark.parametrize("name", ["../secret.mtl", "..\\secret.mtl", "{above}/secret.mtl"])
 def test_material_libraries_elsewhere_are_noted(folder, name):
     path = red_obj(folder, f"mtllib {name}".format(above=folder.parent))

@@ -1,5 +1,6 @@
 """Animations in a view: poses, lights that go with them, playing."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,8 @@ from umbra.window.file import from_json, to_json
 from umbra.window.motion import Motion
 from umbra.window.painter import ViewPainter
 from umbra.window.view import make_view
+
+PANEL = 290
 
 SIZE = (160, 120)
 
@@ -123,13 +126,28 @@ def test_what_is_no_animation_is_told(scene, tower):
         Motion(tower).find_duration(replace(make_view(tower, SIZE), animation=0))
 
 
+def watch(desk, *, is_moving):
+    """Watch the window until its picture moves, or rests."""
+    until, before = time.monotonic() + 30, desk.look()[:, PANEL:]
+    while time.monotonic() < until:
+        time.sleep(0.8)
+        now = desk.look()[:, PANEL:]
+        # The cube rises before the ground by a part of its height; statistics and light blink.
+        if ((np.abs(now.astype(int) - before).max(2) > 20).sum() > 500) == is_moving:
+            return True
+        before = now
+    return False
+
+
 def test_the_window_plays(display, path):
     with Desk(display, path.parent, path.name, "--animation", "rise") as desk:
         times = [desk.view().time, desk.view().time]
         assert times[0] != times[1]
+        assert watch(desk, is_moving=True)
         desk.press("t")
         held = desk.view()
         assert (held.animation, held.time) == (0, desk.view().time)
+        assert watch(desk, is_moving=False)
         assert desk.close() == (0, "", "")
     with Desk(display, path.parent, path.name, "--time", "0.5") as desk:
         assert (desk.view().animation, desk.view().time) == (0, 0.5)

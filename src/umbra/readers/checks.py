@@ -44,6 +44,7 @@ ALLOW = "allow_outside=True reads it"
 FILE_SHARE = 0.25  # of the memory: reading a file takes several times its size
 
 _BLOCK = 1 << 24
+_POINTER = b"version https://git-lfs"
 # A pipe would wait for a writer; a link may be swapped in after the check.
 _FLAGS = (
     os.O_RDONLY
@@ -224,6 +225,9 @@ class Companions:
                 errors_of(f"'{real.name[:80]}' ", companion=name),
             ):
                 data = read_bounded(file, most)
+                if data.startswith(_POINTER):
+                    msg = "is a Git LFS pointer, not the file; run git lfs pull"
+                    raise InputError(msg)
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             msg = f"'{real.name[:80]}' cannot be read ({reason}); check its permissions"

@@ -149,7 +149,9 @@ def _find_groups(result: CitySurfaces) -> Iterator[tuple[dict[str, NDArray], lis
         yield result.list_rows(pieces, run), packed
 
 
-def read_triangles(pieces: SurfacePieces, run: SurfaceRun) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def read_triangles(
+    pieces: SurfacePieces, run: SurfaceRun
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Return corners (n, 3, 3) in the local frame [m], and the first triangle of each surface."""
     span = run.triangles.start, run.triangles.stop
     corners = pieces.read("triangle_corners", *span)
