@@ -1,7 +1,7 @@
 """Animations in a view: poses, lights that go with them, playing."""
 
-import time
 from dataclasses import replace
+from time import monotonic, sleep
 
 import numpy as np
 import pytest
@@ -128,9 +128,9 @@ def test_what_is_no_animation_is_told(scene, tower):
 
 def watch(desk, *, is_moving):
     """Watch the window until its picture moves, or rests."""
-    until, before = time.monotonic() + 30, desk.look()[:, PANEL:]
-    while time.monotonic() < until:
-        time.sleep(0.8)
+    until, before = monotonic() + 30, desk.look()[:, PANEL:]
+    while monotonic() < until:
+        sleep(0.8)
         now = desk.look()[:, PANEL:]
         # The cube rises before the ground by a part of its height; statistics and light blink.
         if ((np.abs(now.astype(int) - before).max(2) > 20).sum() > 500) == is_moving:
