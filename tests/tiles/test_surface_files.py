@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pyproj
 import pytest
-from support.cities import DAY
+from support.cities import DAY, make_houses, write_city
 from support.glb_files import hold, read_glb
 
 import umbra
@@ -131,3 +131,24 @@ def test_3d_tiles_of_a_city_stand_where_its_files_do(city, tmp_path):
     before = [path.stat().st_mtime_ns for path in models]
     made.write("3dtiles")
     assert [path.stat().st_mtime_ns for path in models] == before  # none is made twice
+
+
+def test_cityjson_of_a_city_has_the_hours_of_a_study_in_memory(tmp_path):
+    houses = make_houses(5, 12, (85000, 447000), (85100, 447100))
+    files = [
+        write_city(tmp_path / "one.city.json", houses[:7]),
+        write_city(tmp_path / "two.city.json", houses[7:]),
+    ]
+    options = {**DAY, "receivers": "surfaces", "spacing": 2.0}
+    made = umbra.city_study(files, out=tmp_path / "tiles", tiles=40, **options)
+    paths = made.write("cityjson")
+    scene = umbra.read(*files)
+    study = umbra.shadow_study(scene, umbra.find_site(scene), **options)
+    study.write(tmp_path / "whole", "cityjson", pictures=False)
+    assert [path.name for path in paths] == ["hours_one.city.json", "hours_two.city.json"]
+    for path in paths:
+        found, whole = (
+            json.loads(one.read_text()) for one in (path, tmp_path / "whole" / path.name)
+        )
+        assert found == whole
+        assert all("mean_sun_hours" in o["attributes"] for o in found["CityObjects"].values())

@@ -53,7 +53,7 @@ def study_city(
         names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
         stages.begin("drawing and writing")
         advance = partial(stages.advance, what="drawing and writing", unit="tiles")
-        more = write_city_files(out, names, advance) if names else []
+        more = write_city_files(out, names, advance, say) if names else []
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")

@@ -129,9 +129,21 @@ def read(
             _check_there(path)  # check all names before reading the first file
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, _load(path)) for name, path in named]
-        if not cache:
-            return _read_files(files, choices)
-        return read_kept(files, choices, _read_files)
+        if cache:
+            return _name_places(read_kept(files, choices, _read_files), files)
+        return _name_places(_read_files(files, choices), files)
+
+
+def _name_places(scene: Scene, files: Files) -> Scene:
+    """Return the scene with the path and the layer of each file."""
+    left = iter(files)
+    sources = []
+    for source in scene.sources:
+        if not source.is_companion:
+            layer, content = next(left)
+            source = replace(source, path=str(content.path.absolute()), layer=layer)  # noqa: PLW2901
+        sources.append(source)
+    return replace(scene, sources=tuple(sources))
 
 
 def _read_files(files: Files, choices: ReadChoices) -> Scene:

@@ -30,7 +30,7 @@ from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
 
-__all__ = ["Templates", "make_parts", "read_cityjson"]
+__all__ = ["Templates", "make_parts", "place_vertices", "read_cityjson"]
 
 
 MOST_CORNERS = 1_000_000
@@ -103,7 +103,7 @@ def make_parts(
             transform = document.get("transform")
             templates = Templates(document.get("geometry-templates"))
         raw = document.get("vertices", [])
-        vertices = _place_vertices(raw, transform, where)
+        vertices = place_vertices(raw, transform, where)
         chosen = choose_geometries(objects, templates.shapes, raw, counts, where)
         for name, choice in chosen.items():
             try:
@@ -139,7 +139,7 @@ def _make_parts(
     return parts
 
 
-def _place_vertices(raw: Any, transform: Any, where: str) -> NDArray[np.float64]:
+def place_vertices(raw: Any, transform: Any, where: str) -> NDArray[np.float64]:
     """Return vertices (n, 3) in the file's own coordinates, scaled and moved in float64."""
     try:
         vertices = np.array(raw, np.float64).reshape(len(raw), 3)

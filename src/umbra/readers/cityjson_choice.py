@@ -5,7 +5,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "flatten"]
+__all__ = [
+    "DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "flatten", "walk_values",
+]  # fmt: skip
 
 from umbra.errors import InputError
 from umbra.readers.checks import describe_damage
@@ -137,20 +139,21 @@ def _own_kinds(shape: dict[str, Any], kind: str, count: int) -> Iterator[str]:
     if not semantics or values is None:
         return iter([kind] * count)
     depth = DEPTHS[shape["type"]]
-    indices = list(_walk_values(values, shape["boundaries"], depth))
+    indices = list(walk_values(values, shape["boundaries"], depth))
     # A null, at any level, means no semantics there.
     types: dict[int | None, str] = dict(enumerate(str(s["type"]) for s in semantics["surfaces"]))
     types[None] = kind
     return iter([types[i] for i in indices])
 
 
-def _walk_values(values: Any, boundaries: list[Any], depth: int) -> Iterator[int | None]:
+def walk_values(values: Any, boundaries: list[Any], depth: int) -> Iterator[int | None]:
+    """Yield the index of each surface's semantics; None without any."""
     if depth == 0:
         yield from [None] * len(boundaries) if values is None else values
         return
     inner = [None] * len(boundaries) if values is None else values
     for value, boundary in zip(inner, boundaries, strict=True):
-        yield from _walk_values(value, boundary, depth - 1)
+        yield from walk_values(value, boundary, depth - 1)
 
 
 def _key(surface: list[list[int]], vertices: Sequence[Any]) -> frozenset[tuple[float, ...]]:

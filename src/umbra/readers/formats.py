@@ -195,13 +195,7 @@ GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon",
 
 def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read a JSON file of any supported kind; errors locate damage."""
-    import orjson  # noqa: PLC0415 - only if it is JSON
-
-    data = data.removeprefix(BOM)
-    try:
-        documents = [orjson.loads(data)]
-    except JSONDecodeError as error:
-        documents = _parse_lines(data, path, error)
+    documents = parse_documents(data, path)
     head = documents[0]
     if not isinstance(head, dict):
         msg = (
@@ -238,6 +232,17 @@ def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     shown = f"its type is {str(kind)[:40]!r}" if kind else "it has no type"
     msg = f"is JSON, but neither CityJSON, GeoJSON nor glTF ({shown}); export it as one of them"
     raise InputError(msg, kind=kind)
+
+
+def parse_documents(data: bytes, path: Path) -> list[Any]:
+    """Parse a JSON document, or one a line."""
+    import orjson  # noqa: PLC0415 - only if it is JSON
+
+    data = data.removeprefix(BOM)
+    try:
+        return [orjson.loads(data)]
+    except JSONDecodeError as error:
+        return _parse_lines(data, path, error)
 
 
 def _parse_lines(data: bytes, path: Path, whole: JSONDecodeError) -> list[object]:

@@ -40,7 +40,7 @@ class SampledSurfaces(SampleKind):
     name = "surfaces"
     follows_extent = False
     spot = "sample"
-    formats = ("csv", "glb", "3dtiles", "geoparquet")
+    formats = ("csv", "glb", "3dtiles", "geoparquet", "cityjson")
     tables = {  # noqa: RUF012  (a constant)
         "samples.csv": "sample", "surfaces.csv": "surface", "parts.csv": "part",
     }  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
 
@@ -30,13 +30,16 @@ class Source:
     """
     A file that was read: its name and the SHA-256 of its bytes, in hex.
 
-    ``is_companion``: a file that belongs to a named one and holds a piece of it.
+    ``is_companion``: a file that belongs to a named one and holds a piece of it. ``path`` and
+    ``layer``: where it was read, and the layer of its parts.
     """
 
     name: str
     sha256: str
     format: str
     is_companion: bool = False
+    path: str = field(default="", compare=False, repr=False)
+    layer: str = field(default="", compare=False, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,5 @@
 """
-SurfacePieces: the surfaces that the tiles of a city found, on disk, in the order of files and parts.
+The surfaces that the tiles of a city found, on disk, in the order of files and parts.
 
 The order, and so every byte, is the same for any tiles. A range of rows is read from the files of
 those pieces that hold it.

@@ -78,7 +78,8 @@ class CityStudy:
         *formats : str
             Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
             ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
-            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``. All by default.
+            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``, ``'cityjson'``:
+            the city's CityJSON files with hours. All but the last by default.
 
         Returns
         -------

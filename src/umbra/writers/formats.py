@@ -268,6 +268,40 @@ def _write_geoparquet(job: Job) -> list[str]:
     return [path.name]
 
 
+def _write_cityjson(job: Job) -> list[str]:
+    import numpy as np  # noqa: PLC0415
+
+    from umbra.writers.cityjson_hours import (  # noqa: PLC0415
+        add_hours,
+        check_source,
+        find_cityjson,
+        group_objects,
+        name_file,
+    )
+    from umbra.writers.vectors.surface_table import find_surface_figures  # noqa: PLC0415
+
+    study = job.study
+    samples, scene = study.samples, study.model.scene
+    columns = find_surface_figures(study)
+    owners = [scene.parts[part] for part in samples.part.tolist()]
+    layers = np.array([part.layer for part in owners])
+    names = np.array([part.name for part in owners])
+    written = []
+    for source in find_cityjson(scene.sources):
+        mine = np.flatnonzero(layers == source.layer)
+        cut = np.isin(samples.owner, mine)
+        objects = group_objects(
+            names[mine], samples.corners[cut] + scene.origin,
+            np.searchsorted(mine, samples.owner[cut]),
+            {name: values[mine] for name, values in columns.items()},
+        )  # fmt: skip
+        name = name_file(source.layer, source.format)
+        for note in add_hours(check_source(source), job.folder / name, objects):
+            job.say(f"note: {name}: {note}")
+        written.append(name)
+    return written
+
+
 def _write_film(kind: str) -> Callable[[Job], list[str]]:
     def write(job: Job) -> list[str]:
         from umbra.writers import film  # noqa: PLC0415
@@ -309,6 +343,7 @@ FORMATS = {
     "glb": Format(_write_glb),
     "3dtiles": Format(_write_tileset),
     "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city"),
+    "cityjson": Format(_write_cityjson),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),
 }

@@ -8,6 +8,7 @@ Further files of a study in tiles, made from its store tile by tile.
     surfaces.py surfaces and their results: surfaces.parquet
     models.py   coloured 3D Tiles
     features.py figures of each surface in a GLB
+    attributes.py hours in the city's own CityJSON files
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ __all__ = ["CITY_FORMATS", "check_city_formats", "write_city_files"]
 
 PLAN_FORMATS = ("geotiff", "map", "stac")
 """Names of the files of a plan in tiles."""
-SURFACE_FORMATS = ("geoparquet", "3dtiles")
+SURFACE_FORMATS = ("geoparquet", "3dtiles", "cityjson")
 """Names of the files of surfaces in tiles."""
 CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
 """Names of the files of a study in tiles."""
@@ -29,6 +30,7 @@ def write_city_files(
     folder: str | Path,
     names: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda _done, _all: None,
+    say: Callable[[str], object] = lambda _line: None,
 ) -> list[Path]:
     """
     Write files from the store in a results folder; tiles that are not done are left out.
@@ -38,9 +40,12 @@ def write_city_files(
     folder : path
         Of a study in tiles.
     names : sequence of str
-        Of ``CITY_FORMATS``; by default all that its receivers can have.
+        Of ``CITY_FORMATS``; by default all that its receivers can
+        have but ``'cityjson'``.
     progress : callable
         Called with the number of tiles done and of all.
+    say : callable
+        Called with each line that the user should read.
 
     Returns
     -------
@@ -56,10 +61,11 @@ def write_city_files(
     folder = Path(folder)
     check_city_formats(names)
     is_plan = is_of_plan(folder)
-    names = names or (PLAN_FORMATS if is_plan else SURFACE_FORMATS)
+    names = names or (PLAN_FORMATS if is_plan else SURFACE_FORMATS[:2])
     check_city_formats(names, is_plan=is_plan)
     paths: list[Path] = []
     if not is_plan:
+        from umbra.writers.city.attributes import write_city_attributes  # noqa: PLC0415
         from umbra.writers.city.models import write_models  # noqa: PLC0415
         from umbra.writers.city.surfaces import CitySurfaces, write_surfaces  # noqa: PLC0415
 
@@ -68,6 +74,8 @@ def write_city_files(
             paths.append(write_surfaces(surfaces))
         if "3dtiles" in names:
             paths += write_models(surfaces, progress)
+        if "cityjson" in names:
+            paths += write_city_attributes(surfaces, say)
         return paths
     from umbra.writers.city.overview import write_overview  # noqa: PLC0415
     from umbra.writers.city.rasters import write_rasters  # noqa: PLC0415

@@ -125,6 +125,7 @@ def _read_samples(result: CitySurfaces, pieces: SurfacePieces, run: SurfaceRun) 
         corners=read("triangle_corners", run.triangles),
         owner=read("surface_of_triangle", run.triangles).astype(np.int64) - first,
         triangle=np.zeros(len(surface), np.int64),
+        source=np.zeros(run.triangles.stop - run.triangles.start, np.int64),
         axes=read("surface_axes", run.surfaces),
         start=read("surface_start", run.surfaces),
         cells=read("surface_cells", run.surfaces),

@@ -17,12 +17,12 @@ from umbra.writers.atomic import replace_file
 from umbra.writers.city.result import open_store
 from umbra.writers.vectors.surface_table import (
     ROWS,
-    list_columns,
+    list_figures,
     pack_triangles,
     write_surface_table,
 )
 
-__all__ = ["CitySurfaces", "SurfaceRun", "write_surfaces"]
+__all__ = ["CitySurfaces", "SurfaceRun", "cut_runs", "read_triangles", "write_surfaces"]
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,16 @@ class CitySurfaces:
         return name_objects(self.catalogue, pieces.objects[objects])[own.ravel()]
 
     def list_rows(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
-        """Return the columns of a run's surfaces, as ``list_columns`` does."""
-        some = run.surfaces
+        """Return the columns of a run's surfaces: part, kind and figures."""
         names = np.repeat(self.name_parts(pieces, run.parts), pieces.keys[run.parts, 4])
-        return list_columns(names, lambda name: pieces.read(name, some.start, some.stop), self.days)
+        kinds = pieces.read("surface_kind", run.surfaces.start, run.surfaces.stop)
+        columns = {"part": names.astype(object), "kind": kinds.astype(object)}
+        return columns | self.list_figures(pieces, run)
+
+    def list_figures(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
+        """Return the figures of a run's surfaces."""
+        some = run.surfaces
+        return list_figures(lambda name: pieces.read(name, some.start, some.stop), self.days)
 
 
 def cut_runs(pieces: SurfacePieces, most: int, axis: str = "surface") -> Iterator[SurfaceRun]:

@@ -34,7 +34,7 @@ RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
     r"|(cells|instants|areas|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
-    r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.glb"
+    r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
     r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
 

@@ -13,7 +13,8 @@ from umbra.study import Study
 from umbra.writers.vectors.gis_files import find_crs
 
 __all__ = [
-    "ROWS", "find_surface_columns", "list_columns", "pack_triangles", "write_surface_table",
+    "ROWS", "find_surface_columns", "find_surface_figures", "list_figures", "pack_triangles",
+    "write_surface_table",
 ]  # fmt: skip
 
 ROWS = 50_000
@@ -79,11 +80,11 @@ def find_surface_columns(study: Study) -> Iterable[tuple[dict[str, Any], list[by
     ----------
     study : Study
     """
-    samples, more = study.samples, study.more
-    names = np.asarray(more["part"][1])[more["surface_part"][1]]
-    by_day = "surface_mean_sun_hours_by_day" in more
-    days = np.array(study.period.days if by_day else (), "datetime64[D]")
-    columns = list_columns(names, lambda name: np.asarray(more[name][1]), days)
+    samples = study.samples
+    names = np.asarray(study.more["part"][1])[study.more["surface_part"][1]]
+    kinds = np.asarray(study.more["surface_kind"][1])
+    columns = {"part": names.astype(object), "kind": kinds.astype(object)}
+    columns |= find_surface_figures(study)
     corners = samples.corners + study.model.scene.origin
     starts = np.searchsorted(samples.owner, np.arange(len(samples.part) + 1))
     for first in range(0, len(samples.part), ROWS):
@@ -93,24 +94,26 @@ def find_surface_columns(study: Study) -> Iterable[tuple[dict[str, Any], list[by
         yield {name: values[some] for name, values in columns.items()}, packed
 
 
-def list_columns(
-    names: NDArray, get: Callable[[str], NDArray], days: NDArray[np.datetime64]
-) -> dict[str, NDArray]:
+def find_surface_figures(study: Study) -> dict[str, NDArray]:
+    """Return the figures of each surface of a study, as ``list_figures`` does."""
+    more = study.more
+    by_day = "surface_mean_sun_hours_by_day" in more
+    days = np.array(study.period.days if by_day else (), "datetime64[D]")
+    return list_figures(lambda name: np.asarray(more[name][1]), days)
+
+
+def list_figures(get: Callable[[str], NDArray], days: NDArray[np.datetime64]) -> dict[str, NDArray]:
     """
-    Return the columns of some surfaces.
+    Return the figures of some surfaces: azimuth, tilt, area and hours in the sun.
 
     Parameters
     ----------
-    names : (n,) str
-        Of their parts.
     get : callable
         Returns a variable of these surfaces by its name, such as ``surface_tilt``.
     days : (k,) datetime64
         Dates by which results are kept, if they are: means of each month are added.
     """
-    columns = {"part": names.astype(object), "kind": get("surface_kind").astype(object)}
-    for name in ("azimuth", "tilt", "area"):
-        columns[name] = get(f"surface_{name}")
+    columns = {name: get(f"surface_{name}") for name in ("azimuth", "tilt", "area")}
     for name in ("mean", "least", "most"):
         columns[f"{name}_sun_hours"] = get(f"surface_{name}_sun_hours")
     months = days.astype("datetime64[M]")
