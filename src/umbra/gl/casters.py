@@ -68,6 +68,8 @@ class Body:
     mirrored : (n_instances,) bool
     transforms : (n_instances, 4, 4) float64
         To the scene's frame.
+    none_opened : (n_instances, n_components) bool
+        False: no component is open.
     most : (n_shells,) int64
         Largest count that each shell adds, while no component is open.
     n_faces : (n_components,) int
@@ -97,6 +99,7 @@ class Body:
     size: float = field(init=False)
     transforms: NDArray[np.float64] = field(init=False)
     most: NDArray[np.int64] = field(init=False)
+    none_opened: NDArray[np.bool_] = field(init=False)
     n_faces: NDArray[np.intp] = field(init=False)
     _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
     _welds: NDArray[np.int64] | None = field(init=False, default=None)
@@ -123,6 +126,7 @@ class Body:
         lengths = np.sqrt((self.transforms[:, :3, :3] ** 2).sum((1, 2)))
         self.stretch = 1.0 if self.is_still else float(lengths.max())
         self._world_bounds = None
+        self.none_opened = np.zeros((len(transforms), len(self.component_shell)), np.bool_)
 
     def _take(self, shape: PosedShape) -> None:
         """Store the geometry of posed shells and components."""

@@ -7,6 +7,7 @@ the order of faces does not matter. A fragment on the surface counts as behind i
 the depth test is LESS, and light caps, which lie in the surface, use NEVER.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -123,15 +124,40 @@ class VolumeCounter:
         program = self._prepare(self._in_stencil, plan)
         for draw in plan.draws:
             program.set(is_cut=draw.is_cut)
-            passes = [self._find_pass(IN_STENCIL, plan, draw)]
-            if not self._two_sided:
-                one = passes[0]
-                passes = [
-                    replace(one, stencil=one_sided(one.stencil, side), cull=other)  # type: ignore[arg-type]
-                    for side, other in (("front", "back"), ("back", "front"))
-                ]
-            for each in passes:
+            for each in self._list_passes(plan, draw):
                 state.use(each)
+                if plan.scissor is not None:
+                    state.limit(plan.scissor)
+                self._indices.draw(program, draw.first, draw.count)
+
+    def count_apart(
+        self, state: State, plans: Sequence[VolumePlan], *, is_ready: bool = False
+    ) -> None:
+        """
+        Count, in the stencil of the target in use, several lights within scissors that are apart.
+
+        As ``count`` does, for plans whose counts fit; passes are in the order of their kinds.
+        ``is_ready`` says that this was called before for the same picture, and nothing else drew
+        volumes since.
+        """
+        state.clear(stencil=0)
+        for plan in plans:
+            if plan.start:
+                state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
+        program = self._find_program() if is_ready else self._prepare(self._in_stencil, plans[0])
+        draws = [(draw, plan) for plan in plans for draw in plan.draws]
+        if len(plans) > 1:
+            draws.sort(key=lambda each: (each[0].kind, each[0].is_cut))
+        last = plans[0] if not is_ready else None
+        for draw, plan in draws:
+            if plan is not last:
+                program.set(**plan.uniforms())
+                last = plan
+            program.set(is_cut=draw.is_cut)
+            for how in self._list_passes(plan, draw):
+                state.use(how)
+                if plan.scissor is not None:
+                    state.limit(plan.scissor)
                 self._indices.draw(program, draw.first, draw.count)
 
     def count_in_floats(self, state: State, target: Target, plan: VolumePlan) -> Target:
@@ -146,6 +172,8 @@ class VolumeCounter:
         for draw in plan.draws:
             program.set(front=_FRONT[draw.kind], is_cut=draw.is_cut)
             state.use(self._find_pass(IN_FLOATS, plan, draw))
+            if plan.scissor is not None:
+                state.limit(plan.scissor)
             self._indices.draw(program, draw.first, draw.count)
         return floats
 
@@ -159,21 +187,32 @@ class VolumeCounter:
             counts[counts > 127] -= 256
         return counts
 
+    def _list_passes(self, plan: VolumePlan, draw: Draw) -> list[Pass]:
+        """List the passes of a draw into the stencil, but for the light's scissor."""
+        one = self._find_pass(IN_STENCIL, plan, draw)
+        if self._two_sided:
+            return [one]
+        return [
+            replace(one, stencil=one_sided(one.stencil, side), cull=other)  # type: ignore[arg-type]
+            for side, other in (("front", "back"), ("back", "front"))
+        ]
+
     def _find_pass(self, passes: dict[str, Pass], plan: VolumePlan, draw: Draw) -> Pass:
-        """Choose the pass of a draw, limited to the light's clip range."""
+        """Choose the pass of a draw, limited to the light's depths."""
         depths = plan.depth_bounds if self._device.has_depth_bounds else None
         clamps = draw.kind != Z_PASS or plan.projection.camera.is_perspective
-        if plan.scissor is depths is None and clamps:
+        if depths is None and clamps:
             return passes[draw.kind]
-        return replace(
-            passes[draw.kind], scissor=plan.scissor, depth_bounds=depths, depth_clamp=clamps
-        )
+        return replace(passes[draw.kind], depth_bounds=depths, depth_clamp=clamps)
+
+    def _find_program(self, programs: Programs | None = None) -> Program:
+        """Choose the program by whether points near a light have their own far ends."""
+        needs = self._needs if self._indices.nearby is None else (*self._needs, "HAS_NEARBY")
+        return (programs or self._in_stencil).find(*needs)
 
     def _prepare(self, programs: Programs, plan: VolumePlan) -> Program:
         """Choose the program for a plan's draws, and set the inputs that they share."""
-        nearby = self._indices.nearby
-        needs = self._needs if nearby is None else (*self._needs, "HAS_NEARBY")
-        program = programs.find(*needs)
+        nearby, program = self._indices.nearby, self._find_program(programs)
         self._geometry.bind(program)
         if nearby is not None:
             nearby.bind(_NEARBY_UNIT)

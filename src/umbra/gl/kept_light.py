@@ -69,8 +69,10 @@ class KeptLight(Sequence[BodyVolumes]):
         """Make a body's volumes, or reuse the old ones where nothing moved."""
         lights = body.lights(self.source)
         near = self.near.get(index, _NO_SHELLS)
-        held = find_held(body, self.origin, lights, near)
-        opened = find_opened(body, self.camera, self.origin, lights, held, near)
+        held, opened = near[:0], body.none_opened
+        if len(near) or body.any_inward:
+            held = find_held(body, self.origin, lights, near)
+            opened = find_opened(body, self.camera, self.origin, lights, held, near)
         last = self._old.pop(index, None)
         if last is not None and last.is_of(lights, opened):
             return last

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.flags import DRAWS
 from umbra.scene.mesh import transform_points
 
 __all__ = ["find_level_points", "is_level", "split_level"]
@@ -35,9 +36,19 @@ def find_level_points(
 
 
 def split_level(
-    numbers: NDArray[np.uint32], is_level_point: NDArray[np.bool_]
-) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Split triangles (n,) of vertex numbers into those out of the plane and those in it."""
-    triangles = numbers.reshape(-1, 3)
-    inside = is_level_point[triangles >> np.uint32(1)].all(1)
-    return triangles[~inside].ravel(), triangles[inside].ravel()
+    lists: Sequence[NDArray[np.uint32]], is_level_point: NDArray[np.bool_]
+) -> list[NDArray[np.uint32]]:
+    """
+    Take the sides in the plane out of the lists of `DRAWS`.
+
+    Those counted behind the visible surface go to the light caps, which are always behind it.
+    """
+    found = list(lists)
+    for place, (name, _) in enumerate(DRAWS):
+        if name.startswith("sides"):
+            triangles = found[place].reshape(-1, 3)
+            inside = is_level_point[triangles >> np.uint32(1)].all(1)
+            found[place] = triangles[~inside].ravel()
+            if name == "sides_z_fail":
+                found[-1] = np.concatenate([found[-1], triangles[inside].ravel()])
+    return found

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS
 
-__all__ = ["count_draws", "list_cap", "write_draws"]
+__all__ = ["add_draws", "append_draws", "list_cap"]
 
 _LIGHT_CAP = 6  # place of light caps in ``DRAWS``
 
@@ -89,36 +89,16 @@ def _find_draw(flags):
 
 
 @njit(cache=True, nogil=True)
-def count_draws(sides, side_shell, cap_shell, flags, is_point, counts):
+def add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places, numbers):
     """
-    Count the vertex numbers of each of the ``DRAWS`` (7,).
+    Count the vertex numbers of each of the ``DRAWS`` (7,), and write them into ``numbers``.
 
-    ``side_shell`` and ``cap_shell`` are the shells of sides (n, 6) and casting faces, ascending;
-    ``flags`` are (n_shells,).
+    ``side_shell`` and ``cap_shell`` are the shells of sides (n, 6) and casting faces (n, 3),
+    ascending; ``flags`` are (n_shells,). Each draw is written from its own of ``places`` (7,) on,
+    which advance; with empty ``numbers`` it is only counted.
     """
     hub = np.uint32(0)
-    for i in range(side_shell.size):
-        if i == 0 or side_shell[i] != side_shell[i - 1]:
-            hub = sides[i, 2]
-        mine = flags[side_shell[i]]
-        if not mine & SIDES:
-            continue
-        draw, dark = _find_draw(mine)
-        counts[draw] += 6 if is_point or mine & CUT else 3
-        if mine & DARK_CAP and mine & FAN and hub != sides[i, 5] and hub != sides[i, 2]:
-            counts[dark] += 3
-    for i in range(cap_shell.size):
-        mine = flags[cap_shell[i]]
-        if mine & LIGHT_CAPS:
-            counts[_LIGHT_CAP] += 3
-        if mine & DARK_CAP and not mine & FAN:
-            counts[_find_draw(mine)[1]] += 3
-
-
-@njit(cache=True, nogil=True)
-def write_draws(sides, side_shell, cap, cap_shell, flags, is_point, places, numbers):
-    """Write what ``count_draws`` counts, each of the ``DRAWS`` from ``places`` (7,) on."""
-    hub = np.uint32(0)
+    writes = numbers.size > 0
     for i in range(side_shell.size):
         if i == 0 or side_shell[i] != side_shell[i - 1]:
             hub = sides[i, 2]
@@ -127,23 +107,53 @@ def write_draws(sides, side_shell, cap, cap_shell, flags, is_point, places, numb
             continue
         draw, dark = _find_draw(mine)
         columns = 6 if is_point or mine & CUT else 3
-        place = places[draw]
-        for k in range(columns):
-            numbers[place + k] = sides[i, k]
-        places[draw] += columns
+        if writes:
+            place = places[draw]
+            for k in range(columns):
+                numbers[place + k] = sides[i, k]
+            places[draw] += columns
+        counts[draw] += columns
         if mine & DARK_CAP and mine & FAN and hub != sides[i, 5] and hub != sides[i, 2]:
-            place = places[dark]
-            numbers[place], numbers[place + 1], numbers[place + 2] = hub, sides[i, 5], sides[i, 2]
-            places[dark] += 3
+            if writes:
+                place = places[dark]
+                numbers[place] = hub
+                numbers[place + 1] = sides[i, 5]
+                numbers[place + 2] = sides[i, 2]
+                places[dark] += 3
+            counts[dark] += 3
     for i in range(cap_shell.size):
         mine = flags[cap_shell[i]]
         if mine & LIGHT_CAPS:
-            place = places[_LIGHT_CAP]
-            for k in range(3):
-                numbers[place + k] = cap[i, k]
-            places[_LIGHT_CAP] += 3
+            _add_face(cap[i], False, _LIGHT_CAP, writes, counts, places, numbers)
         if mine & DARK_CAP and not mine & FAN:
-            dark = _find_draw(mine)[1]
-            for k in range(3):
-                numbers[places[dark] + k] = cap[i, 2 - k] | np.uint32(1)
-            places[dark] += 3
+            _add_face(cap[i], True, _find_draw(mine)[1], writes, counts, places, numbers)
+
+
+@njit(cache=True, nogil=True)
+def _add_face(face, is_far, draw, writes, counts, places, numbers):
+    """Count a casting face in a draw, and write it or, turned around, its far end."""
+    counts[draw] += 3
+    if writes:
+        for k in range(3):
+            number = face[2 - k] | np.uint32(1) if is_far else face[k]
+            numbers[places[draw] + k] = number
+        places[draw] += 3
+
+
+@njit(cache=True, nogil=True)
+def append_draws(sides, side_shell, cap, cap_shell, flags, is_point, numbers, end, counts):
+    """
+    Write the triangles of one body into ``numbers`` from ``end`` on, draw by draw.
+
+    ``counts`` (7,) become the vertex numbers of each draw; there must be room for 9 of each side
+    and 6 of each casting face.
+    """
+    counts[:] = 0
+    places = np.zeros(counts.size, np.int64)
+    add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places, numbers[:0])
+    for draw in range(counts.size):
+        places[draw] = end
+        end += counts[draw]
+    add_draws(
+        sides, side_shell, cap, cap_shell, flags, is_point, np.zeros_like(counts), places, numbers
+    )

@@ -11,7 +11,6 @@ cut alike, so volumes stay closed.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -25,6 +24,7 @@ from umbra.scene.mesh import transform_points
 __all__ = ["Nearby", "find_nearby"]
 
 _MOST = 2000  # faces; of a finer mesh only the nearest
+_MOST_PIECES = 6  # of one triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +36,15 @@ class Nearby:
     ----------
     points : (n, 2, 3) float64
         Position relative to the scene's origin, and unit vector from the light.
-    at_corner, on_edge, on_face : dict
-        One, two or three point numbers of the geometry, ascending -> index of the point
-        that replaces the corner, or lies on the edge or face.
+    places : (n, 3) int64
+        What each replaces or lies on: a corner (k, k, k), an edge (k, l, l), or a face, by
+        numbers of the geometry's points, ascending.
     corners : (n,) int64
         Points of the geometry at the affected faces, ascending.
     """
 
     points: NDArray[np.float64]
-    at_corner: dict[int, int]
-    on_edge: dict[tuple[int, int], int]
-    on_face: dict[tuple[int, ...], int]
+    places: NDArray[np.int64]
     corners: NDArray[np.int64]
 
     def refine(self, numbers: NDArray[np.uint32], first: int) -> NDArray[np.uint32]:
@@ -57,49 +55,85 @@ class Nearby:
         """
         triangles = numbers.reshape(-1, 3)
         is_near = np.zeros(len(triangles), np.bool_)
-        _find_corners(triangles, self.corners, is_near)
-        if not is_near.any():
+        if not _find_corners(triangles, self.corners, is_near):
             return numbers
-        cut: list[tuple[int, int, int]] = []
-        for triangle in triangles[is_near].tolist():
-            cut += self._cut(triangle, first)
-        added = np.array(cut, np.uint32).ravel()
-        return np.concatenate([triangles[~is_near].ravel(), added])
-
-    def _cut(self, triangle: list[int], first: int) -> list[tuple[int, int, int]]:
-        """Split one triangle at the points on its edges and, if it is a face, inside."""
-        rim, feet = [], []
-        for k, number in enumerate(triangle):
-            onward = triangle[(k + 1) % 3]
-            end = number & 1
-            stand = self.at_corner.get(number >> 1)
-            rim.append(number if stand is None else 2 * (first + stand) + end)
-            pair = (min(number, onward) >> 1, max(number, onward) >> 1)
-            foot = self.on_edge.get(pair) if end == onward & 1 else None
-            if foot is not None:
-                feet.append(len(rim))
-                rim.append(2 * (first + foot) + end)
-        ends = {number & 1 for number in triangle}
-        within = self.on_face.get(tuple(sorted(number >> 1 for number in triangle)))
-        if len(ends) == 1 and within is not None:
-            hub = 2 * (first + within) + ends.pop()
-            return [(hub, a, b) for a, b in pairwise([*rim, rim[0]])]
-        start = feet[0] if feet else 0
-        if len(feet) == 1:
-            start = (start + 2) % 4  # the corner across
-        rim = rim[start:] + rim[:start]
-        return [(rim[0], a, b) for a, b in pairwise(rim[1:])]
+        near = triangles[is_near]
+        cut = np.zeros((_MOST_PIECES * len(near), 3), np.uint32)
+        n = _cut(near, self.places, first, cut)
+        return np.concatenate([triangles[~is_near].ravel(), cut[:n].ravel()])
 
 
 @njit(cache=True, nogil=True)
 def _find_corners(triangles, corners, found):
     """Mark the triangles (n, 3) of vertex numbers with a corner among points in order."""
+    is_any = False
     for i in range(triangles.shape[0]):
         for k in range(3):
             point = np.int64(triangles[i, k] >> np.uint32(1))
             if corners[0] <= point <= corners[-1]:
                 place = np.searchsorted(corners, point)
                 found[i] |= corners[place] == point
+        is_any |= found[i]
+    return is_any
+
+
+@njit(cache=True, nogil=True)
+def _find_place(places, count, a, b, c):
+    """Return which of the first places is this corner, edge or face, in any order; -1 if none."""
+    low, high = min(a, b, c), max(a, b, c)
+    middle = a + b + c - low - high
+    for i in range(count):
+        if places[i, 0] == low and places[i, 1] == middle and places[i, 2] == high:
+            return i
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def _cut(triangles, places, first, cut):
+    """Split triangles at the points on their edges and, if they are faces, inside."""
+    rim = np.zeros(6, np.uint32)
+    n = 0
+    for i in range(triangles.shape[0]):
+        length, feet, foot_at, ends = 0, 0, 0, np.uint32(0)
+        a, b, c = triangles[i] >> np.uint32(1)
+        for k in range(3):
+            number, onward = triangles[i, k], triangles[i, (k + 1) % 3]
+            end, point, other = (
+                number & np.uint32(1),
+                number >> np.uint32(1),
+                onward >> np.uint32(1),
+            )
+            ends += end
+            stand = _find_place(places, len(places), point, point, point)
+            rim[length] = number if stand < 0 else np.uint32(2 * (first + stand)) + end
+            length += 1
+            foot = -1
+            if end == onward & np.uint32(1) and point != other:
+                low, high = min(point, other), max(point, other)
+                foot = _find_place(places, len(places), low, high, high)
+            if foot >= 0:
+                foot_at = length if feet == 0 else foot_at
+                feet += 1
+                rim[length] = np.uint32(2 * (first + foot)) + end
+                length += 1
+        within = -1
+        if ends in (0, 3):
+            within = _find_place(places, len(places), a, b, c) if a != b != c != a else -1
+        if within >= 0:
+            hub = np.uint32(2 * (first + within) + (1 if ends else 0))
+            for k in range(length):
+                cut[n, 0], cut[n, 1], cut[n, 2] = hub, rim[k], rim[(k + 1) % length]
+                n += 1
+            continue
+        start = foot_at
+        if feet == 1:
+            start = (foot_at + 2) % 4  # the corner across
+        for k in range(1, length - 1):
+            cut[n, 0] = rim[start]
+            cut[n, 1] = rim[(start + k) % length]
+            cut[n, 2] = rim[(start + k + 1) % length]
+            n += 1
+    return n
 
 
 def find_nearby(
@@ -110,11 +144,7 @@ def find_nearby(
 
     ``near`` lists instances and shells (n, 2) per body, from ``find_near``: only these are tested.
     """
-    points: list[NDArray[np.float64]] = []
-    at_corner: dict[int, int] = {}
-    on_edge: dict[tuple[int, int], int] = {}
-    on_face: dict[tuple[int, ...], int] = {}
-    met: set[int] = set()
+    ways, places, met = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], []
     for each, mine in near:
         body = each.body
         reach = REACH * body.size
@@ -125,51 +155,70 @@ def find_nearby(
             ]
             if not len(faces):
                 continue
-            used, rows = np.unique(body.caster.faces[faces], return_inverse=True)
+            corners = body.caster.faces[faces]
             # Relative to the light, so that near points keep full precision.
-            apart = body.caster.vertices[used]
+            apart = body.caster.vertices[corners.ravel()]
             apart = transform_points(body.transforms[instance], apart) - light[:3]
-            numbers = body.first[instance] + used
-            for corners in rows.reshape(-1, 3):
-                names, ways = numbers[corners].tolist(), apart[corners]
-                _add_corners(names, ways, reach, at_corner, points)
-                _add_edges(names, ways, reach, on_edge, points)
-                _add_face(names, ways, reach, on_face, points)
-                met.update(names)
-    if not points:
+            numbers = body.first[instance] + corners.astype(np.int64)
+            found, which = np.zeros((7 * len(faces), 3)), np.zeros((7 * len(faces), 3), np.int64)
+            n = _find_points(numbers, apart.reshape(-1, 3, 3), reach, found, which)
+            ways.append(found[:n])
+            places.append(which[:n])
+            met.append(numbers.ravel())
+    found = np.concatenate(ways)
+    if not len(found):
         return None
-    ways = np.array(points)
-    units = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-    stacked = np.stack([ways + light[:3], units], 1)
-    return Nearby(stacked, at_corner, on_edge, on_face, np.array(sorted(met)))
+    units = found / np.sqrt((found * found).sum(1, keepdims=True))
+    stacked = np.stack([found + light[:3], units], 1)
+    return Nearby(stacked, np.concatenate(places), np.unique(np.concatenate(met)))
 
 
-def _add_corners(
-    names: list[int], ways: NDArray, reach: float, at_corner: dict, points: list
-) -> None:
-    for name, way in zip(names, ways, strict=True):
-        if name not in at_corner and 0.0 < np.linalg.norm(way) < reach:
-            at_corner[name] = len(points)
-            points.append(way)
+@njit(cache=True, nogil=True)
+def _find_points(numbers, ways, reach, points, places):
+    """
+    Write the points within reach of corners, edges and faces, each once; return their number.
 
-
-def _add_edges(names: list[int], ways: NDArray, reach: float, on_edge: dict, points: list) -> None:
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        pair = (min(names[i], names[j]), max(names[i], names[j]))
-        a, b = (ways[names.index(name)] for name in pair)  # same direction for both faces
-        along = b - a
-        part = -(a @ along) / (along @ along)
-        foot = a + part * along
-        if pair not in on_edge and 0.0 < part < 1.0 and 0.0 < np.linalg.norm(foot) < reach:
-            on_edge[pair] = len(points)
-            points.append(foot)
-
-
-def _add_face(names: list[int], ways: NDArray, reach: float, on_face: dict, points: list) -> None:
+    ``numbers`` (n, 3) are the faces' points, ``ways`` (n, 3, 3) their positions from the light.
+    """
+    n = 0
     foot = np.zeros(3)
-    if _find_foot(ways, foot) and 0.0 < np.sqrt(foot @ foot) < reach:
-        on_face[tuple(sorted(names))] = len(points)
-        points.append(foot)
+    for i in range(numbers.shape[0]):
+        names, corners = numbers[i], ways[i]
+        for k in range(3):
+            name = names[k]
+            if _is_within(corners[k], reach) and _find_place(places, n, name, name, name) < 0:
+                n = _add(corners[k], name, name, name, points, places, n)
+        for k in range(3):
+            a, b = k, (k + 1) % 3
+            if names[a] > names[b]:
+                a, b = b, a  # the same direction for both faces
+            along = corners[b] - corners[a]
+            part = -(corners[a] * along).sum() / (along * along).sum()
+            foot[:] = corners[a] + part * along
+            if (
+                0.0 < part < 1.0
+                and _is_within(foot, reach)
+                and _find_place(places, n, names[a], names[b], names[b]) < 0
+            ):
+                n = _add(foot, names[a], names[b], names[b], points, places, n)
+        if _find_foot(corners, foot) and _is_within(foot, reach):
+            low, high = min(names[0], names[1], names[2]), max(names[0], names[1], names[2])
+            n = _add(foot, low, names.sum() - low - high, high, points, places, n)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _is_within(way, reach):
+    """Return whether a vector is shorter than a reach, and not 0."""
+    return 0.0 < np.sqrt((way * way).sum()) < reach
+
+
+@njit(cache=True, nogil=True)
+def _add(way, a, b, c, points, places, n):
+    """Write a point and its place; return the number of points."""
+    points[n] = way
+    places[n, 0], places[n, 1], places[n, 2] = a, b, c
+    return n + 1
 
 
 @njit(cache=True, nogil=True)

@@ -5,7 +5,7 @@ Volumes are kept between frames and rebuilt only where a body moved relative to 
 light. While nothing moves, the last plan is reused.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 
@@ -18,6 +18,7 @@ from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import KeptLight
 from umbra.gl.level import find_level_points, is_level, split_level
+from umbra.gl.nearby import Nearby
 from umbra.gl.open_components import find_near, find_start
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Statistics, VolumePlan
 from umbra.gl.projection import (
@@ -30,7 +31,7 @@ from umbra.gl.projection import (
 )
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
-from umbra.gl.volumes import find_together, gather_light
+from umbra.gl.volumes import IndexList, find_together
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
@@ -84,6 +85,7 @@ class Planner:
     _kept: list[KeptLight] = field(default_factory=list)
     _last: tuple[bytes, list[VolumePlan]] | None = None
     _moves: int = 0
+    _list: IndexList = field(default_factory=IndexList)
     tree: BoxTree = field(init=False)
     _has_moved: bool = False
     _idle_boxes: dict[int, tuple[Part, NDArray[np.float64]]] = field(default_factory=dict)
@@ -207,13 +209,20 @@ class Planner:
             for selection in selections:
                 self._warn(selection, method, warn)
             find_together(self._kept, selections, self._starts)
-            plans: list[VolumePlan] = []
-            lists: list[NDArray[np.uint32]] = []
-            nearby = [np.zeros((0, 2, 3))]
-            for kept, selection, clip in zip(self._kept, selections, ranges, strict=True):
-                plans.append(self._plan(kept, projection, selection, clip, lists, nearby))
-            points = np.concatenate(nearby)
-            self.indices.write(*lists, nearby=points if len(points) else None)
+            touched = [
+                kept.touch(selection)
+                for kept, selection in zip(self._kept, selections, strict=True)
+            ]
+            points = [near.points for near in touched if near is not None]
+            # Points near a light are numbered beyond all others, which may take wider numbers.
+            self._list.begin(np.dtype(np.uint32) if points else self.indices.dtype)
+            plans, first = [], self.geometry.n_points
+            for each in zip(self._kept, selections, touched, ranges, strict=True):
+                plans.append(self._plan(projection, *each, first))
+                first += 0 if each[2] is None else len(each[2].points)
+            self.indices.write(
+                self._list.numbers, nearby=np.concatenate(points) if points else None
+            )
             self._last = key, plans
         return self._last[1]
 
@@ -229,37 +238,28 @@ class Planner:
 
     def _plan(
         self,
-        kept: KeptLight,
         projection: Projection,
+        kept: KeptLight,
         selection: VolumeSelection,
+        touched: Nearby | None,
         clip_range: tuple[Rectangle | None, tuple[float, float] | None],
-        lists: list[NDArray[np.uint32]],
-        nearby: list[NDArray[np.float64]],
+        first: int,
     ) -> VolumePlan:
-        """Plan one light, and add its triangles to the lists."""
+        """Plan one light, and list its triangles; its points near it are numbered from first on."""
         source, (corners, depths) = kept.source, clip_range
         draws: list[Draw] = []
         drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
         start, tilt, deepest = 0, np.zeros(2), 0
         if len(selection.shells):
-            self._list(kept, selection, draws, drawn, lists, nearby)
+            for name, is_cut, place, count in self._list_draws(kept, selection, touched, first):
+                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
+                draws.append(Draw(kind, is_cut, place, count))
+                drawn[name] += count // 3
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
                 start, tilt = find_start(kept, projection.camera, source, uncut)
             deepest = kept.bound(selection, self.bounds, self._most)
-        cases = np.bincount(selection.case, minlength=4).tolist()
-        statistics = Statistics(
-            shells=len(self.bounds),
-            culled=len(self.bounds) - len(selection.shells),
-            cut=int(np.count_nonzero(selection.flags & CUT)),
-            cases=(cases[1], cases[2], cases[3]),
-            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
-            sides_z_pass=drawn["sides_z_pass"],
-            dark_caps=drawn["dark_cap"],
-            light_caps=drawn["light_cap"],
-            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
-            deepest=deepest,
-        )
+        statistics = self._find_statistics(selection, draws, drawn, deepest)
         return VolumePlan(
             projection=projection.tilted(tilt),
             light=np.append(source[:3] - source[3] * projection.eye, source[3]),
@@ -274,41 +274,47 @@ class Planner:
             volumes=kept,
         )
 
-    def _list(
-        self,
-        kept: KeptLight,
-        selection: VolumeSelection,
-        draws: list[Draw],
-        drawn: dict[str, int],
-        lists: list[NDArray[np.uint32]],
-        nearby: list[NDArray[np.float64]],
-    ) -> None:
-        """Add a light's triangles and draws to the lists."""
-        touched = kept.touch(selection)
-        place = sum(map(len, lists))
-        first = self.geometry.n_points + sum(map(len, nearby))
-        if touched is not None:
-            nearby.append(touched.points)
+    def _find_statistics(
+        self, selection: VolumeSelection, draws: list[Draw], drawn: dict[str, int], deepest: int
+    ) -> Statistics:
+        """Sum up one light's plan."""
+        shells, seen = len(self.bounds), len(selection.shells)
+        cases = np.bincount(selection.case, minlength=4).tolist() if seen else [0] * 4
+        return Statistics(
+            shells=shells,
+            culled=shells - seen,
+            cut=int(np.count_nonzero(selection.flags & CUT)) if seen else 0,
+            cases=(cases[1], cases[2], cases[3]),
+            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
+            sides_z_pass=drawn["sides_z_pass"],
+            dark_caps=drawn["dark_cap"],
+            light_caps=drawn["light_cap"],
+            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
+            deepest=deepest,
+        )
+
+    def _list_draws(
+        self, kept: KeptLight, selection: VolumeSelection, touched: Nearby | None, first: int
+    ) -> Iterator[tuple[str, bool, int, int]]:
+        """List a light's triangles; yield name, cut, place and length of each of its draws."""
+        place, level = self._list.end, self._find_level(kept.source)
         is_point = bool(kept.source[3])
-        numbers, counts = gather_light(kept, selection, self._starts, is_point)
-        end, level, behind = 0, self._find_level(kept.source), numbers[:0]
-        for (name, is_cut), count in zip(DRAWS, counts.tolist(), strict=True):
-            found = numbers[end : end + count]
-            end += count
-            if level is not None and name.startswith("sides"):
-                found, aside = split_level(found, level)
-                if name == "sides_z_fail":
-                    behind = np.concatenate([behind, aside])
-            elif len(behind) and name == "light_cap":
-                found = np.concatenate([found, behind])
-            if touched is not None:
-                found = touched.refine(found, first)
+        counts = self._list.append_light(kept, selection, self._starts, is_point).tolist()
+        if touched is None and level is None:
+            for (name, is_cut), count in zip(DRAWS, counts, strict=True):
+                if count:
+                    yield name, is_cut, place, count
+                place += count
+            return
+        lists = np.split(self._list.numbers[place:].copy(), np.cumsum(counts[:-1]))
+        self._list.end = place
+        if level is not None:
+            lists = split_level(lists, level)
+        for (name, is_cut), numbers in zip(DRAWS, lists, strict=True):
+            found = numbers if touched is None else touched.refine(numbers, first)
             if len(found):
-                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
-                draws.append(Draw(kind, is_cut, place, len(found)))
-                drawn[name] += len(found) // 3
-                place += len(found)
-                lists.append(found)
+                yield name, is_cut, self._list.end, len(found)
+                self._list.append(found)
 
     def _find_level(self, source: NDArray[np.float64]) -> NDArray[np.bool_] | None:
         """Find the points in the ground's plane, if a light (4,) lies in it too."""
@@ -342,7 +348,7 @@ class Planner:
         """Return another planner of the same casters, with its own lists and kept volumes."""
         other = copy(self)
         other.indices = Indices(self.device, 2 * self.geometry.n_points)
-        other._kept, other._last = [], None
+        other._kept, other._last, other._list = [], None, IndexList()
         return other
 
     def release(self) -> None:

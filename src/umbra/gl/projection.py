@@ -8,6 +8,7 @@ scissor and depth bounds.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +136,7 @@ class Projection:
         return float(corners[:, 2].min())
 
     @cached_property
-    def rays(self) -> dict[str, object]:
+    def rays(self) -> dict[str, Any]:
         """The uniforms of ``picture.glsl``: the rays of pixels."""
         found = _find_rays(self)
         for array in found.values():
@@ -225,12 +226,12 @@ def _find_depths(
     return float(nearest), float(furthest)
 
 
-def find_rays(projection: Projection) -> dict[str, object]:
+def find_rays(projection: Projection) -> dict[str, Any]:
     """Return the uniforms of ``picture.glsl``: the rays of pixels."""
     return projection.rays
 
 
-def _find_rays(projection: Projection) -> dict[str, object]:
+def _find_rays(projection: Projection) -> dict[str, Any]:
     camera = projection.camera
     right, up, forward = camera.axes()
     cols, rows = camera.size

@@ -10,6 +10,7 @@ stencil (``soft/``). Nothing is read back until ``read``.
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,13 @@ from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.layers import TransparentLayers
+from umbra.gl.lighting import LightPasses, ShownLights
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.small import SmallMasks
 from umbra.gl.plan import Statistics, VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_scissors
+from umbra.gl.projection import Projection
 from umbra.gl.resources import Timers
 from umbra.gl.samples import Averaging, split_samples
 from umbra.gl.selection import VolumeOptions
@@ -119,6 +121,7 @@ class Renderer(DeviceUser):
             self._build(scene)
             self.shading = Shading(self.device, is_glossy=self.surfaces.is_glossy)
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
+            self.passes = LightPasses(self.shading, self.lamps, self._timed)
             self.layers = TransparentLayers(self.device)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
@@ -318,13 +321,16 @@ class Renderer(DeviceUser):
         middles = find_middles(lights)
         plans = self._plan(projection, middles, method) if shadows else [None] * len(lights)
         softened.begin(projection, plans)
+        spares = counter is self.counter and self.surfaces.has_normals
+        lit = ShownLights(lights, plans, counter, softened, self._tables, spares)
         targets.light.use()
-        self._add_lights(state, targets, projection, lights, plans, counter, softened)
+        self.passes.add(state, targets, projection, lit, self.scene.origin)
         shown = targets.surface
         if self.surfaces.has_transparent:
             shown = self.layers.begin(targets)
             for layer in self.layers.blend(state, self.shading, self.surfaces, projection, targets):
-                self._add_lights(state, layer, projection, lights, plans, counter, behind)
+                lit = replace(lit, softened=behind)
+                self.passes.add(state, layer, projection, lit, self.scene.origin)
         targets.drawn.use()
         with self._timed("finish"):
             self.shading.finish(state, shown, is_laid=shown is not targets.surface)
@@ -339,45 +345,6 @@ class Renderer(DeviceUser):
         for place in (LIGHT, PLACE, FACE):
             surface.clear_color(0.0, place=place)
         self.surfaces.draw(state, self.projection, self.ground, cull=self.projection.sees_all)
-
-    def _add_lights(
-        self,
-        state: State,
-        targets: PictureTargets,
-        projection: Projection,
-        lights: Sequence[Light | AreaLight],
-        plans: Sequence[VolumePlan | None],
-        counter: Counts,
-        softened: SoftLights,
-    ) -> None:
-        origin, exposure = self.scene.origin, find_exposure(len(lights))
-        middles = find_middles(lights)
-        scissors = [plan.scissor for plan in plans if plan is not None]
-        scissors = scissors or find_scissors(projection.camera, origin, middles)
-        for number, (light, plan, scissor) in enumerate(zip(middles, plans, scissors, strict=True)):
-            if scissor is not None and 0 in scissor[2:]:
-                continue
-            with self._timed("shadows"):
-                shares = softened.draw(state, targets.light, number)
-                if shares is None and plan is not None:
-                    counter.count(state, targets.light, plan)
-                elif shares is None:
-                    state.clear(stencil=0)
-            with self._timed("light"):
-                targets.light.use()
-                lamp = self.lamps.make(light, projection, origin, exposure)
-                if plan is not None and self._tables is not None:
-                    lamp = self._tables.weaken(lamp, lights[number], projection, origin)
-                given = (state, targets.surface, projection, lamp, scissor)
-                if plan is None or not self._spares_turned(counter, plan):
-                    self.shading.add_light(*given, shares)
-                    continue
-                extent = None if shares is None else softened.areas[number].radius
-                self.shading.add_light(*given, shares, extent)
-                if shares is not None:
-                    counter.count(state, targets.light, plan)
-                    targets.light.use()
-                self.shading.add_turned(*given, least=1 if shares is None else 0)
 
     def _spares_turned(self, counter: Counts, plan: VolumePlan) -> bool:
         """Return whether the stencil will hold counts and any part has smooth normals."""

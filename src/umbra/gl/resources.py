@@ -60,7 +60,8 @@ class Indices:
         if nearby is not None and self.dtype == np.uint16:
             self._free()  # wider numbers may be needed
             self.dtype = np.dtype(np.uint32)
-        data = np.concatenate([np.zeros(0, self.dtype), *lists], dtype=self.dtype, casting="unsafe")
+        data = lists[0] if len(lists) == 1 else np.concatenate([np.zeros(0, self.dtype), *lists])
+        data = np.ascontiguousarray(data, self.dtype)
         self.n_bytes = data.nbytes
         if self._buffer is None or self._buffer.size < data.nbytes:
             self._free()

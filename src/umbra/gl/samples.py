@@ -34,9 +34,10 @@ def draw_samples(
     programs: Programs,
     needs: tuple[str, ...],
     samples: int,
+    vertices: int = 3,
     **uniforms: Any,
 ) -> None:
-    """Draw a pass over the whole picture, into each of its samples in turn."""
+    """Draw a pass over the whole picture, or its rectangles, into each sample in turn."""
     if samples > 1:
         needs = (*needs, "HAS_SAMPLES")
     program = programs.find(*needs)
@@ -44,7 +45,7 @@ def draw_samples(
     for which in range(samples):
         state.use(how if samples == 1 else replace(how, sample=which))
         program.set(which=which)
-        program.draw(3)
+        program.draw(vertices)
 
 
 def split_samples(

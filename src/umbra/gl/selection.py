@@ -16,7 +16,7 @@ from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, Volum
 from umbra.gl.projection import Projection, Rectangle
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
-from umbra.volume.box_tree import BoxTree
+from umbra.volume.box_tree import BoxTree, is_beyond_any
 from umbra.volume.placement import ask_faces, place_box
 from umbra.volume.regions import Regions, find_many_regions, find_view_planes
 
@@ -169,13 +169,16 @@ def _select(bounds, found, lights, regions, reaches, floor, method, rules, flags
             if not found[k, i]:
                 continue
             box = bounds[i]
-            is_cut = not np.isnan(floor) and can_box_end(box, light)
+            bits = SIDES
+            if not np.isnan(floor) and can_box_end(box, light):
+                bits |= CUT
+            if method != _FAIL and is_beyond_any(pyramids[k], box):
+                case[k, i], flags[k, i] = 1, bits  # as nearly all are
+                continue
             case[k, i], undecided[k, i], needs_cap, _, is_fan = place_box(
                 box, pyramids[k], clipped[k], light, True
             )
             is_fan &= fans
-            bits = SIDES
-            bits |= CUT if is_cut else np.uint8(0)
             bits |= FAN if is_fan else np.uint8(0)
             if method == _FAIL or (method == _AUTO and case[k, i] > 1):
                 light_cap = dark_cap = True
@@ -185,7 +188,7 @@ def _select(bounds, found, lights, regions, reaches, floor, method, rules, flags
                     )
                 # At infinity a directional light's volumes end in one point, and so do
                 # parallel rays.
-                can_close = is_cut or (light[3] != 0.0 and is_perspective)
+                can_close = bool(bits & CUT) or (light[3] != 0.0 and is_perspective)
                 bits |= Z_FAILS
                 if can_close and (dark_cap or not is_fan):
                     bits |= DARK_CAP

@@ -7,8 +7,9 @@ the surfaces were drawn lit and in shadow at once, and the shadow is only select
 A `Lamp` is a light for shaders (``lamp.glsl``), with the picture that it projects.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from umbra.scene.camera import HORIZON, SKY
 if TYPE_CHECKING:
     from umbra.gl.transmission import TransmitterTables
 
-__all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
+__all__ = ["MOST_LAMPS", "Lamp", "Lamps", "Scissor", "Shading"]
 
 _SLIDE = 4  # texture unit; lower units are the surfaces'
 
@@ -36,7 +37,7 @@ class Lamp:
     """A light in one view: required defines, uniforms, and projected picture."""
 
     needs: tuple[str, ...]
-    uniforms: dict[str, object]
+    uniforms: dict[str, Any]
     slide: Texture | None
     tables: "TransmitterTables | None" = None
 
@@ -52,6 +53,15 @@ class Lamp:
         self.bind()
         program.set(**self.uniforms)
 
+    def pack(self, row: NDArray[np.float32]) -> None:
+        """Write the uniforms into a row (4, 4) of ``lamp.glsl``'s array of many lamps."""
+        given = self.uniforms
+        row[0] = given["lamp"]
+        row[1, :3], row[1, 3] = given["lamp_color"], given["fade"]
+        row[2, :3] = given["attenuation"]
+        if "axis" in given:
+            row[3, :3], (row[2, 3], row[3, 3]) = given["axis"], given["cone"]
+
 
 class Lamps:
     """Makes lamps, and keeps their projected pictures."""
@@ -66,7 +76,7 @@ class Lamps:
         """Make the lamp of a light; ``exposure`` multiplies its colour."""
         place = light.local(origin)
         place[:3] -= place[3] * projection.eye
-        uniforms: dict[str, object] = {
+        uniforms: dict[str, Any] = {
             "slide": _SLIDE,
             "lamp": place,
             "lamp_color": exposure * np.array(light.color),
@@ -109,7 +119,14 @@ class Lamps:
 
 _PLACES, _ALBEDOS, _SHARES, _FACES = range(4)  # texture units
 _IN_SHADOW = Stencil(test="notequal", reference=0)
+_ADD = Pass(color_write=True, blend="add")
+_ADD_LIT, _ADD_ONCE = (
+    replace(_ADD, stencil=Stencil(test="equal", reference=count)) for count in (0, 1)
+)
 _BEHIND = Pass(depth_test="lequal", color_write=True)
+
+MOST_LAMPS = 32
+"""Lamps of one draw, as in ``many.glsl``: what every device's uniforms hold."""
 
 Scissor = tuple[int, int, int, int]
 """Left, bottom, columns, rows [pixels], row 0 lowest."""
@@ -151,7 +168,44 @@ class Shading:
         else:
             shares.bind(_SHARES)
             needs += ("HAS_SHARE",) if extent is None else ("HAS_SHARE", "SPARES_TURNED")
-        self._draw_light(state, how, surface, projection, lamp, needs, extent or 0.0)
+        lamp.bind()
+        given = (state, how, surface, projection, needs)
+        self._draw_light(*given, extent=extent or 0.0, **lamp.uniforms)
+
+    def add_lights(
+        self,
+        state: State,
+        surface: Target,
+        projection: Projection,
+        lamps: Sequence[Lamp],
+        scissors: Sequence[Scissor | None],
+        *,
+        is_counted: bool,
+        is_turned: bool = False,
+    ) -> None:
+        """
+        Add several lights of equal ``needs``, without pictures, each within its own scissor.
+
+        Before: the light target is in use; if ``is_counted``, its stencil counts the shadows of
+        each light within its scissor, else no light is shadowed. With ``is_turned`` they are added
+        where ``add_turned`` adds one.
+        """
+        rows = np.zeros((MOST_LAMPS, 4, 4), np.float32)
+        boxes = np.zeros((MOST_LAMPS, 4), np.float32)
+        boxes[:, 2:] = surface.size
+        for place, (lamp, scissor) in enumerate(zip(lamps, scissors, strict=True)):
+            lamp.pack(rows[place])
+            if scissor is not None:
+                left, bottom, cols, height = scissor
+                boxes[place] = left, bottom, left + cols, bottom + height
+        boxes *= 2.0 / np.array(surface.size * 2, np.float32)
+        boxes -= 1.0
+        how = (_ADD_ONCE if is_turned else _ADD_LIT) if is_counted else _ADD
+        needs = (*lamps[0].needs, "ARE_MANY", *(("IS_TURNED",) if is_turned else ()))
+        self._draw_light(
+            state, how, surface, projection, needs, vertices=6 * len(lamps),
+            lamps=rows.reshape(-1, 4), rectangles=boxes,
+        )  # fmt: skip
 
     def add_turned(
         self,
@@ -171,7 +225,9 @@ class Shading:
         """
         once = Stencil(test="equal" if least else "gequal", reference=1)
         how = Pass(color_write=True, blend="add", scissor=scissor, stencil=once)
-        self._draw_light(state, how, surface, projection, lamp, (*lamp.needs, "IS_TURNED"))
+        lamp.bind()
+        needs = (*lamp.needs, "IS_TURNED")
+        self._draw_light(state, how, surface, projection, needs, extent=0.0, **lamp.uniforms)
 
     def _draw_light(
         self,
@@ -179,17 +235,15 @@ class Shading:
         how: Pass,
         surface: Target,
         projection: Projection,
-        lamp: Lamp,
         needs: tuple[str, ...],
-        extent: float = 0.0,
+        **uniforms: Any,
     ) -> None:
         for unit, place in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO), (_FACES, FACE)):
             surface.bind(unit, place)
-        lamp.bind()
         draw_samples(
             state, how, self._light, (*needs, *self._needs), surface.samples,
-            places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, extent=extent,
-            **lamp.uniforms, **find_rays(projection),
+            places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES,
+            **uniforms, **find_rays(projection),
         )  # fmt: skip
 
     def lay(self, state: State, surface: Target, shown: Target) -> None:
@@ -252,6 +306,6 @@ class Shading:
         release_all(self._light, self._over, self._finish, self._sky, self._dark)
 
 
-def _describe_sky(target: Target) -> dict[str, object]:
+def _describe_sky(target: Target) -> dict[str, Any]:
     """Return the uniforms of ``sky.glsl``."""
     return {"sky": np.array(SKY), "horizon": np.array(HORIZON), "rows": float(target.size[1])}

@@ -133,12 +133,16 @@ class State:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._now: Pass | None = None
+        self._is_limited = False
 
     def use(self, wanted: Pass) -> None:
         """Set all state of a pass."""
         if wanted.depth_bounds is not None and not self._device.has_depth_bounds:
             msg = f"{self._device.renderer} has no depth bounds test; leave depth_bounds out"
             raise UmbraError(msg)
+        if self._is_limited:
+            self._set_scissor(wanted.scissor)
+            self._is_limited = False
         if wanted is self._now:
             return
         values = _list_values(wanted)
@@ -151,6 +155,11 @@ class State:
         for name, value in changed:
             getattr(self, f"_set_{name}")(value)
         self._now = wanted
+
+    def limit(self, scissor: tuple[int, int, int, int] | None) -> None:
+        """Change the scissor alone, until the next pass is used."""
+        self._set_scissor(scissor)
+        self._is_limited = True
 
     def clear(
         self,
@@ -177,6 +186,7 @@ class State:
         gl.Clear(bits)
         gl.DepthMask(now.depth_write)
         self._set_scissor(now.scissor)
+        self._is_limited = False
 
     def reset(self) -> None:
         """Restore OpenGL's own defaults."""
@@ -196,7 +206,7 @@ class State:
         self._control_clip(_BOTH_WAYS)
 
     def __enter__(self) -> "State":
-        self._now = None
+        self._now, self._is_limited = None, False
         self._control_clip(_ZERO_TO_ONE)
         return self
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, VolumeSelection
-from umbra.gl.lists import count_draws, list_cap, write_draws
+from umbra.gl.lists import add_draws, append_draws, list_cap
 from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 
-__all__ = ["BodyVolumes", "find_together", "gather", "gather_light", "make_volumes"]
+__all__ = ["BodyVolumes", "IndexList", "find_together", "gather", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
@@ -85,10 +85,10 @@ class BodyVolumes:
 
     def _add(self, sides: NDArray[np.uint32], shell: NDArray[np.intp], found: NDArray) -> None:
         """Add the sides of newly found shells."""
-        if self._found.any():
+        if len(self._sides):
             sides = np.concatenate([self._sides, sides])
             shell = np.concatenate([self._side_shell, shell])
-        if (np.diff(shell) < 0).any():  # faces seen edge-on come last
+        if (shell[1:] < shell[:-1]).any():  # faces seen edge-on come last
             order = np.argsort(shell, kind="stable")
             sides, shell = sides[order], shell[order]
         self._sides, self._side_shell = sides, shell
@@ -233,13 +233,13 @@ def find_together(
     touched: dict[int, list[tuple[BodyVolumes, NDArray[np.bool_]]]] = {}
     for light, selection in zip(volumes, selections, strict=True):
         for index in selection.find_bodies(starts):
-            mine = selection.sides[starts[index] : starts[index + 1]]
-            touched.setdefault(index, []).append((light[index], mine & ~light[index]._found))
+            each = light[index]
+            missing = selection.sides[starts[index] : starts[index + 1]] & ~each._found
+            if missing.any():
+                touched.setdefault(index, []).append((each, missing))
     for group in touched.values():
         alike = [
-            (each, mine)
-            for each, mine in group
-            if mine.any() and not len(each.held) and not each.opened.any()
+            (each, mine) for each, mine in group if not len(each.held) and not each.opened.any()
         ]
         if len(alike) > 1 and len(group[0][0].body.caster.edges) < _LARGE:
             for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
@@ -249,35 +249,83 @@ def find_together(
             each.find(mine)
 
 
-def gather_light(
-    volumes: Sequence[BodyVolumes],
-    selection: VolumeSelection,
-    starts: NDArray[np.intp],
-    is_point: bool,
-) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
+@dataclass(eq=False)
+class IndexList:
     """
-    Collect the selected triangles of a light, in the order of `DRAWS`.
+    One list of vertex numbers for all lights of a frame, whose room is used again.
 
-    Returns vertex numbers (n,), and how many belong to each draw (7,). Sides of volumes that end
-    in one point, of a directional light at infinity, are single triangles.
+    Attributes
+    ----------
+    end : int
+        How many numbers are in use.
     """
-    found = []
-    counts = np.zeros((len(DRAWS), 0), np.int64)
-    for index in selection.find_bodies(starts):
-        flags = selection.flags[starts[index] : starts[index + 1]]
-        each = volumes[index]
-        each.find((flags & SIDES) != 0)
-        caps = (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
-        cap, cap_shell = each._cap[:0], each._cap_shell[:0]
-        if caps.any():
-            cap, cap_shell = list_cap(each.body, each.lights, each.is_closed, each.held, caps)
-        lists = (each._sides, each._side_shell, cap, cap_shell, flags, is_point)
-        mine = np.zeros((len(DRAWS), 1), np.int64)
-        count_draws(each._sides, each._side_shell, cap_shell, flags, is_point, mine[:, 0])
-        counts = np.concatenate([counts, mine], 1)
-        found.append(lists)
-    ends = np.cumsum(counts).reshape(counts.shape)
-    numbers = np.zeros(counts.sum(), np.uint32)
-    for lists, places in zip(found, (ends - counts).T.copy(), strict=True):
-        write_draws(*lists, places, numbers)
-    return numbers, counts.sum(1)
+
+    end: int = 0
+    _room: NDArray = field(default_factory=lambda: np.zeros(0, np.uint32))
+
+    def begin(self, dtype: np.dtype) -> None:
+        """Empty the list, for numbers of a type."""
+        self.end = 0
+        if self._room.dtype != dtype:
+            self._room = np.zeros(0, dtype)
+
+    @property
+    def numbers(self) -> NDArray:
+        """The numbers in use, valid until the next call of any method."""
+        return self._room[: self.end]
+
+    def append(self, numbers: NDArray) -> None:
+        """Add numbers (n,)."""
+        self._reserve(len(numbers))[self.end : self.end + len(numbers)] = numbers
+        self.end += len(numbers)
+
+    def append_light(
+        self,
+        volumes: Sequence[BodyVolumes],
+        selection: VolumeSelection,
+        starts: NDArray[np.intp],
+        is_point: bool,
+    ) -> NDArray[np.int64]:
+        """
+        Add the selected triangles of a light, in the order of `DRAWS`.
+
+        Returns how many numbers belong to each draw (7,). Sides of volumes that end in one point,
+        of a directional light at infinity, are single triangles.
+        """
+        found = [
+            _list_body(volumes[index], selection.flags[starts[index] : starts[index + 1]])
+            for index in selection.find_bodies(starts)
+        ]
+        counts = np.zeros((len(found), len(DRAWS)), np.int64)
+        room = self._reserve(sum(9 * len(body[0]) + 6 * len(body[2]) for body in found))
+        if len(found) == 1:
+            append_draws(*found[0], is_point, room, self.end, counts[0])  # type: ignore[call-arg]
+        else:
+            places = np.zeros(len(DRAWS), np.int64)
+            for mine, body in zip(counts, found, strict=True):
+                add_draws(*body, is_point, mine, places, room[:0])  # type: ignore[call-arg]
+            sums = counts.sum(0)
+            places[:] = self.end + np.cumsum(sums) - sums
+            for mine, body in zip(counts, found, strict=True):
+                add_draws(*body, is_point, np.zeros_like(mine), places, room)  # type: ignore[call-arg]
+        sums = counts.sum(0)
+        self.end += int(sums.sum())
+        return sums
+
+    def _reserve(self, more: int) -> NDArray:
+        """Return the list's whole room, with some behind its end."""
+        if self.end + more > len(self._room):
+            room = np.zeros(2 * (self.end + more), self._room.dtype)
+            room[: self.end] = self._room[: self.end]
+            self._room = room
+        return self._room
+
+
+def _list_body(each: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[NDArray, ...]:
+    """Return sides, casting faces and the shells of both, of a body's selected volumes."""
+    each.find((flags & SIDES) != 0)
+    caps = (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
+    cap, cap_shell = each._cap[:0], each._cap_shell[:0]
+    if caps.any():
+        cap, cap_shell = list_cap(each.body, each.lights, each.is_closed, each.held, caps)
+    return each._sides, each._side_shell, cap, cap_shell, flags

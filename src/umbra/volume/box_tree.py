@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from umbra.volume.adjacency import sort_along_curve
 from umbra.volume.bounds import is_seen
 
-__all__ = ["BoxTree"]
+__all__ = ["BoxTree", "is_beyond_any"]
 
 _WIDTH = 8  # boxes or child nodes per node
 _MOST = 2.0  # growth of the lowest nodes' total size that triggers a new order
@@ -128,7 +128,7 @@ def _fit(bounds, order, starts, nodes):
 
 
 @njit(cache=True, nogil=True)
-def _is_beyond_any(planes, box):
+def is_beyond_any(planes, box):
     """Return whether a box lies wholly beyond any plane."""
     for k in range(planes.shape[0]):
         highest = planes[k, 3]
@@ -169,7 +169,7 @@ def _find_seen(
             below = order.size if level == 0 else starts[level] - starts[level - 1]
             for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
                 box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
-                if _is_beyond_any(cone, box):
+                if is_beyond_any(cone, box):
                     continue
                 if not is_seen(box, light, planes, floor, reach, points):
                     continue

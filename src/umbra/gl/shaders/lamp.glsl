@@ -1,14 +1,26 @@
 // What one light brings to a surface that it reaches: range, attenuation, cone, picture.
 //
 // IS_POINT, IS_WEAKENING, IS_SPOT and HAS_SLIDE are defined as the light needs them: a software device
-// takes every branch of every pixel.
+// takes every branch of every pixel. ARE_MANY: each rectangle of the picture has its own light.
 
+#ifdef ARE_MANY
+#include "many.glsl"
+uniform vec4 lamps[4 * MOST_LAMPS];
+flat in int lamp_number;
+#define lamp lamps[4 * lamp_number]
+#define lamp_color lamps[4 * lamp_number + 1].rgb
+#define fade lamps[4 * lamp_number + 1].a
+#define attenuation lamps[4 * lamp_number + 2].xyz
+#define axis lamps[4 * lamp_number + 3].xyz
+#define cone vec2(lamps[4 * lamp_number + 2].w, lamps[4 * lamp_number + 3].w)
+#else
 uniform vec4 lamp;           // homogeneous, relative to the eye
 uniform vec3 lamp_color;     // times the exposure
 uniform vec3 attenuation;    // constant, linear, quadratic
 uniform float fade;          // 1 / range², 0 without a range
 uniform vec3 axis;
 uniform vec2 cone;           // cosine of the half angle; 1 / (what the inner angle's is above it)
+#endif
 uniform sampler2D slide;
 uniform vec3 slide_right, slide_up;  // over the tangent of the half angle
 
