@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.draw_order import find_draw_order
 from umbra.gl.geometry import is_mirrored
 from umbra.scene import Material, Part, Scene
 from umbra.scene.material import MORE_IMAGES
@@ -52,9 +53,9 @@ def make_batches(
     """
     Group faces by material.
 
-    Returns the order of the faces (n_faces,), batch after batch, as indices into
-    ``scene.triangles()``, and the batches. ``is_solid`` is from ``find_solid_faces``; no
-    normals of ``bent`` parts are taken to be sound.
+    Returns the order of the faces (n_faces,), batch after batch and as in ``find_draw_order``, as
+    indices into ``scene.triangles()``, and the batches. ``is_solid`` is from
+    ``find_solid_faces``; no normals of ``bent`` parts are taken to be sound.
     """
     numbers: dict[tuple, int] = {}
     kinds: list[tuple[Material, tuple[str, ...]]] = []
@@ -70,7 +71,8 @@ def make_batches(
         np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid, bent)
     )
     batch = 3 * np.array(batch_of_part)[soup.part] + bodies
-    order = np.argsort(batch, kind="stable")
+    drawn = find_draw_order(scene)
+    order = drawn[np.argsort(batch[drawn], kind="stable")]
     starts = np.searchsorted(batch[order], np.arange(3 * len(kinds) + 1)).tolist()
     batches = []
     for number, (first, end) in enumerate(pairwise(starts)):

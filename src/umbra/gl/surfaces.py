@@ -60,7 +60,7 @@ class SurfaceRenderer:
                 self._images[id(image)] = Texture(device, image)
         self._bent: set[int] = set()
         self._scene, self._solid = scene, is_solid
-        self._indices = Indices(device, 2 * geometry.n_points)
+        self._indices = Indices(device, geometry.n_points)
         self._batches = self._sort(scene)
         self._tables = self._make_tables(scene)
 
@@ -144,7 +144,7 @@ class SurfaceRenderer:
     def _sort(self, scene: Scene) -> list[Batch]:
         """Sort the faces into batches, and upload them in that order."""
         order, batches = make_batches(scene, self._solid, self._bent)
-        self._indices.write(self._geometry.faces[order].ravel())
+        self._indices.write((self._geometry.faces[order] >> np.uint32(1)).ravel())
         return batches
 
     def _draw(
@@ -200,7 +200,7 @@ class SurfaceRenderer:
     def _set_up(
         self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
     ) -> Program:
-        program = self._surface.find(*needs)
+        program = self._surface.find("BY_POINT", *needs)
         self._geometry.bind(program)
         if lamp is not None:
             lamp.set(program)

@@ -1,4 +1,5 @@
-// The scene's own triangles with what their points carry.
+// The scene's own triangles with what their points carry. BY_POINT: drawn by numbers of points, of
+// which a device keeps twice as many as of vertices of volumes.
 
 #include "place.glsl"
 
@@ -27,7 +28,11 @@ out vec4 tangent;
 #endif
 
 void main() {
+#ifdef BY_POINT
+    int point = gl_VertexID;
+#else
     int point = gl_VertexID >> 1;
+#endif
     ivec2 block = texelFetch(blocks, point >> BLOCK_BITS).xy;
     int stored = point + block.x;
     at = find_point(point);
