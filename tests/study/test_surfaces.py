@@ -425,7 +425,7 @@ def test_many_suns_are_counted_by_patches_with_the_answers_of_rays(block, monkey
     by_patches = run(block, **options)
     whole = run(block, **options, masks=False)
     assert len(made) == 2
-    monkeypatch.setattr(points_module, "_MANY_SUNS", 10**9)
+    monkeypatch.setattr(points_module, "MANY_SUNS", 10**9)
     by_rays = run(block, **options)
     assert len(made) == 2
     np.testing.assert_array_equal(by_patches.in_shadow, by_rays.in_shadow)
@@ -438,3 +438,22 @@ def test_surfaces_in_several_pieces_have_the_same_hours(block, monkeypatch):
     whole = run(block, **options)
     monkeypatch.setattr(points_module, "_CHUNK_OF_SURFACES", 501)
     np.testing.assert_array_equal(run(block, **options).in_shadow, whole.in_shadow)
+
+
+@pytest.mark.parametrize("options", [{"by": "part"}, {"proposed": ["b"]}, {"canopy": ["b"]}])
+def test_hours_by_caster_are_those_that_rays_find(monkeypatch, options):
+    scene = parts(
+        a=moved(turned(GABLE, 20), (-4, -24, 0)), b=box((0, -9, 0), (5, -4, 12)),
+        c=box((5, -9, 0), (9, -4, 5)), floor=sheet([(-30, -30, 0), (30, -30, 0), (30, 30, 0),
+                                                    (-30, 30, 0)]),
+    )  # fmt: skip
+    options = {"by": "part", "spacing": 0.7, "masks": False, **options}
+    counted = run(scene, **options)
+    monkeypatch.setattr(points_module, "_CHUNK_OF_SURFACES", 700)
+    cut = run(scene, **options)
+    monkeypatch.setattr(points_module.PointTile, "count_pieces", lambda *_: None)
+    asked = run(scene, **options)
+    for name in ("cast_hours", "sole_hours"):
+        np.testing.assert_array_equal(counted[name], asked[name])
+        np.testing.assert_array_equal(cut[name], asked[name])
+        assert float(counted[name].sum()) > 0

@@ -76,6 +76,14 @@ class Casting:
             self._trees[key] = caster, self._make_tree(caster)
         return self._trees[key][1]
 
+    def find_pieces(self, pieces: Sequence[Sequence[int]]) -> NDArray[np.int32]:
+        """Return the piece of each casting face; the pieces hold all casting parts."""
+        of_part = np.full(len(self.scene.parts), -1, np.int32)
+        for k, parts in enumerate(pieces):
+            of_part[list(parts)] = k
+        soup = self.scene.triangles(np.flatnonzero(of_part >= 0).tolist())
+        return of_part[soup.part[self.caster.source]]
+
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
         """Make casters of some parts each, as if they stood alone."""
         return [_make_caster(self.scene, parts) for parts in pieces]

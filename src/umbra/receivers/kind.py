@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.casters.casting import Casting, prepare_casting
+from umbra.cpu.shares import Membership
 from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree
 from umbra.receivers.counted import Counted
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from umbra.study.result import Study
 
 __all__ = [
-    "Counter", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
+    "Counter", "PieceShares", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
     "Variables",
 ]  # fmt: skip
 
@@ -45,6 +46,20 @@ class Counter(Protocol):
         """Return for each sun the receivers in shadow, cast or attached."""
 
 
+class PieceShares(Protocol):
+    """Counter of the shadows of pieces of the casters, each as if it stood alone."""
+
+    def add_shares(
+        self,
+        suns: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        membership: Membership,
+        cast: NDArray[np.float32],
+        sole: NDArray[np.float32],
+    ) -> None:
+        """Add at most eight suns to the hours of groups, see ``umbra.cpu.shares.add_shares``."""
+
+
 class Tile(Protocol):
     """Some of a study's receivers, to be counted for any caster."""
 
@@ -65,6 +80,13 @@ class Tile(Protocol):
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the receivers in reach, and their masks."""
+
+    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> PieceShares | None:
+        """
+        Return a counter of all pieces of the casters at once, given as indices of parts.
+
+        None if it is as quick to find each by ``find_cast``.
+        """
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
         """Return the same receivers with other parts casting; all but canopies by default."""

@@ -145,6 +145,9 @@ class PlanTile:
         places = self.places.pick(self.covered)
         return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
 
+    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
+        """Return nothing: a sweep counts one caster, on the cells in its reach."""
+
     def find_cast(
         self, caster: Caster, suns: NDArray[np.float64]
     ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:

@@ -184,6 +184,9 @@ class ViewTile:
         which, masks = self.model.find_cast(self.places, caster, suns)
         return np.unravel_index(which, self.shape), masks
 
+    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
+        """Return nothing: rays find each piece's shadow on the pixels in its reach."""
+
     def with_casters(self, parts: Sequence[int] | None = None) -> "ViewTile":
         """Return the same receivers with other parts casting; all but canopies by default."""
         model = self.model.solid if parts is None else self.model.with_casters(parts)

@@ -1,9 +1,10 @@
 """Single points as receivers, counted tile by tile."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from umbra.casters.casting import Casting
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
-from umbra.cpu.patches import make_patches
+from umbra.cpu.patch_pieces import PieceCounter, PieceEdges
+from umbra.cpu.patches import Patches, make_patches
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.face_tree import FaceTree
@@ -21,15 +23,40 @@ from umbra.receivers.samples import Samples
 from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster
 
-__all__ = ["DIMS", "PointTile", "SingleReceivers"]
+__all__ = ["DIMS", "MANY_SUNS", "PointTile", "SingleReceivers"]
 
 DIMS = ("sample",)
 CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
-_MANY_SUNS = 16  # suns from which patches of surfaces pay; rays are faster for fewer
+MANY_SUNS = 16
+"""Number of suns from which patches of surfaces pay; rays are faster for fewer."""
 _KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
 _BYTES = 300  # per point: position, normal, hours, and copies made in writing
+
+
+@dataclass(frozen=True, eq=False)
+class SharedEdges:
+    """Edges of casters and of their pieces, sorted by light, which tiles of a study share."""
+
+    binners: dict[Caster, EdgeBinner] = field(default_factory=dict)
+    pieces: dict[tuple[Caster, tuple[tuple[int, ...], ...]], PieceEdges] = field(
+        default_factory=dict
+    )
+
+    def find_binner(self, casting: Casting) -> EdgeBinner:
+        """Return the edges of all casters."""
+        caster = casting.caster
+        if caster not in self.binners:
+            self.binners[caster] = EdgeBinner(caster, _KEPT)
+        return self.binners[caster]
+
+    def find_pieces(self, casting: Casting, pieces: Sequence[Sequence[int]]) -> PieceEdges:
+        """Return the edges of pieces of the casters, given as indices of parts."""
+        key = casting.caster, tuple(map(tuple, pieces))
+        if key not in self.pieces:
+            self.pieces[key] = PieceEdges(casting.caster, casting.find_pieces(pieces), _KEPT)
+        return self.pieces[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +73,15 @@ class PointTile:
         Part of each point; -1 for none.
     samples : Samples, optional
         Surface samples that the points come from, if any.
-    binners : dict
-        Casters' edges, shared with other tiles.
+    shared : SharedEdges
+        Edges that other tiles use, too.
     """
 
     casting: Casting
     places: Places
     part: NDArray[np.signedinteger]
     samples: Samples | None = None
-    binners: dict[Caster, EdgeBinner] = field(default_factory=dict)
+    shared: SharedEdges = field(default_factory=SharedEdges)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -71,10 +98,12 @@ class PointTile:
         if self.samples is None:
             return self
         casting = self.casting
-        patches = make_patches(self.samples, casting.tree)
-        binner = self.binners.get(casting.caster) or EdgeBinner(casting.caster, _KEPT)
-        self.binners[casting.caster] = binner
-        return PatchCounter(patches, binner, casting.tree, casting.threads)
+        binner = self.shared.find_binner(casting)
+        return PatchCounter(self._patches, binner, casting.tree, casting.threads)
+
+    @cached_property
+    def _patches(self) -> Patches:
+        return make_patches(cast("Samples", self.samples), self.casting.tree)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the points in shadow, cast or attached."""
@@ -98,6 +127,14 @@ class PointTile:
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the points in reach, and their masks."""
         return self.casting.find_cast(self.places, caster, suns)
+
+    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> PieceCounter | None:
+        """Return a counter of pieces of the casters by shadow edges, for surfaces."""
+        if self.samples is None:
+            return None
+        casting = self.casting
+        edges = self.shared.find_pieces(casting, pieces)
+        return PieceCounter(self._patches, edges, casting.tree, casting.threads)
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "PointTile":
         """Return the same receivers with other parts casting; all but canopies by default."""
@@ -153,10 +190,11 @@ class SingleReceivers(Receivers):
                 "give a larger spacing=, or choose parts with on="
             )
             raise InputError(msg, samples=count)
-        samples = self.samples if request.lights >= _MANY_SUNS else None
-        # Attribution traces rays, and holds a mask of each caster.
-        chunk = CHUNK if samples is None or request.has_groups else _CHUNK_OF_SURFACES
-        return self._cut(chunk, samples)
+        is_many = request.lights >= MANY_SUNS or request.has_groups
+        samples = self.samples if is_many else None
+        # Attribution holds a mask of each caster.
+        side = request.limit_tiles(math.isqrt(CHUNK if samples is None else _CHUNK_OF_SURFACES))
+        return self._cut(8 * (side * side // 8), samples)
 
     def look_again(self) -> Iterator[tuple[slice, PointTile]]:
         """Return the receivers in chunks to be counted by rays, and their indices."""
@@ -166,14 +204,12 @@ class SingleReceivers(Receivers):
         self, chunk: int, samples: Samples | None
     ) -> list[tuple[slice, Callable[[], PointTile]]]:
         pieces = [slice(at, at + chunk) for at in range(0, len(self.local), chunk)]
-        binners: dict[Caster, EdgeBinner] = {}
-        return [(some, partial(self._make_tile, samples, some, binners)) for some in pieces]
+        shared = SharedEdges()
+        return [(some, partial(self._make_tile, samples, some, shared)) for some in pieces]
 
-    def _make_tile(
-        self, samples: Samples | None, some: slice, binners: dict[Caster, EdgeBinner]
-    ) -> PointTile:
+    def _make_tile(self, samples: Samples | None, some: slice, shared: SharedEdges) -> PointTile:
         piece = None if samples is None else samples.piece(some)
-        return PointTile(self.casting, self.local.pick(some), self.part[some], piece, binners)
+        return PointTile(self.casting, self.local.pick(some), self.part[some], piece, shared)
 
     def variables(self) -> Variables:
         """Return the position and normal of each."""

@@ -12,7 +12,7 @@ from umbra.casters import Canopy
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.groups import Groups, ShareCount, find_groups
+from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_groups
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
@@ -122,13 +122,13 @@ class Attribution(Accumulator):
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin a tile: prepare each piece of casters."""
         self._run, self._lights = run, lights
-        if not self._casters:
-            self._casters = self.model.make_casters(self.groups.pieces)
         tile = run.tiles[0]
-        self._count = ShareCount(
-            [partial(tile.find_cast, caster) for caster in self._casters],
-            tile.places, self.groups, run.shape, self.model.threads,
-        )  # fmt: skip
+        counter = tile.count_pieces(self.groups.pieces)
+        if counter is None:
+            self._casters = self._casters or self.model.make_casters(self.groups.pieces)
+            finders = [partial(tile.find_cast, caster) for caster in self._casters]
+            counter = PiecesOneByOne(finders, tile.places, run.shape, self.model.threads)
+        self._count = ShareCount(counter, self.groups, run.shape)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Find the shadows of each piece of casters at some instants."""

@@ -1,11 +1,10 @@
 """
 Attribution of shadow: hours due to chosen casters.
 
-Casters are cut into *pieces* such that each group consists of whole pieces. Each piece is
-counted by itself, which gives two numbers per group and receiver: the hours in its shadow,
-whatever else casts there, and its *sole* hours, which would be sun without it. Neither
-counts while the surface faces away from the sun. Canopies count by the share of light that
-they absorb.
+Casters are cut into *pieces* such that each group consists of whole pieces. Each piece is counted
+as if it stood alone, which gives two numbers per group and receiver: the hours in its shadow,
+whatever else casts there, and its *sole* hours, which would be sun without it. Neither counts while
+the surface faces away from the sun. Canopies count by the share of light that they absorb.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,19 +15,21 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.cpu.shares import Membership, add_shares, make_share_work
 from umbra.errors import InputError
 from umbra.machine import use_threads
+from umbra.receivers.kind import PieceShares
 from umbra.scene import Scene
 from umbra.scene.grid import Places
 
-__all__ = ["BY", "Groups", "ShareCount", "Shares", "find_groups"]
+__all__ = ["BY", "Groups", "PiecesOneByOne", "ShareCount", "Shares", "find_groups"]
 
 Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
 """Takes suns (n, 3); returns an index of receivers, and their masks (n, ...)."""
 
 BY = ("part", "kind", "layer")
 _MOST_GROUPS = 4096
-_BLOCK = 256
+_BLOCK = 4096  # receivers per block of a thread
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,38 +137,71 @@ def find_groups(
     return Groups(tuple(chosen), pieces, np.ascontiguousarray(kinds.T[:-1]), kinds[:, -1])
 
 
-class ShareCount:
+class PiecesOneByOne:
     """
-    Sums of the hours due to each group on some receivers.
+    Counter of pieces, each found by itself.
 
     Parameters
     ----------
     finders : sequence of Finder
-        Finder of each piece's shadows on these receivers, without attached shadow.
+        Finder of each piece's shadows on these receivers.
     places : Places
         The receivers, flat.
-    groups : Groups
     shape : tuple of int
         Of the receivers.
     threads : int
     """
 
     def __init__(
-        self, finders: Sequence[Finder], places: Places, groups: Groups, shape: tuple[int, ...],
-        threads: int = 1,
-    ) -> None:  # fmt: skip
-        self.finders, self.places, self.groups = finders, places, groups
-        self.shape, self.threads = shape, threads
+        self, finders: Sequence[Finder], places: Places, shape: tuple[int, ...], threads: int = 1
+    ) -> None:
+        self._finders, self._places, self._threads = finders, places, threads
+        self._bits = np.zeros((len(finders), *shape), np.uint8)
+
+    def add_shares(
+        self,
+        suns: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        membership: Membership,
+        cast: NDArray[np.float32],
+        sole: NDArray[np.float32],
+    ) -> None:
+        """Add at most eight suns, see ``umbra.cpu.shares.add_shares``."""
+        self._bits[:] = 0
+        for find, bits in zip(self._finders, self._bits, strict=True):
+            window, masks = find(suns)
+            packed = np.zeros(masks.shape[1:], np.uint8)
+            for k, mask in enumerate(masks):
+                packed |= mask << np.uint8(k)
+            bits[window] = packed
+        use_threads(self._threads)
+        flat = self._bits.reshape(len(self._bits), -1)
+        _share(flat, self._places.normals, suns, weights, membership, cast, sole)
+
+
+class ShareCount:
+    """
+    Sums of the hours due to each group on some receivers.
+
+    Parameters
+    ----------
+    counter : PieceShares
+        Of the groups' pieces on these receivers.
+    groups : Groups
+    shape : tuple of int
+        Of the receivers.
+    """
+
+    def __init__(self, counter: PieceShares, groups: Groups, shape: tuple[int, ...]) -> None:
+        self._counter, self.shape = counter, shape
+        self._membership = Membership.of(groups.member, groups.is_weak)
         cells = int(np.prod(shape, dtype=np.int64))
-        self._bits = np.zeros((len(finders), cells), np.uint8)
-        self._first = np.cumsum([0, *groups.member.sum(1)])
-        self._listed = np.nonzero(groups.member)[1]
-        self.clear()
+        self._cast = np.zeros((len(groups.names), cells), np.float32)
+        self._sole = np.zeros_like(self._cast)
 
     def clear(self) -> None:
         """Begin again."""
-        self._cast = np.zeros((len(self.groups.names), self._bits.shape[1]), np.float32)
-        self._sole = np.zeros_like(self._cast)
+        self._cast[:] = self._sole[:] = 0
 
     def add(
         self,
@@ -186,18 +220,8 @@ class ShareCount:
         through : (n,) float64
             Share of light that canopies transmit.
         """
-        self._bits[:] = 0
-        for find, row in zip(self.finders, self._bits, strict=True):
-            window, masks = find(suns)
-            packed = np.zeros(masks.shape[1:], np.uint8)
-            for k, mask in enumerate(masks):
-                packed |= mask << np.uint8(k)
-            row.reshape(self.shape)[window] = packed
-        use_threads(self.threads)
-        _share(
-            self._bits, suns, self.places.normals, hours, through, self._first, self._listed,
-            self.groups.is_weak, self._cast, self._sole,
-        )  # fmt: skip
+        weights = np.stack([hours.astype(np.float64), through])
+        self._counter.add_shares(suns, weights, self._membership, self._cast, self._sole)
 
     def finish(self) -> Shares:
         """Return the hours since the last ``clear``."""
@@ -205,57 +229,14 @@ class ShareCount:
         return Shares(self._cast.reshape(shape), self._sole.reshape(shape))
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _share(bits, suns, normals, lengths, through, first, listed, is_weak, cast, sole):
+@njit(cache=True, nogil=True, parallel=True)
+def _share(bits, normals, suns, weights, membership, cast, sole):
     """Add at most eight instants, one bit each, to the hours of every group."""
     cells = bits.shape[1]
-    n = lengths.size
+    pieces, where = np.arange(bits.shape[0]).astype(np.int32), np.arange(cells)
     for block in prange((cells + _BLOCK - 1) // _BLOCK):
-        total = np.empty((2, 8), np.int64)  # opaque pieces and canopies that hide the sun
-        for c in range(block * _BLOCK, min(cells, (block + 1) * _BLOCK)):
-            total[:] = 0
-            some = np.uint8(0)
-            for a in range(bits.shape[0]):
-                b = bits[a, c]
-                some |= b
-                if b:
-                    for k in range(n):
-                        total[np.int64(is_weak[a]), k] += (b >> k) & 1
-            if some == 0:
-                continue
-            for k in range(n):
-                facing = 0.0
-                for j in range(3):
-                    facing += normals[c, j] * suns[k, j]
-                if facing <= 0.0:
-                    total[0, k] = -1  # attached shadow: due to no caster
-            for g in range(first.size - 1):
-                mine = np.uint8(0)
-                for q in range(first[g], first[g + 1]):
-                    mine |= bits[listed[q], c]
-                if mine == 0:
-                    continue
-                for k in range(n):
-                    if (mine >> k) & 1 == 0 or total[0, k] < 0:
-                        continue
-                    solid = 0
-                    weak = 0
-                    for q in range(first[g], first[g + 1]):
-                        bit = (bits[listed[q], c] >> k) & 1
-                        if is_weak[listed[q]]:
-                            weak += bit
-                        else:
-                            solid += bit
-                    cast[g, c] += lengths[k] * (1.0 - _pass(solid, weak, through[k]))
-                    sole[g, c] += lengths[k] * (
-                        _pass(total[0, k] - solid, total[1, k] - weak, through[k])
-                        - _pass(total[0, k], total[1, k], through[k])
-                    )
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _pass(solid, weak, through):
-    """Return the share of the light past some opaque pieces and some canopies."""
-    if solid > 0:
-        return 0.0
-    return through if weak > 0 else 1.0
+        low, high = block * _BLOCK, min(cells, (block + 1) * _BLOCK)
+        work = make_share_work(membership)
+        add_shares(
+            bits, pieces, low, high, where, normals, suns, weights, membership, work, cast, sole
+        )
