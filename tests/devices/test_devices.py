@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from support.shapes import city
+from support.shapes import box, city, sheet
 
 import umbra
 from umbra import devices
@@ -16,7 +16,7 @@ from umbra.errors import InputError, UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.masks import MASKS
 from umbra.methods import METHODS
-from umbra.scene import make_scene
+from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 from umbra.study import run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -179,3 +179,20 @@ def test_names_are_told_without_loading_kernels_or_opengl():
     )
     command = [sys.executable, "-c", code]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.usefixtures("_has_gl")
+@pytest.mark.parametrize("name", ["cpu", "gl"])
+def test_frames_may_take_glass_as_opaque(name):
+    glass = Part("pane", "", Mesh(*box((-2, -2, 2), (2, 2, 2.1))), material=Material(opacity=0.3))
+    floor = Part("floor", "", Mesh(*sheet([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])))
+    camera = Camera(np.array([0.0, 0.0, 40.0]), np.array([0.0, 0.1, 0.0]), size=(60, 60), fov=40)
+    scene, sun = make_scene([glass, floor]), directional_light((0.9, 0.0, 0.5))
+    shadow = {}
+    for transmits in True, False:
+        with find_device(name).open_frames(scene, transmits=transmits) as frames:
+            assert (frames.transmitters is not None) == transmits
+            view, _ = frames.see(camera)
+            shadow[transmits] = (frames.count(view, camera, sun) != 0).sum()
+    assert shadow[True] == 0  # what transmits light is left out of the counts
+    assert shadow[False] > 50

@@ -44,11 +44,12 @@ class CpuDevice(CountingDevice):
         casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
+        transmits: bool = True,
     ) -> AbstractContextManager[FrameCounts]:
         """Make a counter of frames of a scene, see `CountingDevice`."""
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
 
-        return nullcontext(FrameCounter(scene, casters, ground, threads, warn))
+        return nullcontext(FrameCounter(scene, casters, ground, threads, warn, transmits))
 
 
 class _GlTiles(TileCounters):
@@ -123,8 +124,9 @@ class GlDevice(CountingDevice):
         casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
+        transmits: bool = True,
     ) -> AbstractContextManager[FrameCounts]:
         """Make a counter of frames, see `CountingDevice`; OpenGL manages its own threads."""
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 
-        return GlFrameCounter(scene, casters, ground, warn=warn)
+        return GlFrameCounter(scene, casters, ground, warn=warn, transmits=transmits)

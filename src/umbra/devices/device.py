@@ -128,6 +128,7 @@ class CountingDevice(ABC):
         casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
+        transmits: bool = True,
     ) -> AbstractContextManager[FrameCounts]:
         """
         Make a counter of frames of a scene.
@@ -142,4 +143,7 @@ class CountingDevice(ABC):
         threads : int
         warn : callable
             Receives one line where a forced method is wrong for a view.
+        transmits : bool
+            Whether transmitting parts let light through; otherwise they are opaque, without holes,
+            as in a study.
         """

@@ -60,6 +60,8 @@ class GlFrameCounter(DeviceUser):
         Permitted simplifications; by default all but clipping to a light's range.
     two_sided : bool
         As in ``VolumeCounter``.
+    transmits : bool
+        As in ``umbra.cpu.frame.FrameCounter``.
     """
 
     def __init__(
@@ -72,12 +74,13 @@ class GlFrameCounter(DeviceUser):
         warn: Callable[[str], object] = lambda _: None,
         choices: VolumeOptions | None = None,
         two_sided: bool = True,
+        transmits: bool = True,
     ) -> None:
         self.scene, self.ground, self.warn = scene, ground, warn
         self.choices = choices or VolumeOptions(narrow=False)
         super().__init__(device)
         self.triangles = scene.triangles()
-        self.transmitters = make_transmitters(scene, casters)
+        self.transmitters = make_transmitters(scene, casters) if transmits else None
         faces = np.arange(len(self.triangles.faces))
         self._n_opaque = len(faces)
         if self.transmitters is not None:
