@@ -19,7 +19,7 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.volume.adjacency import make_caster, weld_vertices
 
-__all__ = ["LEVEL", "Samples", "sample_surfaces"]
+__all__ = ["LEVEL", "Samples", "join_coplanar", "sample_surfaces"]
 
 _COS = 1.0 - 1e-6  # triangles within 0.08 degrees are coplanar
 LEVEL = 1e-6
@@ -160,7 +160,7 @@ def sample_surfaces(
         raise InputError(msg)
     faces, normals, corners = faces[kept], normals[kept], corners[kept]
     area, part = double[kept] / 2, soup.part[kept]
-    owner, is_border = _join(weld_vertices(soup.vertices)[faces], normals, part)
+    owner, is_border = join_coplanar(weld_vertices(soup.vertices)[faces], normals, part)
     order = np.argsort(owner, kind="stable")
     owner, normals, corners, area = owner[order], normals[order], corners[order], area[order]
     first = np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
@@ -232,7 +232,7 @@ def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
     return faces
 
 
-def _join(
+def join_coplanar(
     faces: NDArray[np.integer], normals: NDArray[np.float64], part: NDArray[np.int32]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     """

@@ -15,13 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
-from umbra.cpu.frame import FrameCounter
+from umbra.cpu.patch_pieces import PieceCounter, PieceEdges
+from umbra.cpu.patches import Patches
+from umbra.devices import DEFAULT, DEVICES
+from umbra.devices.device import FrameCounts
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Request, Tile, Variables
+from umbra.receivers.pixels import PixelCounter, make_pixel_patches, snap_to_faces
 from umbra.receivers.raster import Raster
+from umbra.receivers.single import MANY_SUNS
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster
@@ -48,12 +53,15 @@ class ViewModel(Casting):
         z of a visible ground, in the model's own coordinates [m].
     shown : list of int, optional
         Visible parts, as if no others hid them; all by default.
+    lights : int
+        Number of lights of the study.
     """
 
     casters: list[int]
     make_camera: Callable[[Grid], Camera]
     ground: float | None = None
     shown: list[int] | None = None
+    lights: int = 0
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
         """Return the same receivers with other parts casting, visible or not."""
@@ -61,14 +69,16 @@ class ViewModel(Casting):
         return replace(super().with_casters(parts), shown=list(shown))
 
     @cached_property
-    def counter(self) -> FrameCounter:
-        """Counter of frames of the scene, or of the shown parts alone."""
-        if self.shown is None:
-            return FrameCounter(
-                self.scene, self.casters, self.ground, self.threads, transmits=False
-            )
-        alone = replace(self.scene, parts=tuple(self.scene.parts[k] for k in self.shown))
-        return FrameCounter(alone, None, self.ground, self.threads, transmits=False)
+    def counter(self) -> FrameCounts:
+        """Counter of frames of the scene, or of the shown parts alone; all are opaque."""
+        scene = self.scene
+        if self.shown is not None:
+            scene = replace(scene, parts=tuple(scene.parts[k] for k in self.shown))
+        frames = DEVICES[DEFAULT].open_frames(
+            scene, self.ground, casters=self.casters if self.shown is None else None,
+            threads=self.threads, transmits=False,
+        )  # fmt: skip
+        return frames.__enter__()  # the CPU holds nothing that must be freed
 
     def make_tile(self, grid: Grid) -> "ViewTile":
         """Make the receivers of a grid."""
@@ -141,21 +151,36 @@ class ViewTile:
     @cached_property
     def places(self) -> Places:
         """The pixels' centres on the surface; far above the model where there is none."""
-        origin = self.model.scene.origin
-        position = (self.frame.position[::-1] - origin).reshape(-1, 3)
+        model = self.model
+        position = (self.frame.position[::-1] - model.scene.origin).reshape(-1, 3)
+        face, soup = self.view.face[::-1].ravel(), model.scene.triangles(model.shown)
+        snap_to_faces(position, face, soup.vertices, soup.faces)
         normal = self.frame.normal[::-1].reshape(-1, 3).copy()
         nothing = ~self.is_seen.ravel()
         position[nothing] = (0.0, 0.0, _FAR)
         normal[nothing] = (0.0, 0.0, 1.0)
         return Places(position, normal)
 
-    def make_counter(self) -> "ViewTile":
-        """Return the counter of these receivers (itself)."""
-        return self
+    def make_counter(self) -> "ViewTile | PixelCounter":
+        """Return a counter of all casters: of frames, or by patches if only some parts are seen."""
+        model = self.model
+        # z-pass needs all casters in the picture.
+        if model.shown is None or self.camera.is_perspective or model.lights < MANY_SUNS:
+            return self
+        return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
+
+    @cached_property
+    def _patches(self) -> Patches:
+        """The pixels of an orthographic view as patches of the planes that they show."""
+        model = self.model
+        return make_pixel_patches(
+            self.places, self.view.face[::-1].ravel(), self.camera,
+            model.scene.triangles(model.shown), model.scene, model.ground, model.tree,
+        )  # fmt: skip
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the pixels in shadow, cast or attached."""
-        if self.model.shown is not None:  # z-pass needs all casters in the picture
+        if self.model.shown is not None:
             tree, where = self.model.tree, self.places
             found = find_hidden(tree, where.points, where.normals, suns, self.model.threads)
             return found.reshape(-1, *self.shape)
@@ -184,8 +209,13 @@ class ViewTile:
         which, masks = self.model.find_cast(self.places, caster, suns)
         return np.unravel_index(which, self.shape), masks
 
-    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
-        """Return nothing: rays find each piece's shadow on the pixels in its reach."""
+    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> PieceCounter | None:
+        """Return a counter of pieces of the casters by shadow edges, in an orthographic view."""
+        model = self.model
+        if self.camera.is_perspective:
+            return None
+        edges = PieceEdges(model.caster, model.find_pieces(pieces))
+        return PieceCounter(self._patches, edges, model.tree, model.threads)
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "ViewTile":
         """Return the same receivers with other parts casting; all but canopies by default."""

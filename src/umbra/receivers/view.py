@@ -189,6 +189,7 @@ class OrthographicKind(ReceiverKind):
         model = ViewModel(
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
+            lights=request.lights,
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
