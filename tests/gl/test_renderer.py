@@ -240,15 +240,18 @@ def test_instances_share_a_mesh_and_mirrors_are_lit_like_others(device):
     )
 
 
-def test_a_damaged_texture_is_named(device):
+@pytest.mark.parametrize("name", ["image", "normal_image", "emission_image"])
+def test_a_damaged_texture_is_named(device, name):
     def fail():
         msg = "texture 'wood.png' cannot be decoded; export it again"
         raise InputError(msg)
 
-    material = Material(image=Image("wood.png", fail))
+    material = Material(**{name: Image("wood.png", fail)})
     scene = make_scene([Part("floor", "", quad(), material=material)])
+    before = set(device.live)
     with pytest.raises(InputError, match=r"wood\.png"):
         render(device, scene, FROM_ABOVE)
+    assert device.live == before
 
 
 def test_all_is_freed(device, town):

@@ -111,8 +111,8 @@ class Renderer(DeviceUser):
         softness: Softness | None = None,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
-        for part in scene.parts:
-            _ = part.material.texture  # decoding errors are raised before anything is made
+        for image in (image for part in scene.parts for image in part.material.images):
+            _ = image.pixels  # decoding errors are raised before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
         self._softness, self._two_sided, self._ground_z = softness, two_sided, ground
         self._casting, self._casters = casters, find_opaque(scene, casters)
