@@ -143,6 +143,25 @@ def check_steps(sweep, layers):
     np.testing.assert_array_equal(steps, (counts > 0).sum(0))
 
 
+@pytest.mark.parametrize("layers", [127, 128, 255, 256, 300])
+def test_boxes_in_the_ground_that_wrap_around_in_few_bits(layers):
+    # All outlines in the ground begin in the same cells, and change with the sun. Roofs lie apart,
+    # and suns in the north and south leave corners in their columns: nothing else overflows.
+    half = 4 + 1e-4 * np.arange(layers)
+    mesh = merge(*(box((-w, -w, -1), (w, w, 3000 * (w - 4) + 1)) for w in half))
+    sweep = PlaneSweep(make_caster(*mesh), Grid(-12.0, -131.0, 1.1, 1.3, 24, 200), 0.0)
+    around = np.append(np.linspace(0, 6, 36), np.array([1, 3, 1, 3]) * np.pi / 2)
+    suns = np.column_stack([np.cos(around).round(12), np.sin(around), np.full(40, 1.5)])
+    wanted = sweep.counts(suns)
+    assert wanted.max() == layers
+    rng = np.random.default_rng(1)
+    for _ in range(3):  # what a sun leaves behind is no other's
+        order = rng.permutation(40)
+        steps = np.zeros(wanted.shape[1:], np.int32)
+        sweep.add_steps(suns[order], steps)
+        np.testing.assert_array_equal(steps, (wanted > 0).sum(0))
+
+
 def test_deep_suns_do_not_disturb_the_others_in_a_batch():
     mesh = stack_of_triangles(40_000)
     caster = make_caster(*mesh)

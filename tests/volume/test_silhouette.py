@@ -10,6 +10,7 @@ from support.model_files import DATA, FILES
 from support.shapes import SCENES, TOP, box, duplicated, jumble, rewound, sheet, soup, terrain
 
 import umbra
+from umbra.volume import facing
 from umbra.volume.adjacency import make_caster
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes
 
@@ -221,3 +222,23 @@ def test_soups_without_shared_edges_keep_every_border():
     edges = find(mesh, (0.1, 0.2, 0.9, 0))
     assert len(edges) == 90
     assert set(edges.values()) == {1}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_faces_tested_in_groups_are_lit_as_alone(name, monkeypatch):
+    caster = make_caster(*SCENES[name]())
+    monkeypatch.setattr(facing, "_MANY_FACES", 0)
+    rng = np.random.default_rng(5)
+    suns = np.column_stack([rng.normal(size=(60, 2)), rng.uniform(1e-3, 1, 60), np.zeros(60)])
+    n = caster.planes.shape[1]
+    # Along a face, opposite to its normal, and with no common length.
+    edge = caster.vertices[caster.edges[0, 0]] - caster.vertices[caster.edges[0, 1]]
+    suns[:3, :3] = [edge, -caster.planes[:3, 0], (0, 0, 1e-7)]
+    for some in suns, suns[:7]:
+        kind = np.uint64 if len(some) > 8 else np.uint8
+        lit, edge_on = np.zeros((2, n), kind), np.zeros((2, (n + 511) // 512), np.uint64)
+        facing.find_lit(caster.planes, some, lit[0], edge_on[0])
+        facing._find_lit_of(caster, some, lit[1], edge_on[1])
+        np.testing.assert_array_equal(lit[0], lit[1])
+        np.testing.assert_array_equal(edge_on[0], edge_on[1])
+        assert lit.any()

@@ -36,19 +36,19 @@ _CASES = (
     _StudyCase(
         "town, 3,600 triangles",
         lambda: make_town(300, 500.0, 1),
-        (("plane", 512, 150.0), ("topmost", 512, 60.0), ("plane", 2048, None)),
+        (("plane", 512, 150.0), ("topmost", 512, 60.0), ("plane", 2048, 500.0)),
         512,
     ),
     _StudyCase(
         "city, 100k triangles",
         lambda: make_town(8333, 2500.0, 2),
-        (("plane", 512, 20.0), ("topmost", 512, 14.0)),
+        (("plane", 512, 30.0), ("topmost", 512, 25.0)),
         512,
     ),
     _StudyCase(
         "smooth, 1.3M triangles",
         lambda: make_boulder(8),
-        (("plane", 2048, 25.0), ("topmost", 512, None)),
+        (("plane", 2048, 200.0), ("topmost", 512, None)),
     ),
 )
 _QUICK = (

@@ -10,18 +10,17 @@ open), so every closed chain of edges leaves the count beyond it unchanged.
 from dataclasses import replace
 
 import numpy as np
-from numba import get_thread_id, njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.sweep import Sweep, bound_counts
+from umbra.cpu.crossings import count_winding, sweep
+from umbra.cpu.sweep import Sweep
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["PlaneSweep", "clip_above"]
-
-_WRAPPED = 255  # largest count for which a wrapped 8-bit sum is 0 only for 0
 
 
 def clip_above(caster: Caster, height: float) -> Caster:
@@ -122,6 +121,11 @@ class PlaneSweep(Sweep):
 
         opened, self.ends = derive(caster, "cut", (grid, height), cut)
         super().__init__(opened, grid, threads)
+        # Clipping leaves no edges in the plane but those that it made, the last ones.
+        in_plane = (self.ends[:, 2] == 0) & (self.ends[:, 5] == 0)
+        fixed = len(in_plane) - int(in_plane.sum())
+        rows = self.ends[fixed:, [1, 4]]
+        self.level = fixed, float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
 
     def _run(
         self,
@@ -132,13 +136,23 @@ class PlaneSweep(Sweep):
         masks: NDArray,
         count_type: type,
     ) -> NDArray[np.bool_]:
-        grid = self.grid
-        diff = self._buffer("diff", (self.threads, grid.rows + 1, grid.cols), count_type)
+        grid, threads = self.grid, self.threads
+        shape = threads, grid.rows + 1, grid.cols
         slope = suns[:, :2] / suns[:, 2:] / (grid.dx, grid.dy)
         too_deep = np.zeros(len(suns), np.bool_)
-        _sweep(
+        # Counts are wanted of few suns: each has all crossings anew.
+        fixed = len(self.ends) if len(masks) else self.level[0]
+        n = len(self.ends) - fixed
+        kept = (
+            self._buffer("base", shape if n else (threads, 1, 1), count_type),
+            self._buffer("loads", (threads, grid.cols + 1), np.int64, count_type),
+            self._buffer("states", (threads, 2, n), np.int8, count_type),
+            self._buffer("wrapped", (threads,), np.bool_, count_type),
+        )
+        sweep(
             self.ends, self.caster.weight, found.codes, found.starts, slope, which,
-            (grid.row, grid.col), diff, out, masks, too_deep,
+            (fixed, *self.level[1:]), (grid.row, grid.col),
+            self._buffer("diff", shape, count_type), kept, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -159,15 +173,9 @@ def _open_where_negative(caster: Caster, placed: NDArray[np.float64], grid: Grid
     if not len(cut):
         return caster
     ends = placed.take(caster.edges.take(cut, axis=0), axis=0).reshape(-1, 6)
-    starts = np.array([0, len(cut)])
-    winding = np.zeros((1, grid.rows, grid.cols), np.int32)
-    diff = np.zeros((1, grid.rows + 1, grid.cols), np.int32)
-    codes = (np.arange(len(cut)) << 2 | 1).astype(np.int32)
-    nothing = np.zeros((1, 1, 1), np.uint8)
-    _sweep(
-        ends, caster.weight[cut], codes, starts, np.zeros((1, 2)), np.zeros(1, np.int64),
-        (grid.row, grid.col), diff, nothing, winding, np.zeros(1, np.bool_),
-    )  # fmt: skip
+    winding = np.zeros((grid.rows, grid.cols), np.int32)
+    diff = np.zeros((grid.rows + 1, grid.cols), np.int32)
+    count_winding(ends, caster.weight[cut], (grid.row, grid.col), diff, winding)
     if winding.min() >= 0:
         return caster
     # If each component is wound consistently, only negative ones can be at fault.
@@ -188,123 +196,3 @@ def _reclip(caster: Caster) -> Caster:
     weight = caster.weight.copy()
     weight[opened] = 1
     return replace(caster, edge_faces=edge_faces, turn=caster.turn | opened, weight=weight)
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _scatter(ends, weight, codes, slope_x, slope_y, corner, diff, load):
-    """
-    Add each edge's multiplicity where it crosses columns.
-
-    ``corner`` holds the row and column of the raster at which ``diff`` begins.
-    Returns the first row that may hold a crossing, the end row, and a bound of all counts; -1 if a
-    single crossing may overflow ``diff``.
-    """
-    row, col = corner
-    end = col + diff.shape[1]
-    low = np.float64(row)
-    top = np.float64(row + diff.shape[0] - 1)
-    deepest = 0
-    half = np.int64(1) << (8 * diff.itemsize - 1)
-    spill = np.int64(0)
-    lowest, highest = top, low
-    for q in range(codes.size):
-        code = codes[q]
-        e = code >> 2
-        m = np.int64(weight[e]) >> ((code >> 1) & 1)
-        if code & 1 == 0:
-            m = -m
-        x0 = ends[e, 0] - ends[e, 2] * slope_x
-        y0 = ends[e, 1] - ends[e, 2] * slope_y
-        x1 = ends[e, 3] - ends[e, 5] * slope_x
-        y1 = ends[e, 4] - ends[e, 5] * slope_y
-        if x0 > x1:
-            x0, x1 = x1, x0
-            y0, y1 = y1, y0
-            m = -m
-        c0 = np.int64(min(max(np.ceil(x0), np.float64(col)), np.float64(end)))
-        c1 = np.int64(min(max(np.ceil(x1), np.float64(col)), np.float64(end)))
-        if c0 >= c1:
-            continue
-        rise = (y1 - y0) / (x1 - x0)
-        # Most edges lie within the raster and need no clamping of rows.
-        if min(y0, y1) >= low and max(y0, y1) <= top - 1.0:
-            for c in range(c0, c1):
-                r = np.int64(np.ceil(y0 + (c - x0) * rise)) - row
-                held = diff[r, c - col] + m
-                diff[r, c - col] = held
-                spill |= held + half
-        else:
-            for c in range(c0, c1):
-                r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top))) - row
-                held = diff[r, c - col] + m
-                diff[r, c - col] = held
-                spill |= held + half
-        lowest = min(lowest, y0, y1)
-        highest = max(highest, y0, y1)
-        load[c0 - col] += abs(m)
-        load[c1 - col] -= abs(m)
-        deepest += abs(m)
-    # One row more on each side, for rounding.
-    first = np.int64(max(lowest - 1.0, low)) - row
-    last = np.int64(min(highest + 2.0, top)) - row
-    # Crossings of a closed chain in a column sum to 0: half of them count up.
-    depth = bound_counts(load, deepest, 2 * _WRAPPED) // 2
-    return first, last, depth if 0 <= spill < 2 * half else -1
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _sum_steps(diff, first, last, level, out):
-    """
-    Sum columns over a range of rows; add 1 to every cell in shadow; reset ``diff`` to 0.
-
-    Sums may wrap around: only 0 must differ from the rest.
-    """
-    for r in range(first, last):
-        d = diff[r]
-        o = out[r]
-        for c in range(o.size):
-            level[c] += d[c]
-            d[c] = 0
-            o[c] += level[c] != 0
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _sum_counts(diff, first, last, out):
-    """Sum columns over a range of rows into ``out``, which is 0; reset ``diff`` to 0."""
-    level = np.zeros(diff.shape[1], np.int32)
-    for r in range(first, last):
-        d = diff[r]
-        o = out[r]
-        for c in range(o.size):
-            level[c] += d[c]
-            d[c] = 0
-            o[c] = level[c]
-
-
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _sweep(ends, weight, codes, starts, slope, which, corner, diff, out, counts, too_deep):
-    """
-    Count ``which`` suns, in each thread's buffers.
-
-    Steps in shadow are added to ``out[thread]``; if there are as many ``counts`` as suns, counts
-    are written there instead.
-    """
-    keep = counts.shape[0] == slope.shape[0]
-    for q in prange(which.size):
-        t = get_thread_id()
-        s = which[q]
-        mine = codes[starts[s] : starts[s + 1]]
-        cols = diff.shape[2]
-        load = np.zeros(cols + 1, np.int64)
-        first, last, depth = _scatter(
-            ends, weight, mine, slope[s, 0], slope[s, 1], corner, diff[t], load
-        )
-        if depth < 0:
-            too_deep[s] = True
-            diff[t, :, :] = 0
-        elif keep:
-            _sum_counts(diff[t], first, last, counts[s])
-        elif depth <= _WRAPPED:
-            _sum_steps(diff[t], first, last, np.zeros(cols, np.int8), out[t])
-        else:
-            _sum_steps(diff[t], first, last, np.zeros(cols, np.int32), out[t])

@@ -166,9 +166,11 @@ class Sweep(ABC):
     ) -> NDArray[np.bool_]:
         """Count some suns; return the suns whose counts might overflow (left out)."""
 
-    def _buffer(self, name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
-        """Return a work array that the next batch reuses; it starts at 0."""
-        key = (name, shape, dtype)
+    def _buffer(
+        self, name: str, shape: tuple[int, ...], dtype: type, owner: type | None = None
+    ) -> NDArray:
+        """Return a work array that the next batch reuses, of one ``owner``; it starts at 0."""
+        key = (name, shape, dtype, owner)
         if key not in self._buffers:
             self._buffers[key] = np.zeros(shape, dtype)
         return self._buffers[key]

@@ -13,12 +13,17 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
 
 __all__ = ["LIGHTS_AT_ONCE", "Silhouettes", "ask_every_edge", "find_lit", "find_sides"]
 
 LIGHTS_AT_ONCE = 64
 _BLOCK = 512  # faces whose planes stay in the L1 cache for all lights
+_GROUP = 64  # faces whose normals are bounded together: neighbours, alike in smooth meshes
+_MANY_FACES = 20_000  # from which groups are tested first
+_FLAT = 1e-250  # square of a normal's length, so small that it may have lost its direction
+_ROUNDING = 1e-9  # far above the rounding of a unit normal's product with a light
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -57,6 +62,72 @@ def find_lit(planes, lights, lit, edge_on):
         edge_on[block] = flat
 
 
+@njit(cache=True, nogil=True)
+def _bound_normals(planes, low, high):
+    """Bound the unit normals of each group of faces; without limit where one has no direction."""
+    n = planes.shape[1]
+    for group in range(low.shape[0]):
+        low[group, :] = np.inf
+        high[group, :] = -np.inf
+        for i in range(group * _GROUP, min(n, group * _GROUP + _GROUP)):
+            x, y, z = planes[0, i], planes[1, i], planes[2, i]
+            square = x * x + y * y + z * z
+            if not (square > _FLAT and square < np.inf):
+                low[group, :] = -np.inf
+                high[group, :] = np.inf
+                break
+            scale = 1.0 / np.sqrt(square)
+            for k, part in enumerate((x * scale, y * scale, z * scale)):
+                low[group, k] = min(low[group, k], part)
+                high[group, k] = max(high[group, k], part)
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
+    """
+    Find what ``find_lit`` does, for suns (n, 3).
+
+    A group of faces whose normals all face a sun, or all face away from it, is not tested.
+    """
+    n = planes.shape[1]
+    none = lit.dtype.type(0)
+    for block in prange(edge_on.size):
+        flat = np.uint64(0)
+        for group in range(
+            block * (_BLOCK // _GROUP), min(low.shape[0], (block + 1) * (_BLOCK // _GROUP))
+        ):
+            first, end = group * _GROUP, min(n, (group + 1) * _GROUP)
+            x, y, z = planes[0, first:end], planes[1, first:end], planes[2, first:end]
+            bits = lit[first:end]
+            facing, open_ = np.uint64(0), np.uint64(0)
+            for k in range(suns.shape[0]):
+                least = most = margin = 0.0
+                for j in range(3):
+                    one, two = low[group, j] * suns[k, j], high[group, j] * suns[k, j]
+                    least += min(one, two)
+                    most += max(one, two)
+                    margin += _ROUNDING * abs(suns[k, j])
+                bit = np.uint64(1) << np.uint64(k)
+                facing |= bit if least > margin else np.uint64(0)
+                open_ |= np.uint64(0) if least > margin or most < -margin else bit
+            common = lit.dtype.type(facing)
+            for i in range(end - first):
+                bits[i] = common
+            for k in range(suns.shape[0]):
+                bit = np.uint64(1) << np.uint64(k)
+                if open_ & bit == 0:
+                    continue
+                mark = lit.dtype.type(bit)
+                zeros = 0
+                for i in range(end - first):
+                    side = x[i] * suns[k, 0] + y[i] * suns[k, 1] + z[i] * suns[k, 2]
+                    bits[i] |= mark if side > 0.0 else none
+                    zeros += 1 if side == 0.0 else 0
+                if zeros > 0:
+                    flat |= bit
+        edge_on[block] = flat
+
+
 def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Return the side of faces on which a light is: above 0 they are lit, at 0 edge-on.
@@ -73,6 +144,16 @@ def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArr
 
 _CODES_AT_ONCE = 24_000_000  # at most 96 MB of silhouette edges at a time
 _STRETCH = 4096  # edges per work item of a thread
+_FEW_ACTIVE = 4  # stretches with so small a share of active edges are listed edge by edge
+_PLACES = np.zeros(64, np.int64)  # by the top bits of a power of two times a de Bruijn number
+_PLACES[[((0x03F79D71B4CB0A89 << k) & 0xFFFFFFFFFFFFFFFF) >> 58 for k in range(64)]] = range(64)
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _find_lowest(bits):
+    """Return the place of the lowest bit of a number above 0."""
+    power = bits & (np.uint64(0) - bits)
+    return _PLACES[(power * np.uint64(0x03F79D71B4CB0A89)) >> np.uint64(58)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +182,7 @@ def ask_every_edge(
     done = 0
     while done < len(lights):
         batch = np.ascontiguousarray(lights[done : done + LIGHTS_AT_ONCE])
-        find_lit(caster.planes, batch, lit, edge_on)
+        _find_lit_of(caster, batch, lit, edge_on)
         counts = np.zeros((len(batch), len(active)), np.int64)
         _find_active(
             caster.edge_faces, caster.turn, lit, len(batch), edges, found, first, active, counts
@@ -118,6 +199,24 @@ def ask_every_edge(
         codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
         yield slice(done, done + n), Silhouettes(codes, starts)
         done += n
+
+
+def _find_lit_of(
+    caster: Caster, lights: NDArray[np.float64], lit: NDArray, edge_on: NDArray[np.uint64]
+) -> None:
+    """Find the lit faces of a caster, those of a large one under suns in groups."""
+    n_faces = len(caster.faces)
+    if n_faces < _MANY_FACES or lights[:, 3].any():
+        find_lit(caster.planes, lights, lit, edge_on)
+        return
+
+    def bound() -> NDArray[np.float64]:
+        bounds = np.zeros((2, (n_faces + _GROUP) // _GROUP, 3))
+        _bound_normals(caster.planes, *bounds)
+        return bounds
+
+    low, high = derive(caster, "normals", None, bound)
+    _find_lit_in_groups(caster.planes, low, high, lights[:, :3].copy(), lit, edge_on)
 
 
 def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
@@ -170,20 +269,27 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
         wanted = (np.uint64(1) << np.uint64(n_lights)) - np.uint64(1)
     for stretch in prange(active.size):
         start = stretch * _STRETCH
-        n = start
+        n = np.uint64(start)  # unsigned indices need no test of their sign
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
-            one = np.uint64(lit[edge_faces[edge, 0]])
-            two = np.uint64(lit[edge_faces[edge, 1]])
+            one = np.uint64(lit[np.uint64(edge_faces[edge, 0])])
+            two = np.uint64(lit[np.uint64(edge_faces[edge, 1])])
             turned = np.uint64(0) - np.uint64(turn[edge])  # all bits where turned
             bits = (one ^ two ^ turned) & wanted
             edges[n] = edge
             found[n] = bits
             first[n] = one
-            n += bits != 0
-        active[stretch] = n - start
+            n += np.uint64(bits != 0)
+        active[stretch] = np.int64(n) - start
+        if active[stretch] * _FEW_ACTIVE < _STRETCH:
+            for i in range(start, np.int64(n)):
+                bits = found[i]
+                while bits:
+                    counts[_find_lowest(bits), stretch] += 1
+                    bits &= bits - np.uint64(1)
+            continue
         for k in range(n_lights):
             m = np.uint64(0)
-            for i in range(start, n):
+            for i in range(start, np.int64(n)):
                 m += (found[i] >> np.uint64(k)) & np.uint64(1)
             counts[k, stretch] = m
 
@@ -193,6 +299,19 @@ def _list_codes(edges, found, first, active, places, codes):
     """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
     for stretch in prange(active.size):
         start = stretch * _STRETCH
+        if active[stretch] * _FEW_ACTIVE < _STRETCH:
+            cursor = places[:, stretch].copy()
+            for i in range(start, start + active[stretch]):
+                bits = found[i]
+                while bits:
+                    k = _find_lowest(bits)
+                    bits &= bits - np.uint64(1)
+                    # Of the last lights there may be no room for the codes.
+                    if k < cursor.size:
+                        is_lit = np.int32((first[i] >> np.uint64(k)) & np.uint64(1))
+                        codes[cursor[k]] = (edges[i] << 2) | is_lit
+                        cursor[k] += 1
+            continue
         picked = np.zeros(active[stretch], np.int32)
         for k in range(places.shape[0]):
             light = np.uint64(k)
