@@ -29,6 +29,7 @@ _FORMATS = {
     "rg32i": 0x823B, "r32i": 0x8235,
 }  # fmt: skip
 _WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
+_LOD_BIAS = 0x8501
 _TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
 
 
@@ -162,10 +163,14 @@ class Texture:
         )
         device.keep("texture", self._texture.glo)
         self._texture.build_mipmaps()
-        if not device.is_software:  # llvmpipe's filter blurs what is magnified
-            self._texture.anisotropy = 8.0
         gl = device.gl
         gl.BindTexture(TEXTURE_2D, self._texture.glo)
+        if device.is_software:
+            # llvmpipe's anisotropic filter blurs what is magnified. One level finer is nearest to
+            # the mean of many samples, for what is seen at a slant is filtered by its longer side.
+            gl.TexParameteri(TEXTURE_2D, _LOD_BIAS, -1)
+        else:
+            self._texture.anisotropy = 8.0
         for side, how in zip((0x2802, 0x2803), wrap or image.wrap, strict=True):
             gl.TexParameteri(TEXTURE_2D, side, _WRAPS[how])
         gl.BindTexture(TEXTURE_2D, 0)
