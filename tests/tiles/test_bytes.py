@@ -1,13 +1,16 @@
 """The bytes of a result do not depend on its tiles, and are those of a study of all files."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from support.cities import DAY
 
 import umbra
-from umbra.tiles import count
+from umbra.tiles import count, sun_groups
 from umbra.tiles.count import count_window
 from umbra.tiles.run import count_serially
+from umbra.tiles.sun_groups import LEAST, group_suns
 
 EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)
@@ -100,3 +103,41 @@ def test_windows_are_cut_to_the_memory_that_is_given(city, tmp_path, monkeypatch
     assert len(windows) > 8
     assert min(max(window) for window in windows) <= 64
     compare(second.dataset.load(), first.dataset.load())
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_many_suns_are_counted_in_groups_with_the_same_bytes(
+    city, tmp_path, receivers, monkeypatch
+):
+    options = {
+        "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
+        "by_day": False, "receivers": receivers, "cell": 4.0, "extent": EXTENT,
+    }  # fmt: skip
+    scene = umbra.read(*city)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    groups = []
+
+    def see(suns):
+        groups.extend(found := list(group_suns(suns)))
+        return found
+
+    monkeypatch.setattr(sun_groups, "group_suns", see)
+    monkeypatch.setattr(sun_groups, "LEAST", 40)
+    made = umbra.city_study(city, out=tmp_path, tiles=150, **options)
+    assert len(groups) > 2 * len(made.job.tiles())
+    suns = made.job.open().suns
+    assert suns[groups[0], 2].max() < suns[groups[1], 2].min()
+    compare(made.dataset.load(), whole)
+
+
+def test_groups_hold_each_sun_once_and_enough_suns():
+    rng = np.random.default_rng(3)
+    for number in (1, 40, 300, 5000):
+        suns = rng.normal(size=(number, 3))
+        suns[:, 2] = np.abs(suns[:, 2])
+        suns /= np.linalg.norm(suns, axis=1)[:, None]
+        groups = list(group_suns(suns))
+        assert np.array_equal(np.sort(np.concatenate(groups)), np.arange(number))
+        assert min(map(len, groups)) >= min(number, LEAST)
+        heights = [(suns[some, 2].min(), suns[some, 2].max()) for some in groups]
+        assert all(a[1] < b[0] for a, b in pairwise(heights))

@@ -7,6 +7,7 @@ Cities in tiles: any number of files, counted tile by tile in bounded memory, in
     reach.py          which boxes can cast onto which
     neighbourhood.py  what a window needs          PartScene
     count.py          one tile                     count_tile(job, tile), in any process
+    sun_groups.py     casters for suns of each height
     surfaces.py       walls and roofs of a tile    PartResults
     pieces.py         those of all tiles           SurfacePieces
     store.py          the results                  CityStore

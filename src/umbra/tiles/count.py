@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters import Canopy
 from umbra.receivers.kind import Tile, Variables
 from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
@@ -28,6 +27,7 @@ from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, Selection
 from umbra.tiles.pieces import write_pieces
 from umbra.tiles.store import CityStore
+from umbra.tiles.sun_groups import LEAST, SunGroups
 from umbra.tiles.surfaces import count_surfaces
 
 __all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
@@ -144,13 +144,17 @@ class Needs:
 
     Parameters
     ----------
-    units : Selection
-        Units that are seen in it or cast onto it.
+    seen, units : Selection
+        Units that are seen in it; and those with all that cast onto it.
+    box : (2, 3) float64
+        Around its receivers, local frame [m].
     faces : int
-        Number of their faces.
+        Number of the units' faces.
     """
 
+    seen: Selection
     units: Selection
+    box: NDArray[np.float64]
     faces: int
 
     def bytes(self, place: Workplace, grid: Grid) -> float:
@@ -168,7 +172,7 @@ def find_needs(place: Workplace, grid: Grid) -> Needs:
     seen = near.find_seen(low, high)
     box = find_box(place, near, seen, low, high)
     units = seen | near.find_casting(box, place.suns)
-    return Needs(units, near.count_faces(units))
+    return Needs(seen, units, box, near.count_faces(units))
 
 
 def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables, int, int]:
@@ -192,21 +196,20 @@ def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables,
     bare : int
         Number of cells without any of the model.
     """
-    job = place.job
-    scene = Neighbourhood(place).read(needs.units)
-    caster, canopy, soup = make_tile_casters(place, scene)
-    kind = place.kind
-    assert isinstance(kind, PlanKind)
-    model = PlanModel(
-        scene, soup, caster, job.threads, job.frame.ground - place.origin[2], kind.tile,
-        canopy=canopy, has_end=job.frame.has_end,
-    )  # fmt: skip
-    laid = WindowRaster(
-        kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=grid.x, y=grid.y,
-        grid=grid, ground=job.frame.ground, assumed=None,
-    )  # fmt: skip
-    [(where, make)] = laid.make_tiles(None)
-    result = count_receivers(place, laid, where, make(), canopy)
+    near = Neighbourhood(place)
+    if _has_groups(place):
+
+        def make(suns: NDArray[np.float64]) -> Any:
+            laid = _lay_out(place, grid, needs.seen | near.find_casting(needs.box, suns))
+            [(_, make_tile)] = laid.make_tiles(None)
+            return make_tile().make_counter()
+
+        laid = _lay_out(place, grid, needs.seen)
+        counter: Any = SunGroups(make)
+    else:
+        laid, counter = _lay_out(place, grid, needs.units), None
+    [(where, make_tile)] = laid.make_tiles(None)
+    result = count_receivers(place, laid, where, make_tile(), counter)
     nothing = laid.finish()
     if nothing is not None:
         result.blank(nothing)
@@ -215,7 +218,31 @@ def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables,
         laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
         result.variables(laid),
     )  # fmt: skip
-    return study.variables(), len(caster.faces), int(laid.bare.sum())
+    return study.variables(), near.count_faces(needs.units), int(laid.bare.sum())
+
+
+def _has_groups(place: Workplace) -> bool:
+    """Return whether suns are so many that groups of them have casters of their own."""
+    results = place.setup.results
+    is_summed = not results.is_streamed and not results.by_day
+    equal = len(np.unique(place.lights.weights, axis=0)) == 1
+    return is_summed and equal and len(place.suns) >= 2 * LEAST and place.roles.season is None
+
+
+def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:
+    """Lay out the cells of a window among some units."""
+    job, kind = place.job, place.kind
+    scene = Neighbourhood(place).read(units)
+    caster, canopy, soup = make_tile_casters(place, scene)
+    assert isinstance(kind, PlanKind)
+    model = PlanModel(
+        scene, soup, caster, job.threads, job.frame.ground - place.origin[2], kind.tile,
+        canopy=canopy, has_end=job.frame.has_end,
+    )  # fmt: skip
+    return WindowRaster(
+        kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=grid.x, y=grid.y,
+        grid=grid, ground=job.frame.ground, assumed=None,
+    )  # fmt: skip
 
 
 def find_box(
@@ -232,11 +259,10 @@ def find_box(
     return np.array([[*low, least], [*high, most]])
 
 
-def count_receivers(
-    place: Workplace, laid: Any, where: Any, tile: Tile, canopy: Canopy | None
-) -> Result:
-    """Count all suns on the receivers of one tile."""
+def count_receivers(place: Workplace, laid: Any, where: Any, tile: Tile, counter: Any) -> Result:
+    """Count all suns on the receivers of one tile, with its own counter by default."""
+    canopy = laid.casting.canopy
     begun = replace(place.setup, canopy=canopy).begin(laid)
-    run = look(tile, canopy, where, tile.make_counter())
+    run = look(tile, canopy, where, counter or tile.make_counter())
     pass_lights(run, place.lights, begun.accumulators)
     return begun
