@@ -141,7 +141,7 @@ def test_limits_are_asked_of_the_device(device):
     with Renderer(make_scene(*HOUSE), device=device) as renderer:
         for name, most in {"alpha": 6, "screen": 6, "max": 7, "half": 23}.items():
             counter, plan_by = renderer.masks.choose(name, renderer.counter)
-            assert plan_by == "auto"
+            assert plan_by == "mcguire"
             assert 1 <= counter.limit <= most == MASKS[name].at_once
             if device.is_software:
                 assert counter.limit == most

@@ -34,10 +34,13 @@ class VolumeSelection:
         silhouette closes the far end; ``DARK_CAP`` and ``LIGHT_CAPS``, drawn.
     case : (n_shells,) int8
         McGuire's; 0 where culled.
+    start : int
+        Count at the near rectangle of the shells counted from there, though of case 2 or 3.
     """
 
     flags: NDArray[np.uint8]
     case: NDArray[np.int8]
+    start: int = 0
 
     def find(self, bit: np.uint8) -> NDArray[np.bool_]:
         """Return the shells (n_shells,) whose bit is set."""

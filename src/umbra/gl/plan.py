@@ -80,7 +80,8 @@ class VolumePlan:
         z, relative to the eye, where cut volumes end [m].
     draws : tuple of Draw
     start : int
-        Initial count: that of the far ends of rays, in orthographic views.
+        Initial count: that of the far ends of rays, in orthographic views, and of the near
+        rectangle, where volumes hold all of it.
     case : (n_shells,) int8
         McGuire's; 0 where culled.
     statistics : Statistics

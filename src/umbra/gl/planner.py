@@ -258,6 +258,7 @@ class Planner:
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
                 start, tilt = find_start(kept, projection.camera, source, uncut)
+            start += selection.start
             deepest = kept.bound(selection, self.bounds, self._most)
         statistics = self._find_statistics(selection, draws, drawn, deepest)
         return VolumePlan(

@@ -1,8 +1,9 @@
 """
 Faces to draw of each shadow volume, and how to count them, for all lights of a frame.
 
-McGuire's cases, culling and cuts. One kernel classifies every shell under every light by its
-bounds; only undecided shells are then classified by their triangles.
+McGuire's cases, culling and cuts; ``auto`` also counts by z-pass what holds the near rectangle.
+One kernel classifies every shell under every light by its bounds; only undecided shells are then
+classified by their triangles.
 """
 
 from collections.abc import Sequence
@@ -12,13 +13,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.gl.covered import NearCounts
 from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.projection import Projection, Rectangle
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
 from umbra.volume.box_tree import BoxTree, is_beyond_any
 from umbra.volume.placement import ask_faces, place_box
-from umbra.volume.regions import Regions, find_many_regions, find_view_planes
+from umbra.volume.regions import (
+    Regions,
+    find_many_regions,
+    find_near_rectangle,
+    find_view_planes,
+)
 
 __all__ = ["FoundLights", "VolumeOptions", "select_lights"]
 
@@ -147,14 +154,19 @@ def select_lights(
         (method in ("auto", "mcguire"), choices.cull, choices.fans, camera.is_perspective),
         flags, case, undecided,
     )  # fmt: skip
+    starts = [0] * n
     if choices.ask_triangles and method != "z-fail":
-        keeps_cap = method == "lengyel"
         for k in np.flatnonzero(undecided.any(1)).tolist():
             regions = Regions(pyramids[k], clipped[k], sources[k])
-            _ask_triangles(
-                volumes[k], np.flatnonzero(undecided[k]), regions, keeps_cap, flags[k], case[k]
-            )
-    return [VolumeSelection(*each) for each in zip(flags, case, strict=True)]
+            near = None
+            if method == "auto":
+                corners = find_near_rectangle(projection.clipping, origin, scissors[k])
+                near = NearCounts(corners, MARGIN * float(np.abs(corners).max()))
+            starts[k] = _ask_triangles(
+                volumes[k], np.flatnonzero(undecided[k]), regions, near, method == "lengyel",
+                flags[k], case[k],
+            )  # fmt: skip
+    return [VolumeSelection(*each) for each in zip(flags, case, starts, strict=True)]
 
 
 @njit(cache=True, nogil=True)
@@ -201,12 +213,18 @@ def _ask_triangles(
     volumes: Sequence[BodyVolumes],
     shells: NDArray[np.intp],
     regions: Regions,
+    near: NearCounts | None,
     keeps_cap: bool,
     flags: NDArray[np.uint8],
     case: NDArray[np.int8],
-) -> None:
-    """Classify the shells that bounds left undecided by their triangles, up to a limit."""
-    left, index, first = _FACES_ASKED, 0, 0
+) -> int:
+    """
+    Classify the shells that bounds left undecided by their triangles, up to a limit.
+
+    Returns the count at the near rectangle of those that hold all of it, and are counted by z-pass
+    from there; with ``near`` None there are none.
+    """
+    left, index, first, start = _FACES_ASKED, 0, 0, 0
     for place in shells.tolist():
         each = volumes[index]
         while place >= first + len(each.shells):
@@ -226,7 +244,12 @@ def _ask_triangles(
         )  # fmt: skip
         needs_cap = case[place] == 3 and is_seen
         case[place] = 1 if not blocks else 3 if needs_cap else 2
-        if not blocks:
+        count = 0 if not blocks else None
+        if blocks and near is not None and flags[place] & Z_FAILS:
+            count = near.find(each, instance, shell, mine)
+        if count is not None:
             flags[place] &= _NOT_FAILS
+            start += count
         elif not needs_cap and not keeps_cap:
             flags[place] &= ~LIGHT_CAPS
+    return start

@@ -185,7 +185,7 @@ class MaskCounters:
             self._made[method] = MaskCounter(
                 self._device, self._geometry, MASKS[method], warn=self._warn
             )
-        return self._made[method], "auto"
+        return self._made[method], "mcguire"  # counts start in light
 
     def release(self) -> None:
         """Free the counters."""

@@ -148,7 +148,7 @@ class MaskPicture(DeviceUser):
         plans: Sequence[VolumePlan | None] = [None] * len(some)
         if shadows is not None:
             choices = VolumeOptions(narrow=False)
-            plans = self.planner.plan(projection, some, choices=choices)
+            plans = self.planner.plan(projection, some, "mcguire", choices=choices)
         self.tally.clear()
         with State(self.device) as state:
             total = self._begin_sum(state, picture) if len(some) != 1 else None
