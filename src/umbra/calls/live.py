@@ -56,12 +56,29 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "isFramed": options.view is None,
         "ground": _find_ground(scene, study, options),
         "proposed": proposed,
-        "notes": list(scene.notes),
+        "notes": [*scene.notes, *_tell_shadows(scene, study)],
         "hours": hours,
         "hasLink": True,
         "takesWheel": True,
         "poster": "",
     }
+
+
+def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
+    """Say what the page's shadows leave out: light through glass and through canopies."""
+    notes = []
+    glass = [part.name for part in scene.parts if part.material.opacity < 1]
+    if glass:
+        what = "1 part is" if len(glass) == 1 else f"{len(glass):,} parts are"
+        notes.append(
+            f"{what} drawn transparent (first: '{glass[0]}'), and cast shadows as opaque ones do"
+        )
+    if study is not None and "canopy_transmissivity" in study.facts:
+        notes.append(
+            "the hours of the study count the light that its canopies transmit; the page's own "
+            "shadows and hours at a place take canopies as opaque"
+        )
+    return notes
 
 
 def _find_ground(scene: Scene, study: Study | None, options: ViewOptions) -> float | None:

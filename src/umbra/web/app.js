@@ -17,7 +17,7 @@ import { makeShare } from "./share.js";
 import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
-import { frame } from "./viewpoint.js";
+import { findDense, frame } from "./viewpoint.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
@@ -41,6 +41,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {string} poster a picture for browsers without WebGL2
  */
 
+const SPARSE = "The objects stand far apart: the view opens where most of them are; the button with the house shows all.";
 const STATE_DELAY = 400;  // from a change to the address [ms]
 let number = 0;
 
@@ -66,7 +67,10 @@ export class App {
     /** @type {number[]} object of each part */
     this.thingOf = [];
     this.things.forEach((thing, k) => { for (const part of thing.parts) this.thingOf[part] = k; });
-    const [low, high] = model.bounds;
+    /** what a first view shows: all, or where most of it stands */
+    this.box = findDense(model, this.thingOf) ?? model.bounds;
+    this.notes = [...config.notes, ...(this.box === model.bounds ? [] : [SPARSE])];
+    const [low, high] = this.box;
     /** level ground, local [m] */
     this.ground = config.ground === null ? null : config.ground - model.origin[2];
     this.middle = /** @type {Vec3} */ ([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, this.ground ?? low[2]]);
@@ -103,7 +107,7 @@ export class App {
     this.frame = makeFrame(this, this.panels.slice(1).map((panel) => panel.element), share.keys);
     this.stage.renderer.setGround(this.ground);
     this.#layHours();
-    if (!this.#linked && config.isFramed) this.orbit.set(this.#frameFirst());
+    if (!this.#linked && config.isFramed) this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
@@ -138,11 +142,22 @@ export class App {
   /** Whether the view came with a link: it is not framed then. */
   #linked = false;
 
-  /** The whole model, in this picture; a view that was saved stays as it is. */
-  #frameFirst() {
-    const { wide, high } = this.stage.size, columns = this.state.compare === "beside" ? 2 : 1;
-    return frame(this.state.viewpoint, this.model.bounds, wide / columns / high);
+  /** Width over height of each picture: two stand side by side. */
+  get aspect() {
+    const { wide, high } = this.stage.size;
+    return wide / (this.state.compare === "beside" ? 2 : 1) / high;
   }
+
+  /** When the picture becomes narrower or wider, as much of the model stays in it. */
+  #fitAspect() {
+    const { aspect, state: { viewpoint } } = this, was = this.framedAspect;
+    this.framedAspect = aspect;
+    if (!was || Math.abs(aspect / was - 1) < 1e-3) return;
+    const [before, after] = [was, aspect].map((one) => frame(viewpoint, this.box, one).distance);
+    this.orbit.set({ ...viewpoint, distance: (viewpoint.distance * after) / before });
+  }
+
+  framedAspect = 0;
 
   /**
    * Change the state; everything follows at the next frame.
@@ -164,6 +179,7 @@ export class App {
     this.waits = requestAnimationFrame((now) => {
       this.waits = 0;
       const plays = this.timebar.play(now);
+      this.#fitAspect();
       this.#update();
       if (plays) this.redraw();
     });

@@ -60,7 +60,7 @@ export function readCounts(renderer, light, times) {
   const [columns, rows] = [times * viewport[2], times * viewport[3]];
   const sight = renderer.findSight(view);
   const common = findUniforms(renderer, sight);
-  const stage = renderer.findStage(view);
+  const stage = renderer.findStage(view, true);
   const target = new Target(device, columns, rows, 1, gl.RGBA8);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
   gl.disable(gl.SCISSOR_TEST);

@@ -23,10 +23,10 @@ export const makeFrame = (app, panels, keys) => {
   const title = el("header", { class: "title" }, el("h1", {}, config.title), config.subtitle && el("p", {}, config.subtitle));
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
-  picture.append(swipe, title, views);
-  const notes = config.notes.length > 0
-    && el("details", {}, el("summary", {}, "Notes on the model"), el("ul", { class: "notes" }, ...config.notes.map((note) => el("li", {}, note))));
-  const panel = el("aside", { class: "panel", "aria-label": "Tools" }, ...panels, keys, notes);
+  picture.append(swipe, views);
+  const notes = app.notes.length > 0
+    && el("details", {}, el("summary", {}, "Notes on the model"), el("ul", { class: "notes" }, ...app.notes.map((note) => el("li", {}, note))));
+  const panel = el("aside", { class: "panel", "aria-label": "Tools" }, title, ...panels, keys, notes);
   fill(app.root, el("div", { class: "frame" }, picture, app.timebar.element, panel));
 
   /** @param {State} state */

@@ -18,11 +18,12 @@ import { traceRay } from './trace.js';
  * @property {Vec3} origin
  * @property {number | null} ground
  * @property {Site | null} site
- * @property {[string, string, string, string, Vec3][]} parts name, kind, layer, label, linear RGB
+ * @property {[string, string, string, string, Vec3, number][]} parts name, kind, layer, label, linear
+ *   RGB, opacity
  * @property {[string, number, number, boolean][]} streams name, count, bytes of each, differences
  */
 
-const VERSION = 1;
+const VERSION = 2;
 
 /**
  * Unpack a block made by `umbra.web.pack_model`.
@@ -88,7 +89,11 @@ export class Model {
     /** @type {number | null} level ground that the file states, local [m] */
     this.ground = header.ground;
     /** @type {Part[]} */
-    this.parts = header.parts.map(([name, kind, layer, label, color]) => ({ name, kind, layer, label, color, faces: 0 }));
+    this.parts = header.parts.map(([name, kind, layer, label, color, opacity]) => {
+      return { name, kind, layer, label, color, opacity, faces: 0 };
+    });
+    /** whether any part is seen through */
+    this.hasGlass = this.parts.some(({ opacity }) => opacity < 1);
     /** @type {number} */
     this.faceCount = streams.part.length;
     this.places = findPlaces(streams.places, header.step);

@@ -30,7 +30,7 @@ from umbra.volume.adjacency import Caster, make_caster
 
 __all__ = ["pack_model", "quantise"]
 
-VERSION = 1
+VERSION = 2
 FINEST = 13  # 2^-13 m, an eighth of a millimetre
 _BITS = 24  # of float32
 _SMOOTH = 511  # steps of an octahedral normal to each side
@@ -142,7 +142,7 @@ def pack_model(
         "ground": None if scene.ground is None else scene.ground - float(rounded.origin[2]),
         "site": None if site is None else _describe_site(site),
         "parts": [
-            [part.name, part.kind, part.layer, label, list(part.color)]
+            [part.name, part.kind, part.layer, label, list(part.color), part.material.opacity]
             for part, label in zip(rounded.parts, rounded.labels(), strict=True)
         ],
         "streams": streams.heads,

@@ -88,15 +88,9 @@ export const makeParts = (app) => {
     if (all.value) put(found, /** @type {Standing} */ (all.value));
     all.value = "";
   } }, el("option", { value: "" }, "Set all found…"), ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)));
-  const compare = (/** @type {State['compare']} */ mode) => {
-    // Half a picture is narrow: step back, and come nearer again.
-    const was = state().compare === "beside", is = mode === "beside";
-    app.set({ compare: mode });
-    if (was !== is) app.orbit.approach(is ? 1 / 1.6 : 1.6);
-  };
   const modes = el("fieldset", { class: "modes" }, el("legend", { class: "hidden" }, "Before and after"),
     ...COMPARE.map((mode) => el("label", {},
-      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => compare(mode) }),
+      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => app.set({ compare: mode }) }),
       el("span", {}, MODES[mode]))));
   const hint = el("p", { class: "quiet" });
   const element = el("details", {}, el("summary", {}, "Objects, before and after"), modes, hint,

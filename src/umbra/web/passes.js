@@ -1,16 +1,20 @@
 // The passes of a view besides its shadow volumes: surfaces, what is lit, sky, results, creases.
 
 import {
-  CREASE, DOT, ENCODE, FILL, GROUND, PATCH, RICH_SURFACE, SKY, SURFACE,
+  CAP, CREASE, CUT, DOT, ENCODE, FILL, GROUND, LINE, PATCH, RICH_SURFACE, SKY, SURFACE,
 } from './shaders.js';
-import { scale } from './vectors.js';
+import { WEAKEST } from './selection.js';
+import { cross, dot, move, scale, subtract, unit } from './vectors.js';
 
 /** @typedef {import('./types.js').Overlay} Overlay */
 /** @typedef {import('./types.js').Style} Style */
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./device.js').Target} Target */
 /** @typedef {import('./selection.js').Selection} Selection */
+/** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./view.js').Sight} Sight */
+
+const INK = [0.045, 0.05, 0.065, 1]; // of what a section cuts, linear
 
 /**
  * Vertices of an overlay: those that are drawn at their fronts, then those at their backs.
@@ -39,6 +43,11 @@ export class Passes {
     this.patches = null;
     /** @type {Laid | null} */
     this.dots = null;
+    this.lineBuffer = gl.createBuffer();
+    /** @type {WebGLVertexArrayObject | null} */
+    this.lineArray = null;
+    /** @type {import('./types.js').Line[] | null} */
+    this.listed = null;
   }
 
   /** @param {Overlay | null} overlay */
@@ -140,12 +149,127 @@ export class Passes {
     const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
     device.use(this.findSurface(light, common.isSection)).set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.all);
-    gl.drawElements(gl.TRIANGLES, stage.count, gl.UNSIGNED_INT, 0);
+    const solid = common.cutsInto ? 0 : stage.solid;
+    gl.enable(gl.CULL_FACE);
+    gl.cullFace(gl.BACK);
+    gl.drawElements(gl.TRIANGLES, solid, gl.UNSIGNED_INT, 0);
+    gl.disable(gl.CULL_FACE);
+    gl.drawElements(gl.TRIANGLES, stage.count - solid, gl.UNSIGNED_INT, 4 * solid);
     if (common.groundSize) {
       device.use(GROUND).set({ ...common, ...light });
       gl.bindVertexArray(this.nothing);
       gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
     }
+  }
+
+  /**
+   * Fill what a section cuts of solids: a ray that enters one through the cut leaves it once more
+   * often than it enters.
+   * @param {Selection} stage
+   * @param {Record<string, any>} common
+   * @param {number[]} plane
+   * @param {number} size of the model [m]
+   * @param {Vec3} corners the sum of its lowest and its highest corner
+   */
+  drawCaps(stage, common, plane, size, corners) {
+    const { device } = this, { gl } = device;
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.ALWAYS, 0, 255);
+    gl.stencilOpSeparate(gl.FRONT, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
+    gl.stencilOpSeparate(gl.BACK, gl.KEEP, gl.KEEP, gl.INCR_WRAP);
+    gl.colorMask(false, false, false, false);
+    gl.depthMask(false);
+    gl.depthFunc(gl.ALWAYS);
+    device.use(CUT).set(common);
+    gl.bindVertexArray(stage.all);
+    gl.drawElements(gl.TRIANGLES, stage.solid, gl.UNSIGNED_INT, 0);
+    gl.colorMask(true, true, true, true);
+    gl.depthMask(true);
+    gl.depthFunc(device.nearer);
+    gl.stencilFunc(gl.NOTEQUAL, 0, 255);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
+    device.use(CAP).set({ ...common, 'corners[0]': findSquare(plane, size, corners, common.eye), ink: INK });
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLE_FAN, 0, 4);
+    gl.disable(gl.STENCIL_TEST);
+    gl.clear(gl.STENCIL_BUFFER_BIT);
+  }
+
+  /**
+   * Draw what one sees through: in full light, as nothing is known of the light behind it.
+   * @param {Selection} stage
+   * @param {Record<string, any>} common
+   * @param {import('./types.js').Light[]} lights
+   */
+  drawPanes(stage, common, lights) {
+    const { device } = this, { gl } = device;
+    gl.depthMask(false);
+    gl.depthFunc(device.nearer);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    const sky = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0, share: lights.length ? 2 : 1 };
+    gl.bindTexture(gl.TEXTURE_2D, this.blank);
+    device.use(this.findSurface(sky, common.isSection)).set({ ...common, ...sky, plan: [0, 0, 0, 0] });
+    gl.bindVertexArray(stage.panes);
+    gl.drawElements(gl.TRIANGLES, stage.paneCount, gl.UNSIGNED_INT, 0);
+    gl.disable(gl.BLEND);
+  }
+
+  /**
+   * Draw lines where nothing hides them.
+   * @param {import('./types.js').Line[]} lines
+   * @param {Sight} sight
+   * @param {Record<string, any>} common
+   * @param {number} ratio pixels in a CSS pixel
+   */
+  drawLines(lines, sight, common, ratio) {
+    const { device } = this, { gl } = device;
+    if (!lines.length) return;
+    if (lines !== this.listed) this.listLines(lines);
+    const program = device.use(LINE).set(common);
+    gl.depthMask(false);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.bindVertexArray(this.lineArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
+    let first = 0;
+    for (const { places, color: [r, g, b, alpha], width, isSky = false } of lines) {
+      const count = places.length - 1, { reverses } = device;
+      gl.depthFunc(isSky ? device.notFarther : device.nearer);
+      program.set({
+        half_: [sight.columns / 2, sight.rows / 2], width: width * ratio, isSky, reverses,
+        ink: [r ** 2.2, g ** 2.2, b ** 2.2, alpha],
+      });
+      // A segment begins where the one before it ends.
+      for (const name of ['from', 'to']) {
+        const at = gl.getAttribLocation(program.program, name);
+        gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 12, 12 * (first + (name === 'to' ? 1 : 0)));
+      }
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+      first += places.length;
+    }
+    gl.disable(gl.BLEND);
+  }
+
+  /**
+   * Put the places of lines on the card.
+   * @param {import('./types.js').Line[]} lines
+   */
+  listLines(lines) {
+    const { device } = this, { gl } = device;
+    this.listed = lines;
+    if (!this.lineArray) {
+      const one = /** @type {[WebGLBuffer | null, number, number, number, number]} */
+        ([this.lineBuffer, 3, gl.FLOAT, 12, 0]);
+      this.lineArray = device.makeArray(LINE, { from: one, to: one }, null);
+      gl.bindVertexArray(this.lineArray);
+      for (const name of ['from', 'to']) {
+        gl.vertexAttribDivisor(gl.getAttribLocation(device.use(LINE).program, name), 1);
+      }
+    }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
+    const places = new Float32Array(lines.flatMap((line) => line.places.flat()));
+    gl.bufferData(gl.ARRAY_BUFFER, places, gl.STREAM_DRAW);
   }
 
   /**
@@ -232,7 +356,8 @@ export class Passes {
     const pixels = sight.rows / 2 / sight.half;
     if (this.patches) this.drawPatches(this.patches, common);
     if (style.edges) {
-      device.use(CREASE).set({ ...common, pixels, ink: [...style.edge, 0.65] });
+      stage.listCreases(sight, pixels);
+      device.use(CREASE).set({ ...common, pixels, weakest: WEAKEST, ink: [...style.edge, 0.65] });
       gl.bindVertexArray(stage.creases);
       gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
     }
@@ -316,6 +441,26 @@ export class Passes {
     this.free(this.patches);
     this.free(this.dots);
     gl.deleteVertexArray(this.nothing);
+    gl.deleteVertexArray(this.lineArray);
+    gl.deleteBuffer(this.lineBuffer);
     for (const texture of [this.plan, this.blank, this.squares]) gl.deleteTexture(texture);
   }
+}
+
+/**
+ * The corners of a square in a plane, over all of a model, homogeneous and relative to the eye.
+ * @param {number[]} plane
+ * @param {number} size of the model [m]
+ * @param {Vec3} corners the sum of its lowest and its highest corner
+ * @param {Vec3} eye
+ */
+function findSquare(plane, size, corners, eye) {
+  const normal = unit(plane), middle = scale(corners, 0.5);
+  const off = (dot(plane, middle) + plane[3]) / Math.hypot(plane[0], plane[1], plane[2]);
+  const centre = subtract(move(middle, normal, -off), eye);
+  const along = unit(cross(normal, Math.abs(normal[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
+  const across = cross(normal, along);
+  return [[1, 1], [-1, 1], [-1, -1], [1, -1]].flatMap(([a, b]) => {
+    return [...move(move(centre, along, a * size), across, b * size), 1];
+  });
 }

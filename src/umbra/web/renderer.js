@@ -35,7 +35,7 @@ import { Sight } from './view.js';
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./volumes.js').Mask} Mask */
 
-const EXPOSURE = 0.8; // radiance that a light of intensity 1 adds to a white face (umbra.scene)
+export const EXPOSURE = 0.8; // radiance that a light of intensity 1 adds to a white face (umbra.scene)
 
 /** @type {Required<Style>} as umbra's own pictures; linear where umbra's are */
 const STYLE = {
@@ -87,6 +87,8 @@ export class Renderer {
     this.overlay = null;
     /** @type {[number, number, number, number] | null} */
     this.clip = null;
+    /** @type {import('./types.js').Line[]} */
+    this.lines = [];
     this.style = { ...STYLE, ...options.style };
     this.surfaces = makeSurfaces(model);
     this.creases = findCreases(model);
@@ -112,8 +114,8 @@ export class Renderer {
     this.buffers = makeBuffers(this.device, this.model, this.surfaces);
     /** @type {Selection[]} */
     this.stages = [];
-    /** @type {Target | null} */
-    this.target = null;
+    /** @type {Target[]} */
+    this.targets = [];
     this.passes = new Passes(this.device);
     if (this.overlay) this.passes.setOverlay(this.overlay);
   }
@@ -162,6 +164,11 @@ export class Renderer {
     this.clip = plane;
   }
 
+  /** @param {import('./types.js').Line[]} lines drawn after all else */
+  setLines(lines) {
+    this.lines = lines;
+  }
+
   /** @param {Style} style changes what it names */
   setStyle(style) {
     this.style = { ...this.style, ...style };
@@ -176,28 +183,39 @@ export class Renderer {
     // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
     // costs software half of a frame, but a canvas that is transparent needs more alpha than 2 bits.
     const format = this.style.background ? gl.RGB10_A2 : gl.SRGB8_ALPHA8;
-    if (
-      !this.target ||
-      this.target.columns !== canvas.width ||
-      this.target.rows !== canvas.height ||
-      this.target.asked !== samples ||
-      this.target.format !== format
-    ) {
-      this.target?.delete();
-      this.target = new Target(device, canvas.width, canvas.height, samples, format);
-    }
+    const target = this.findTarget(samples, format);
     this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target.frame);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.enable(gl.SCISSOR_TEST);
     for (const view of this.views) this.drawView(view);
     gl.disable(gl.SCISSOR_TEST);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.DEPTH_TEST);
-    this.target.resolve();
+    target.resolve();
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    passes.encode(this.target);
+    passes.encode(target);
     this.statistics.milliseconds = performance.now() - begun;
+  }
+
+  /**
+   * The target of a canvas and as many samples; another number's is kept for when it is drawn next.
+   * @param {number} samples
+   * @param {number} format
+   */
+  findTarget(samples, format) {
+    const { canvas, device } = this;
+    const isOld = (/** @type {Target} */ one) =>
+      one.columns !== canvas.width || one.rows !== canvas.height || one.format !== format;
+    const known = this.targets ?? [];
+    for (const one of known.filter(isOld)) one.delete();
+    this.targets = known.filter((one) => !isOld(one));
+    let target = this.targets.find((one) => one.asked === samples);
+    if (!target) {
+      target = new Target(/** @type {Device} */ (device), canvas.width, canvas.height, samples, format);
+      this.targets.push(target);
+    }
+    return target;
   }
 
   /** Fit the canvas to its place on the page; return whether it has any pixels. */
@@ -266,6 +284,7 @@ export class Renderer {
 
     // The sky's light alone, and depth.
     passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    if (this.clip) passes.drawCaps(stage, common, this.clip, this.size, move(...this.model.bounds));
     if (style.background) passes.drawSky(sight, style);
 
     let share = 1; // of the sky's light: the first light is drawn over it, others are added
@@ -289,7 +308,9 @@ export class Renderer {
       this.statistics.sides += stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
     });
     gl.disable(gl.STENCIL_TEST);
+    if (stage.paneCount) passes.drawPanes(stage, common, lights);
     passes.drawOver(stage, sight, common, style);
+    passes.drawLines(this.lines, sight, common, this.ratio);
   }
 
   /** Clear depth and stencil in the scissor. */
@@ -323,20 +344,21 @@ export class Renderer {
   /**
    * What is drawn for a view's parts; made when first asked for.
    * @param {View} view
+   * @param {boolean} [isSolid] whether glass is drawn as a wall
    * @returns {Selection}
    */
-  findStage(view) {
+  findStage(view, isSolid = false) {
     const cast = view.cast === undefined ? this.cast : view.cast;
     const show = view.show === undefined ? (view.cast === undefined ? this.show : cast) : view.show;
     const stages = /** @type {Selection[]} */ (this.stages);
-    const known = stages.find((stage) => stage.isOf(cast, show));
+    const known = stages.find((stage) => stage.isOf(cast, show, isSolid));
     if (known) return known;
     if (stages.length >= 4) stages.shift()?.delete();
     const { model, creases, surfaces } = this;
     const device = /** @type {Device} */ (this.device);
     const buffers = /** @type {ReturnType<typeof makeBuffers>} */ (this.buffers);
     const shared = { device, model, creases, corners: surfaces.corners, ...buffers };
-    const stage = new Selection(shared, cast, show);
+    const stage = new Selection(shared, cast, show, isSolid);
     stages.push(stage);
     return stage;
   }
@@ -383,7 +405,7 @@ export class Renderer {
     const { device } = this;
     if (!device) return;
     for (const stage of this.stages ?? []) stage.delete();
-    this.target?.delete();
+    for (const target of this.targets ?? []) target.delete();
     device.gl.deleteBuffer(this.buffers?.surface ?? null);
     device.gl.deleteBuffer(this.buffers?.doubled ?? null);
     this.passes?.delete();

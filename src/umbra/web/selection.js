@@ -2,10 +2,13 @@
 
 import { CREASE, SURFACE } from './shaders.js';
 import { Shadows } from './shadows.js';
+import { dot } from './vectors.js';
+import { isBeyond } from './view.js';
 import { List } from './volumes.js';
 
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./model.js').Model} Model */
+/** @typedef {import('./view.js').Sight} Sight */
 /** @typedef {import('./volumes.js').Mask} Mask */
 
 /**
@@ -14,11 +17,14 @@ import { List } from './volumes.js';
  * @property {Device} device
  * @property {Model} model
  * @property {Uint32Array} corners vertex of each corner of each face
- * @property {{lines: Uint32Array, part: Uint32Array}} creases
+ * @property {ReturnType<typeof import('./surfaces.js').findCreases>} creases
  * @property {WebGLBuffer | null} surface vertices with normals and colours
  * @property {number} stride bytes of each
  * @property {WebGLBuffer | null} doubled vertices, each with w = 1 and w = 0
  */
+
+/** Sixths of the pixels in a metre, below which creases are not drawn. */
+export const WEAKEST = 0.15;
 
 // Lists of faces are filled anew whenever a light moves: one pair serves all selections.
 const fronts = new List();
@@ -30,38 +36,61 @@ export class Selection {
    * @param {Shared} shared
    * @param {Mask} cast
    * @param {Mask} show
+   * @param {boolean} isSolid whether glass is drawn as a wall, as counts take it
    */
-  constructor(shared, cast, show) {
+  constructor(shared, cast, show, isSolid) {
     const { device, model, surface, stride, doubled } = shared;
     const { gl } = device;
     this.shared = shared;
     this.cast = cast && Array.from(cast);
     this.show = show && Array.from(show);
-    this.shadows = new Shadows(device, model, doubled, cast, show);
-    let { corners } = shared;
-    const { lines, part } = shared.creases;
-    let drawn = lines;
-    if (show) {
-      const shown = model.facePart.map((p) => (show[p] ? 1 : 0));
-      corners = corners.filter((_, i) => shown[Math.floor(i / 3)]);
-      drawn = lines.filter((_, i) => show[part[i >> 1]]);
+    this.isSolid = isSolid;
+    /** Parts that hide what is behind them; null: all. */
+    this.opaque = findOpaque(model, show, isSolid);
+    const { opaque } = this;
+    this.shadows = new Shadows(device, model, doubled, cast, opaque);
+    const { corners: all, creases: { lines, part, shell } } = shared, { facePart } = model;
+    const { faceComponent } = model, whole = this.findWhole();
+    const pick = (/** @type {(face: number) => boolean} */ isWanted) =>
+      all.filter((_, i) => isWanted(Math.floor(i / 3)));
+    const isSolidFace = (/** @type {number} */ f) => whole[faceComponent[f]] === 1;
+    const isShown = (/** @type {number} */ f) => !show || Boolean(show[facePart[f]]);
+    const isOpaque = (/** @type {number} */ f) => !opaque || opaque[facePart[f]] === 1;
+    // Solids first: their backs are never seen, unless something cuts into them.
+    const solids = pick(isSolidFace), others = pick((f) => isOpaque(f) && !isSolidFace(f));
+    const corners = new Uint32Array(solids.length + others.length);
+    corners.set(solids);
+    corners.set(others, solids.length);
+    /** Number of indices of faces of solids. */
+    this.solid = solids.length;
+    this.lines = show ? lines.filter((_, i) => show[part[i >> 1]]) : lines;
+    /** where the lines of each shell begin */
+    this.lineStarts = new Uint32Array(model.shellCount + 1);
+    for (let i = 0; i < shell.length; i++) {
+      if (!show || show[part[i]]) this.lineStarts[shell[i] + 1] += 2;
     }
+    for (let k = 0; k < model.shellCount; k++) this.lineStarts[k + 1] += this.lineStarts[k];
+    const panes = opaque ? pick((f) => isShown(f) && !isOpaque(f)) : new Uint32Array(0);
     /** @type {Record<string, [WebGLBuffer | null, number, number, number, number]>} */
     const attributes = {
       place: [surface, 3, gl.FLOAT, stride, 0],
-      normal: [surface, 3, gl.SHORT, stride, 12],
+      normal: [surface, 4, gl.SHORT, stride, 12],
       color: [surface, 4, gl.UNSIGNED_BYTE, stride, 20],
     };
     this.faces = device.makeBuffer(corners, gl.ELEMENT_ARRAY_BUFFER);
     this.count = corners.length;
     this.all = device.makeArray(SURFACE, attributes, this.faces);
+    this.paneFaces = device.makeBuffer(panes, gl.ELEMENT_ARRAY_BUFFER);
+    this.paneCount = panes.length;
+    this.panes = device.makeArray(SURFACE, attributes, this.paneFaces);
     this.litFaces = gl.createBuffer();
     /** Numbers of indices of faces lit at their fronts, then of those lit at their backs. */
     this.front = 0;
     this.back = 0;
     this.lit = device.makeArray(SURFACE, attributes, this.litFaces);
-    this.creaseLines = device.makeBuffer(drawn, gl.ELEMENT_ARRAY_BUFFER);
-    this.creaseCount = drawn.length;
+    this.creaseLines = gl.createBuffer();
+    this.creaseCount = 0;
+    this.creaseKey = '';
     this.creases = device.makeArray(
       CREASE,
       { place: [doubled, 4, gl.FLOAT, 16, 0] },
@@ -73,9 +102,49 @@ export class Selection {
    * Whether this is the selection of two masks.
    * @param {Mask} cast
    * @param {Mask} show
+   * @param {boolean} isSolid
    */
-  isOf(cast, show) {
-    return isSame(this.cast, cast) && isSame(this.show, show);
+  isOf(cast, show, isSolid) {
+    return this.isSolid === isSolid && isSame(this.cast, cast) && isSame(this.show, show);
+  }
+
+  /**
+   * List the creases of what a view sees large enough.
+   * @param {Sight} sight
+   * @param {number} pixels in a metre at distance 1, or anywhere in an orthographic view
+   */
+  listCreases(sight, pixels) {
+    const { device, model } = this.shared, { gl } = device, { shells, shellCount } = model;
+    const key = [pixels, sight.near, ...sight.eye, ...sight.findMatrix()].join();
+    if (key === this.creaseKey) return;
+    this.creaseKey = key;
+    const planes = sight.findPlanes(), farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
+    const at = -dot(sight.forward, sight.eye), { lineStarts, lines } = this;
+    const kept = fronts.reserve(lines.length);
+    let [n, begin] = [0, -1];
+    if (sight.isPerspective || pixels > 6 * WEAKEST) {
+      for (let shell = 0; shell <= shellCount; shell++) {
+        const isKept = shell < shellCount && findDepth(shells, shell, sight.forward) + at < farthest
+          && !isBeyond(planes, shells, 6 * shell);
+        if (isKept && begin < 0) begin = lineStarts[shell];
+        if (isKept || begin < 0) continue;
+        kept.set(lines.subarray(begin, lineStarts[shell]), n);
+        n += lineStarts[shell] - begin;
+        begin = -1;
+      }
+    }
+    this.creaseCount = n;
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.creaseLines);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, kept, gl.STREAM_DRAW, 0, n);
+  }
+
+  /** The closed components, wound outward, all of which is drawn. */
+  findWhole() {
+    const { facePart, faceComponent, isClosed, isInward } = this.shared.model, { opaque } = this;
+    const whole = isClosed.map((is, k) => is & ~isInward[k] & 1);
+    if (opaque) facePart.forEach((part, f) => { if (!opaque[part]) whole[faceComponent[f]] = 0; });
+    return whole;
   }
 
   /**
@@ -85,7 +154,7 @@ export class Selection {
   listLit() {
     const { device, model, corners } = this.shared;
     const { gl } = device;
-    const { show } = this;
+    const { opaque } = this;
     const { faceCount, facePart, faceComponent, isClosed, isInward } = model;
     const { volumes, opened } = this.shadows;
     const front = fronts.reserve(3 * faceCount);
@@ -96,7 +165,7 @@ export class Selection {
     let [n, m] = [0, 0];
     for (let f = 0; f < faceCount; f++) {
       const mine = side[f];
-      if (mine === 0 || (show && !show[facePart[f]])) continue;
+      if (mine === 0 || (opaque && !opaque[facePart[f]])) continue;
       if (mine > 0) {
         front[n] = corners[3 * f];
         front[n + 1] = corners[3 * f + 1];
@@ -121,9 +190,36 @@ export class Selection {
   delete() {
     const { gl } = this.shared.device;
     this.shadows.delete();
-    for (const buffer of [this.faces, this.litFaces, this.creaseLines]) gl.deleteBuffer(buffer);
-    for (const array of [this.all, this.lit, this.creases]) gl.deleteVertexArray(array);
+    const buffers = [this.faces, this.litFaces, this.creaseLines, this.paneFaces];
+    for (const buffer of buffers) gl.deleteBuffer(buffer);
+    for (const array of [this.all, this.lit, this.creases, this.panes]) gl.deleteVertexArray(array);
   }
+}
+
+/**
+ * The depth of the nearest corner of a box, from the origin along a direction.
+ * @param {Float64Array} boxes
+ * @param {number} box
+ * @param {import('./types.js').Vec3} forward
+ */
+function findDepth(boxes, box, forward) {
+  let low = 0;
+  for (let axis = 0; axis < 3; axis++) {
+    low += forward[axis] * boxes[6 * box + (forward[axis] > 0 ? axis : axis + 3)];
+  }
+  return low;
+}
+
+/**
+ * The shown parts that are not seen through; null: all.
+ * @param {Model} model
+ * @param {Mask} show
+ * @param {boolean} isSolid
+ * @returns {Uint8Array | null}
+ */
+function findOpaque({ parts, hasGlass }, show, isSolid) {
+  if (isSolid || !hasGlass) return show && Uint8Array.from(show, Number);
+  return Uint8Array.from(parts, ({ opacity }, part) => (opacity === 1 && (!show || show[part]) ? 1 : 0));
 }
 
 /**

@@ -19,6 +19,14 @@ const vec3 FROM_GROUND = vec3(0.10029, 0.10029, 0.09628); // and FROM_GROUND
 vec3 findAmbient(float up) { return mix(FROM_GROUND, FROM_SKY, 0.5 + 0.5 * up); }
 `;
 
+// A smooth normal's faces turn from the light one by one, and their own edges would show as teeth:
+// its light ends where the first of them may.
+const LAMBERT = `
+float findLambert(float cosine, float lean) {
+  return max(cosine - lean, 0.0) / max(1.0 - lean, 0.01);
+}
+`;
+
 /** Sides and caps of shadow volumes. */
 export const VOLUME = {
   vertex: `${HEAD}${PLACE}
@@ -65,32 +73,35 @@ void main() {
  * in the fragment shader, so that depth and stencil are tested before it runs.
  */
 export const SURFACE = {
-  vertex: `${HEAD}${PLACE}${AMBIENT}
+  vertex: `${HEAD}${PLACE}${AMBIENT}${LAMBERT}
 layout(location = 0) in vec3 place;
-layout(location = 1) in vec3 normal;
+layout(location = 1) in vec4 normal; // w: sine of the widest angle to its faces' normals
 layout(location = 2) in vec4 color;
 uniform vec4 light;
 uniform vec3 tint;               // of the light, times its exposure
 uniform float share, turn;       // turn: -1 for faces lit from behind
 out vec3 front, back;            // radiance of either side
+out float opacity;
 void main() {
   gl_Position = projection * vec4(fromEye(place), 1.0);
+  opacity = color.a;
   vec3 albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
-  vec3 sun = tint * max(turn * dot(normal, light.xyz), 0.0);
+  vec3 sun = tint * findLambert(turn * dot(normal.xyz, light.xyz), normal.w);
   front = albedo * (share * findAmbient(normal.z) + sun);
   back = albedo * (share * findAmbient(-normal.z) + sun);
 }`,
   fragment: `${HEAD}
 in vec3 front, back;
+in float opacity;
 out vec4 color;
-void main() { color = vec4(gl_FrontFacing ? front : back, 1.0); }`,
+void main() { color = vec4(gl_FrontFacing ? front : back, opacity); }`,
 };
 
 /** The same under lamps, with sections and results laid over them. */
 export const RICH_SURFACE = {
-  vertex: `${HEAD}${PLACE}${AMBIENT}
+  vertex: `${HEAD}${PLACE}${AMBIENT}${LAMBERT}
 layout(location = 0) in vec3 place;
-layout(location = 1) in vec3 normal;
+layout(location = 1) in vec4 normal; // w: sine of the widest angle to its faces' normals
 layout(location = 2) in vec4 color;
 uniform vec4 light;
 uniform vec3 tint;
@@ -98,21 +109,22 @@ uniform float share, turn;
 uniform vec4 cut;                // surfaces end where this plane is below 0; relative to the eye
 out vec3 front, back;            // radiance of either side
 out vec3 albedo, at, way;
-out float kept;
+out float kept, solidity;
 void main() {
   at = fromEye(place);
   gl_Position = projection * vec4(at, 1.0);
   albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
-  way = turn * normal;
+  way = turn * normal.xyz;
   vec3 toLight = normalize(light.xyz - light.w * at);
-  vec3 sun = tint * max(dot(way, toLight), 0.0);
+  vec3 sun = tint * findLambert(dot(way, toLight), normal.w);
   front = albedo * (share * findAmbient(normal.z) + sun);
   back = albedo * (share * findAmbient(-normal.z) + sun);
   kept = dot(cut.xyz, at) + cut.w;
+  solidity = color.a;
 }`,
   fragment: `${HEAD}${AMBIENT}
 in vec3 front, back, albedo, at, way;
-in float kept;
+in float kept, solidity;
 uniform vec4 light;
 uniform vec3 tint;
 uniform float share;
@@ -145,22 +157,31 @@ void main() {
       radiance = mix(radiance, shown, laid.a * opacity);
     }
   }
-  color = vec4(radiance, 1.0);
+  color = vec4(radiance, solidity);
 }`,
 };
 
 /** What a view sees of the plane z = height, up to the horizon, as a fan. */
 export const GROUND = {
-  vertex: `${HEAD}${PLACE}
+  vertex: `${HEAD}${PLACE}${AMBIENT}
 uniform vec4 corners[5];         // homogeneous, relative to the eye
+uniform float height;
+uniform vec4 light;
+uniform vec3 tint, albedo;
+uniform float share, range;
 out vec3 at;                     // x, y and the weight to divide them by
+flat out vec3 level;             // radiance under the sky and a sun
 void main() {
   vec4 corner = corners[gl_VertexID];
   at = corner.xyw;
+  float up = height < 0.0 ? 1.0 : -1.0;
+  vec3 sun = range > 0.0 ? vec3(0.0) : tint * max(up * light.z, 0.0);
+  level = albedo * (share * findAmbient(up) + sun);
   gl_Position = projection * corner;
 }`,
-  fragment: `${HEAD}${AMBIENT}
+  fragment: `${HEAD}
 in vec3 at;
+flat in vec3 level;
 uniform float height;
 uniform vec4 light;
 uniform vec3 tint, albedo, horizon;
@@ -173,22 +194,23 @@ uniform sampler2D overlay;
 out vec4 color;
 void main() {
   vec2 place = at.xy / at.z;
-  float up = height < 0.0 ? 1.0 : -1.0;
-  vec3 toLight = light.xyz - light.w * vec3(place, height);
-  float far = length(toLight);
-  float fade = range > 0.0 ? max(1.0 - pow(far / range, 4.0), 0.0) : 1.0;
-  vec3 light = share * findAmbient(up) + tint * max(up * toLight.z / far, 0.0) * fade;
-  vec3 radiance = albedo * light;
+  vec3 radiance = level;
+  if (range > 0.0) {
+    vec3 toLight = light.xyz - vec3(place, height);
+    float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
+    radiance += albedo * tint * max((height < 0.0 ? toLight.z : -toLight.z) / far, 0.0) * fade;
+  }
   if (plan.z > 0.0) {
     vec2 on = ((place + eye.xy) - plan.xy) * plan.zw;
     if (all(greaterThanEqual(on, vec2(0.0))) && all(lessThanEqual(on, vec2(1.0)))) {
       vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
-      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
+      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * radiance / albedo * 1.4;
       radiance = mix(radiance, shown, laid.a * opacity);
     }
   }
-  float away = length(vec3(place, height)) / haze;
-  color = vec4(mix(share * horizon, radiance, exp(-away * away)), 1.0);
+  float away = (dot(place, place) + height * height) / (haze * haze);
+  float clear = 1.0 / (1.0 + away * (1.0 + 0.5 * away)); // about exp(-away), and quicker
+  color = vec4(mix(share * horizon, radiance, clear), 1.0);
 }`,
 };
 
@@ -219,6 +241,7 @@ export const CREASE = {
 in vec4 place;
 uniform vec4 cut;
 uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
+uniform float weakest;           // size of what has no lines: six pixels in a metre have all of them
 uniform bool isPerspective;
 uniform vec3 forward;
 out float kept, strength;
@@ -227,7 +250,8 @@ void main() {
   float depth = dot(at, forward);
   vec3 lifted = isPerspective ? at * (1.0 - 4e-4) : at - 4e-4 * depth * forward;
   gl_Position = projection * vec4(lifted, 1.0);
-  strength = clamp(pixels / (isPerspective ? max(depth, 1e-3) : 1.0) / 6.0, 0.0, 1.0);
+  float size = pixels / (isPerspective ? max(depth, 1e-3) : 1.0) / 6.0;
+  strength = clamp((size - weakest) / (1.0 - weakest), 0.0, 1.0);
   kept = dot(cut.xyz, at) + cut.w;
 }`,
   fragment: `${HEAD}
@@ -238,6 +262,67 @@ void main() {
   if (kept < 0.0) discard;
   color = vec4(ink.rgb, ink.a * strength);
 }`,
+};
+
+/** What a section cuts off a solid: counted in the stencil, front and back. */
+export const CUT = {
+  vertex: `${HEAD}${PLACE}
+layout(location = 0) in vec3 place;
+uniform vec4 cut;
+out float kept;
+void main() {
+  vec3 at = fromEye(place);
+  gl_Position = projection * vec4(at, 1.0);
+  kept = dot(cut.xyz, at) + cut.w;
+}`,
+  fragment: `${HEAD}
+in float kept;
+out vec4 color;
+void main() {
+  if (kept < 0.0) discard;
+  color = vec4(1.0);
+}`,
+};
+
+/** The plane of a section, as a fan. */
+export const CAP = {
+  vertex: `${HEAD}${PLACE}
+uniform vec4 corners[5];
+void main() { gl_Position = projection * corners[gl_VertexID]; }`,
+  fragment: `${HEAD}
+uniform vec4 ink;
+out vec4 color;
+void main() { color = ink; }`,
+};
+
+/** Lines as wide everywhere: an instance is a segment, a strip of two triangles. */
+export const LINE = {
+  vertex: `${HEAD}${PLACE}
+in vec3 from, to;
+uniform vec2 half_;              // half the picture [pixels]
+uniform float width;             // [pixels]
+uniform bool isSky;              // as far away as the sky
+uniform bool reverses;
+vec4 lift(vec3 place) { return projection * vec4(fromEye(place) * (1.0 - 6e-4), 1.0); }
+void main() {
+  vec4 a = lift(from), b = lift(to);
+  float near = 1e-3 * max(a.w, b.w);
+  if (a.w < near) a = mix(a, b, (near - a.w) / (b.w - a.w));
+  if (b.w < near) b = mix(b, a, (near - b.w) / (a.w - b.w));
+  vec2 way = (b.xy / b.w - a.xy / a.w) * half_;
+  vec2 along = way / max(length(way), 1e-6);
+  bool isEnd = gl_VertexID > 1;
+  vec2 aside = vec2(-along.y, along.x) * (gl_VertexID % 2 == 0 ? 0.5 : -0.5)
+    + along * (isEnd ? 0.3 : -0.3); // a little longer: so bends have no gaps
+  gl_Position = isEnd ? b : a;
+  gl_Position.xy += aside * width / half_ * gl_Position.w;
+  if (isSky) gl_Position.z = reverses ? 0.0 : gl_Position.w;
+  if (max(a.w, b.w) <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+}`,
+  fragment: `${HEAD}
+uniform vec4 ink;
+out vec4 color;
+void main() { color = ink; }`,
 };
 
 /** Results on walls and roofs: a picture of squares on the faces, which have their own depth. */
@@ -333,8 +418,11 @@ uniform sampler2D picture;
 out vec4 color;
 void main() {
   vec4 linear = texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
-  vec3 encoded = mix(12.92 * linear.rgb, 1.055 * pow(linear.rgb, vec3(1.0 / 2.4)) - 0.055,
-    step(0.0031308, linear.rgb));
+  // 1.055 x^(1 / 2.4) - 0.055 to 0.2 of 255, by roots: powers take software several times as long.
+  vec3 root = sqrt(linear.rgb), fourth = sqrt(root), eighth = sqrt(fourth);
+  vec3 curve = 0.662002687 * root + 0.684122060 * fourth - 0.323583601 * eighth
+    - 0.0225411470 * linear.rgb;
+  vec3 encoded = mix(12.92 * linear.rgb, curve, step(0.0031308, linear.rgb));
   color = vec4(encoded, linear.a);
 }`,
 };

@@ -1,10 +1,12 @@
-// Lines and words over the picture: the sun's path with its hours, the compass, places, distances.
+// Words and marks over the picture: hours of the sun's path, winds, the sun, places, distances.
 
 import { tellMinutes } from "./clock.js";
+import { isUp } from "./paths.js";
 import { measure, move } from "./vectors.js";
-import { findEye, project } from "./viewpoint.js";
+import { project } from "./viewpoint.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
+/** @typedef {import('./paths.js').Dome} Dome */
 /** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */
 /** @typedef {import('./sun.js').Sun} Sun */
 /** @typedef {import('./daylight.js').Day} Day */
@@ -12,24 +14,22 @@ import { findEye, project } from "./viewpoint.js";
 /**
  * @typedef {object} Signs
  * @property {Viewpoint} viewpoint
- * @property {Vec3} middle of the compass, on the ground
- * @property {number} radius of the compass and the sun's path [m]
- * @property {number} north azimuth of true north in the plan [degrees]
+ * @property {Dome} dome
  * @property {Sun} sun
- * @property {Day | null} day whose path is drawn
- * @property {Day[]} others fainter paths: solstices and an equinox
+ * @property {Day | null} day whose hours are written
  * @property {boolean} hasPath
  * @property {boolean} hasCompass
  * @property {{position: Vec3, lit: boolean | null} | null} place
  * @property {[Vec3, Vec3][]} distances
  * @property {Vec3 | null} begun first end of a distance
  * @property {boolean} hasCross whether the picture's middle is marked, for choosing by keys
+ * @property {(place: Vec3) => boolean} isHidden whether the model stands before a place
  */
 
-const RADIANS = Math.PI / 180;
 const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif';
 const SUN = "#f2b632", SUN_RIM = "#8a5a00", LINE = "#33457a", HALO = "rgba(255, 255, 255, 0.85)";
 const WINDS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+const RIM = 40; // as far out of the picture a wind's name is drawn at its border [pixels]
 
 /**
  * Show a length with readable digits.
@@ -50,11 +50,8 @@ export class SignPainter {
     this.signs = signs;
     this.wide = wide;
     this.high = high;
-    // From above, the path is a dome about the model; from within, it is the sky itself.
-    const { viewpoint, middle, radius } = signs;
-    const eye = findEye(viewpoint), t = measure(eye, middle) / radius;
-    const inside = Math.max(0, Math.min(1, (1 - t) / 0.4));
-    this.centre = move(middle, move(eye, middle, -1), inside * inside * (3 - 2 * inside));
+    /** @type {{x: number, y: number, wide: number, high: number}[]} where words stand already */
+    this.taken = [];
     pen.lineJoin = "round";
     pen.textAlign = "center";
     pen.textBaseline = "middle";
@@ -63,7 +60,7 @@ export class SignPainter {
   draw() {
     const { signs } = this;
     if (signs.hasCompass) this.#drawCompass();
-    if (signs.hasPath) this.#drawPaths();
+    if (signs.hasPath) this.#drawPath();
     if (signs.place) this.#drawPlace(signs.place.position, signs.place.lit);
     for (const [from, to] of signs.distances) this.#drawDistance(from, to);
     if (signs.begun) this.#drawDot(signs.begun, LINE);
@@ -73,15 +70,6 @@ export class SignPainter {
   /** @param {Vec3} place */
   #at(place) {
     return project(this.signs.viewpoint, place, this.wide, this.high);
-  }
-
-  /**
-   * A place on the dome.
-   * @param {number} azimuth from true north @param {number} altitude @param {number} times its radius
-   */
-  #onDome(azimuth, altitude, times = 1) {
-    const a = (azimuth + this.signs.north) * RADIANS, h = altitude * RADIANS, r = this.signs.radius * times;
-    return move(this.centre, [Math.sin(a) * Math.cos(h), Math.cos(a) * Math.cos(h), Math.sin(h)], r);
   }
 
   /** @param {Vec3[]} places @param {string} color @param {number} width @param {number[]} dash */
@@ -113,52 +101,50 @@ export class SignPainter {
     pen.fillText(words, x, y);
   }
 
-  #drawCompass() {
-    const ring = [], { signs } = this;
-    const spot = (/** @type {number} */ azimuth, /** @type {number} */ times) => {
-      const a = (azimuth + signs.north) * RADIANS;
-      return move(signs.middle, [Math.sin(a), Math.cos(a), 0], signs.radius * times);
-    };
-    for (let azimuth = 0; azimuth <= 360; azimuth += 4) ring.push(spot(azimuth, 1));
-    this.#rule(ring, "rgba(60, 66, 90, 0.55)", 1.25);
-    for (let azimuth = 0; azimuth < 360; azimuth += 15) {
-      const times = azimuth % 45 ? 1.015 : 1.035;
-      this.#rule([spot(azimuth, 1), spot(azimuth, times)], "rgba(60, 66, 90, 0.7)", azimuth ? 1.25 : 2);
-    }
-    WINDS.forEach((name, k) => {
-      const at = this.#at(spot(45 * k, 1.08));
-      if (at) this.#write(name, at.x, at.y, k ? "#3c425a" : "#a32020", k % 2 ? 10 : 13, k ? "600" : "700");
-    });
+  /**
+   * Write a word where none stands yet; return whether it was written.
+   * @param {string} words @param {{x: number, y: number}} at @param {string} color
+   * @param {number} size @param {string} weight
+   */
+  #label(words, { x, y }, color, size, weight) {
+    const wide = size * 0.62 * words.length + 4, high = size + 4;
+    if (this.taken.some((one) => Math.abs(one.x - x) < (one.wide + wide) / 2 && Math.abs(one.y - y) < (one.high + high) / 2)) return;
+    this.taken.push({ x, y, wide, high });
+    this.#write(words, x, y, color, size, weight);
   }
 
-  #drawPaths() {
-    const { signs, pen } = this, { day, sun } = signs;
-    const isUp = (/** @type {Sun} */ one) => one.altitude > -0.3;
-    for (const other of signs.others) {
-      this.#rule(other.path.filter(isUp).map((one) => this.#onDome(one.azimuth, one.altitude)),
-        "rgba(150, 105, 20, 0.4)", 1);
+  #drawCompass() {
+    const { dome, isHidden } = this.signs, { wide, high } = this;
+    // The four winds first: others give way to them.
+    for (const k of [0, 2, 4, 6, 1, 3, 5, 7]) {
+      const place = dome.onRing(45 * k, 1.08), at = this.#at(place), size = k % 2 ? 10 : 13;
+      if (!at || at.x < -RIM || at.x > wide + RIM || at.y < -RIM || at.y > high + RIM) continue;
+      if (isHidden(place)) continue;
+      const x = Math.max(size, Math.min(wide - size, at.x)), y = Math.max(size, Math.min(high - size, at.y));
+      this.#label(WINDS[k], { x, y }, k ? "#3c425a" : "#a32020", size, k % 2 ? "600" : "700");
     }
-    if (day) {
-      const path = day.path.filter(isUp).map((one) => this.#onDome(one.azimuth, one.altitude));
-      this.#rule(path, "rgba(255, 255, 255, 0.7)", 4.5);
-      this.#rule(path, SUN, 2.5);
-      let last = { x: -1e9, y: -1e9 };
-      for (const { minutes, sun: at } of day.hours) {
-        const spot = at.altitude > 0 ? this.#at(this.#onDome(at.azimuth, at.altitude)) : null;
-        const out = spot && this.#at(this.#onDome(at.azimuth, at.altitude, 1.055));
-        if (!spot || !out) continue;
-        pen.fillStyle = SUN_RIM;
-        pen.beginPath();
-        pen.arc(spot.x, spot.y, 2.2, 0, 7);
-        pen.fill();
-        if (Math.hypot(out.x - last.x, out.y - last.y) < 22) continue;
-        last = out;
-        this.#write(tellMinutes(minutes).slice(0, 2), out.x, out.y, "#6d4700", 11);
-      }
+  }
+
+  #drawPath() {
+    const { signs, pen } = this, { day, sun, dome, isHidden } = signs;
+    for (const { minutes, sun: there } of day?.hours ?? []) {
+      const place = dome.at(there), spot = there.altitude > 0 && !isHidden(place) && this.#at(place);
+      const out = spot && this.#at(dome.at(there, 1.055));
+      if (!spot || !out) continue;
+      pen.fillStyle = SUN_RIM;
+      pen.beginPath();
+      pen.arc(spot.x, spot.y, 2.2, 0, 7);
+      pen.fill();
+      this.#label(tellMinutes(minutes).slice(0, 2), out, "#6d4700", 11, "500");
     }
-    const at = sun.altitude > -0.3 ? this.#at(this.#onDome(sun.azimuth, sun.altitude)) : null;
+    const place = dome.at(sun), at = isUp(sun) ? this.#at(place) : null;
     if (!at) return;
-    this.#rule([this.#onDome(sun.azimuth, sun.altitude), this.centre], "rgba(190, 130, 10, 0.5)", 1, [4, 4]);
+    if (isHidden(place)) {
+      pen.globalAlpha = 0.35; // behind the model: its place can still be seen
+      this.#disc(at.x, at.y, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
+      pen.globalAlpha = 1;
+      return;
+    }
     const glow = pen.createRadialGradient(at.x, at.y, 4, at.x, at.y, 20);
     glow.addColorStop(0, "rgba(255, 205, 70, 0.9)");
     glow.addColorStop(1, "rgba(255, 205, 70, 0)");

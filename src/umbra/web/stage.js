@@ -2,6 +2,8 @@
 
 import { el } from "./dom.js";
 import { Renderer } from "./renderer.js";
+import { Pace } from "./pace.js";
+import { Dome } from "./paths.js";
 import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
 import { findEye } from "./viewpoint.js";
@@ -33,6 +35,8 @@ const mix = (a, b, t) => {
 const findColors = (altitude) =>
   altitude > 0 ? mix(DUSK, DAY, altitude / 12) : mix(DUSK, NIGHT, -altitude / 8);
 
+const SAMPLES = 4; // of a pixel, at rest
+
 export class Stage {
   /** @param {App} app */
   constructor(app) {
@@ -44,9 +48,13 @@ export class Stage {
     this.cover = el("canvas", { class: "signs", "aria-hidden": "true" });
     this.renderer = new Renderer(this.canvas, app.model, {});
     this.renderer.onrestored = () => app.redraw();
+    this.pace = new Pace(() => app.redraw());
     const pen = this.cover.getContext("2d");
     if (!pen) throw new Error("this browser draws no 2D canvas");
     this.pen = pen;
+    /** The compass and the paths, which change with the date and the view. */
+    this.lined = { key: "", lines: /** @type {import('./types.js').Line[]} */ ([]) };
+    this.hidden = { key: "", places: /** @type {Map<string, boolean>} */ (new Map()) };
     this.canvas.addEventListener("focus", () => app.redraw());
     this.canvas.addEventListener("blur", () => app.redraw());
   }
@@ -58,8 +66,9 @@ export class Stage {
   /**
    * Bring the renderer to a state and draw.
    * @param {State} state
+   * @param {boolean} [isFine] whether it is drawn finely even while things move
    */
-  draw(state) {
+  draw(state, isFine = false) {
     const { app, renderer } = this, { wide, high } = this.size, { viewpoint } = state;
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
     renderer.setCamera({ eye: findEye(viewpoint), target: viewpoint.target, fov: viewpoint.fov, near });
@@ -71,8 +80,47 @@ export class Stage {
     if (state.compare !== "swipe" && state.compare !== "beside") {
       renderer.setParts(app[state.compare], app.seen[state.compare]);
     }
+    const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
+    renderer.setLines(this.#findLines(state, dome));
+    const now = performance.now(), level = isFine ? 0 : this.pace.begin(now);
+    renderer.samples = level ? 1 : SAMPLES;
+    renderer.options.pixelRatio = (window.devicePixelRatio || 1) / (level === 2 ? 2 : 1);
     renderer.draw();
-    this.#drawSigns(state, wide, high);
+    if (renderer.device) this.pace.watch(renderer.device.gl, level, now);
+    this.#drawSigns(state, dome, wide, high);
+  }
+
+  /** @param {State} state @param {Dome} dome */
+  #findLines(state, dome) {
+    const key = [state.hasCompass, state.hasPath, state.date, dome.isSky, ...dome.centre].join();
+    if (key !== this.lined.key) {
+      const { daylight } = this.app, day = daylight.day(state.date);
+      const compass = state.hasCompass ? dome.drawCompass() : [];
+      const paths = state.hasPath ? dome.drawPaths(day, this.app.solstices(state.date)) : [];
+      this.lined = { key, lines: [...compass, ...paths] };
+    }
+    return state.hasPath ? [...this.lined.lines, ...dome.drawRay(this.app.sun)] : this.lined.lines;
+  }
+
+  /**
+   * Whether the model stands before a place; kept while the view and the parts stay.
+   * @param {State} state @param {Dome} dome
+   * @param {ArrayLike<number> | null} parts that are seen; null: all
+   */
+  #findHidden(state, dome, parts) {
+    const { app } = this, eye = findEye(state.viewpoint);
+    const key = [app.revision, ...eye].join();
+    if (key !== this.hidden.key) this.hidden = { key, places: new Map() };
+    return (/** @type {Vec3} */ place) => {
+      const name = `${place}|${parts ? parts === app.before : ""}`;
+      let found = this.hidden.places.get(name);
+      if (found === undefined) {
+        const isOnDome = place[2] !== app.middle[2], reach = isOnDome && dome.isSky ? Infinity : 1;
+        found = app.model.trace(eye, move(place, eye, -1), { cast: parts, reach }).length > 0;
+        this.hidden.places.set(name, found);
+      }
+      return found;
+    };
   }
 
   /** @param {State} state @param {number} wide @param {number} high @returns {View[] | null} */
@@ -87,8 +135,8 @@ export class Stage {
     return null;
   }
 
-  /** @param {State} state @param {number} wide @param {number} high */
-  #drawSigns(state, wide, high) {
+  /** @param {State} state @param {Dome} dome @param {number} wide @param {number} high */
+  #drawSigns(state, dome, wide, high) {
     const { pen, cover, app } = this, dot = Math.min(window.devicePixelRatio || 1, 3);
     if (cover.width !== Math.round(wide * dot)) cover.width = Math.round(wide * dot);
     if (cover.height !== Math.round(high * dot)) cover.height = Math.round(high * dot);
@@ -102,18 +150,18 @@ export class Stage {
       pen.rect(0, 0, each, high);
       pen.clip();
       const isAfter = isBeside ? k === 1 : state.compare !== "before";
-      new SignPainter(pen, this.#findSigns(state, isAfter), each, high).draw();
+      new SignPainter(pen, this.#findSigns(state, dome, isAfter), each, high).draw();
       pen.restore();
     }
   }
 
-  /** @param {State} state @param {boolean} isAfter @returns {Signs} */
-  #findSigns(state, isAfter) {
+  /** @param {State} state @param {Dome} dome @param {boolean} isAfter @returns {Signs} */
+  #findSigns(state, dome, isAfter) {
     const { app } = this;
     return {
-      viewpoint: state.viewpoint, middle: app.middle, radius: app.radius, north: app.north, sun: app.sun,
-      day: app.daylight.day(state.date), others: app.solstices(state.date), hasPath: state.hasPath,
-      hasCompass: state.hasCompass, distances: state.distances, begun: state.begun,
+      viewpoint: state.viewpoint, dome, sun: app.sun, day: app.daylight.day(state.date),
+      isHidden: this.#findHidden(state, dome, app.seen[isAfter ? "after" : "before"]),
+      hasPath: state.hasPath, hasCompass: state.hasCompass, distances: state.distances, begun: state.begun,
       place: state.place && { position: state.place.position, lit: app.isLit(isAfter) },
       hasCross: this.canvas.matches(":focus-visible"),
     };
@@ -139,7 +187,7 @@ export class Stage {
   shoot(state, caption) {
     const focused = this.canvas.matches(":focus-visible");
     if (focused) this.canvas.blur();
-    this.draw(state);  // in this task, as the browser clears the canvas after it
+    this.draw(state, true);  // in this task, as the browser clears the canvas after it
     const { width, height } = this.canvas, line = Math.round((26 * width) / this.size.wide);
     const sheet = el("canvas", { width, height: height + line }), pen = sheet.getContext("2d");
     if (!pen) throw new Error("this browser draws no 2D canvas");
@@ -156,6 +204,7 @@ export class Stage {
   }
 
   dispose() {
+    this.pace.stop();
     this.renderer.dispose();
   }
 }

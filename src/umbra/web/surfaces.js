@@ -1,5 +1,7 @@
 // The faces of a model as they are drawn: vertices with normals and colours, creases.
 
+import { dot } from './vectors.js';
+
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./device.js').Device} Device */
 
@@ -14,7 +16,10 @@ const SMOOTH = 511; // steps of an octahedral normal to each side (pack.py)
  */
 export function makeSurfaces(model) {
   const { faces, faceCount, facePart, places, parts } = model;
-  const colors = parts.map(({ color }) => color.map((c) => Math.round(255 * Math.sqrt(Math.min(Math.max(c, 0), 1)))));
+  const colors = parts.map(({ color, opacity }) => [
+    ...color.map((c) => Math.round(255 * Math.sqrt(Math.min(Math.max(c, 0), 1)))),
+    Math.round(255 * opacity),
+  ]);
   const corners = new Uint32Array(3 * faceCount);
   const buffer = new ArrayBuffer(3 * faceCount * STRIDE);
   const floats = new Float32Array(buffer);
@@ -28,7 +33,7 @@ export function makeSurfaces(model) {
   for (let f = 0; f < faceCount; f++) {
     const flat = model.faceNormal(f);
     const color = colors[facePart[f]];
-    const paint = color[0] | (color[1] << 8) | (color[2] << 16);
+    const paint = color[0] | (color[1] << 8) | (color[2] << 16) | (color[3] << 24);
     for (let k = 0; k < 3; k++) {
       const normal = (model.normals && readNormal(model.normals, 3 * f + k)) ?? flat;
       const [x, y, z] = normal.map((v) => Math.round(32767 * v));
@@ -45,7 +50,12 @@ export function makeSurfaces(model) {
         first[place] = vertex;
         floats.set(places.subarray(3 * place, 3 * place + 3), (vertex * STRIDE) / 4);
         shorts.set([x, y, z, 0], (vertex * STRIDE + 12) / 2);
-        bytes.set([color[0], color[1], color[2], 255], vertex * STRIDE + 20);
+        bytes.set(color, vertex * STRIDE + 20);
+      }
+      if (model.normals) {
+        // The sine of the widest angle between a smooth normal and its faces'.
+        const lean = Math.sqrt(Math.max(0, 1 - dot(normal, flat) ** 2)), at = (vertex * STRIDE + 18) / 2;
+        shorts[at] = Math.max(shorts[at], Math.round(32767 * lean));
       }
       corners[3 * f + k] = vertex;
     }
@@ -69,14 +79,16 @@ function readNormal(normals, corner) {
 /**
  * The edges where faces meet at an angle, or end, as pairs of indices of the doubled vertices.
  * @param {Model} model
- * @returns {{lines: Uint32Array, part: Uint32Array}} part of each line
+ * @returns {{lines: Uint32Array, part: Uint32Array, shell: Uint32Array}} part and shell of each line
  */
 export function findCreases(model) {
   const { edgeCount, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo, faceCount, facePart } = model;
+  const { shellCount, edgeStarts } = model;
   const lines = new Uint32Array(2 * edgeCount);
-  const part = new Uint32Array(edgeCount);
-  let n = 0;
+  const part = new Uint32Array(edgeCount), shell = new Uint32Array(edgeCount);
+  let [n, own] = [0, 0];
   for (let i = 0; i < edgeCount; i++) {
+    while (own + 1 < shellCount && i >= edgeStarts[own + 1]) own += 1;
     if (edgeB[i] < faceCount) {
       const [a, b] = [model.faceNormal(edgeA[i]), model.faceNormal(edgeB[i])];
       const bend = -edgeTurn[i] * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
@@ -85,9 +97,10 @@ export function findCreases(model) {
     lines[2 * n] = 2 * edgeFrom[i];
     lines[2 * n + 1] = 2 * edgeTo[i];
     part[n] = facePart[edgeA[i]];
+    shell[n] = own;
     n += 1;
   }
-  return { lines: lines.slice(0, 2 * n), part: part.slice(0, n) };
+  return { lines: lines.slice(0, 2 * n), part: part.slice(0, n), shell: shell.slice(0, n) };
 }
 
 /**

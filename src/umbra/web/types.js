@@ -51,6 +51,15 @@
  */
 
 /**
+ * A line in space, as wide everywhere, that the model hides; with `isSky` all of the model does.
+ * @typedef {object} Line
+ * @property {Vec3[]} places
+ * @property {[number, number, number, number]} color sRGB and alpha, 0 to 1
+ * @property {number} width [CSS pixels]
+ * @property {boolean} [isSky]
+ */
+
+/**
  * @typedef {object} Style
  * @property {Vec3} [sky] at the zenith
  * @property {Vec3} [horizon]
@@ -67,6 +76,7 @@
  * @property {string} layer
  * @property {string} label as in the file's reports; unique to an object
  * @property {Vec3} color linear RGB
+ * @property {number} opacity 1: nothing is seen through it
  * @property {number} faces number of faces
  */
 

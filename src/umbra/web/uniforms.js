@@ -22,6 +22,7 @@ export function findUniforms(renderer, sight) {
     'corners[0]': corners.flat(),
     groundSize: corners.length,
     isSection: Boolean(renderer.clip),
+    cutsInto: Boolean(renderer.clip) || sight.near <= sight.asked, // the near plane may cut a solid
     projection: sight.findMatrix(),
     eyeHigh: high,
     eyeLow: subtract(sight.eye, high),

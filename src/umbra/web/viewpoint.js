@@ -1,5 +1,6 @@
 // Where one looks from, as umbra's window keeps it: a target and a direction of view.
 
+import { makeBoxes, widen } from "./boxes.js";
 import { dot, measure, move } from "./vectors.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
@@ -121,4 +122,49 @@ export const blend = (a, b, t) => {
     distance: a.distance * (b.distance / a.distance) ** t,
     fov: a.fov + (b.fov - a.fov) * t,
   };
+};
+
+const SPARSE = 80, NEIGHBOURHOOD = 12; // sizes of the middling object: of a model, of a view's half
+
+/**
+ * Find the box where most objects stand, of a model in which they would be specks; else null.
+ * @param {import('./model.js').Model} model
+ * @param {number[]} owner object of each part
+ * @returns {[Vec3, Vec3] | null}
+ */
+export const findDense = ({ faces, facePart, places, bounds }, owner) => {
+  const all = makeBoxes(Math.max(...owner) + 1);
+  facePart.forEach((part, f) => {
+    for (let k = 0; k < 3; k++) widen(all, owner[part], places, faces[3 * f + k]);
+  });
+  const boxes = Array.from({ length: all.length / 6 }, (_, k) => all.subarray(6 * k, 6 * k + 6));
+  const sizes = boxes.map((box) => Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
+  const middling = sizes.sort((a, b) => a - b)[boxes.length >> 1];
+  if (!(measure(...bounds) > SPARSE * middling)) return null;
+  const reach = NEIGHBOURHOOD * middling;
+  // A grid of squares as large as a view's half, each with how much stands in it.
+  /** @type {Map<string, number>} */
+  const crowd = new Map();
+  const squareOf = (/** @type {Float64Array} */ box) =>
+    [0, 1].map((k) => Math.floor((box[k] + box[k + 3]) / 2 / reach));
+  for (const box of boxes) {
+    const [column, row] = squareOf(box);
+    for (const [x, y] of [[0, 0], [-1, 0], [0, -1], [-1, -1]]) {
+      const name = `${column + x},${row + y}`;
+      crowd.set(name, (crowd.get(name) ?? 0) + 1);
+    }
+  }
+  const [best] = [...crowd].reduce((a, b) => (b[1] > a[1] ? b : a));
+  const [column, row] = best.split(",").map(Number);
+  const low = /** @type {Vec3} */ ([Infinity, Infinity, Infinity]);
+  const high = /** @type {Vec3} */ ([-Infinity, -Infinity, -Infinity]);
+  for (const box of boxes) {
+    const [x, y] = squareOf(box);
+    if (x < column || x > column + 1 || y < row || y > row + 1) continue;
+    for (let k = 0; k < 3; k++) {
+      low[k] = Math.min(low[k], box[k]);
+      high[k] = Math.max(high[k], box[k + 3]);
+    }
+  }
+  return [low, high];
 };
