@@ -26,7 +26,8 @@ BEND = math.cos(math.radians(20.0))  # normals further apart than this make a cr
 STEP = 2.0  # least depth difference of a jump [sampled pixels]
 CROWDED = 0.22  # share of pixels with creases above which they fade: leaves of a tree
 THRONGED = 0.5  # share of pixels with jumps above which they fade
-FINER = 2  # sampled pixels per pixel of the picture, along each side
+FINER = 2  # sampled pixels per pixel of the picture, along each side, or somewhat fewer
+_ENOUGH = 0.9  # share of these that saves a further cut of every cell
 _LEVEL = 1e-9  # largest z of a level unit vector
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
@@ -42,7 +43,7 @@ def find_appearance(
     if study.kind.is_level:
         return None
     grid = grid or study.grid
-    times = max(1, math.ceil(FINER * max(size) / max(grid.rows, grid.cols)))
+    times = max(1, math.ceil(_ENOUGH * FINER * max(size) / max(grid.rows, grid.cols)))
     fine = grid.coarser(2 * FINER * max(size)).finer(times)
     tile = study.model.make_tile(fine)
     if isinstance(tile, ViewTile):

@@ -93,7 +93,7 @@ def write_surfaces_glb(
     middle[2] = scene.bounds()[0, 2] - scene.origin[2]
     glb = Glb.of_study(study, scene.origin + middle, most)
     stream = io.BytesIO()
-    picture.save(stream, "PNG", optimize=True)
+    picture.save(stream, "PNG", compress_level=6)
     texture = {"index": glb.add_texture(stream.getvalue())}
     colored = glb.add_material(lit=False, baseColorTexture=texture)
     flat = find_places(samples, layout)

@@ -123,7 +123,8 @@ def _make_picture(grey: NDArray[np.floating], coverage: NDArray[np.floating]) ->
     pixels[..., 1] = np.round(np.clip(coverage, 0, 1) * 255)
     pixels[..., 0][coverage == 0] = 0
     stream = io.BytesIO()
-    Image.fromarray(pixels[::-1].copy(), "LA").save(stream, "PNG", optimize=True)
+    # The highest level of compression takes three times as long, and saves 4 percent.
+    Image.fromarray(pixels[::-1].copy(), "LA").save(stream, "PNG", compress_level=6)
     return make_address(stream.getvalue())
 
 
