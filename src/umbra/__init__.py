@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
     from umbra.calls.study import shadow_study
+    from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
@@ -59,12 +60,14 @@ _HOMES = {
     "ShadowStudy": "umbra.calls.result",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
+    "VectorDrawing": "umbra.calls.vectors",
     "area_light": "umbra.scene",
     "city_study": "umbra.calls.city",
     "compare": "umbra.study.compare",
     "count": "umbra.calls.counts",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
+    "draw_vectors": "umbra.calls.vectors",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
     "make_camera": "umbra.calls.arguments",
@@ -96,12 +99,14 @@ __all__ = [
     "ShadowStudy",
     "Site",
     "UmbraError",
+    "VectorDrawing",
     "area_light",
     "city_study",
     "compare",
     "count",
     "count_shadows",
     "directional_light",
+    "draw_vectors",
     "find_site",
     "find_sun",
     "make_camera",

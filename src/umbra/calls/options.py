@@ -21,7 +21,12 @@ if TYPE_CHECKING:
     from umbra.scene import Light
     from umbra.sun import Site
 
-__all__ = ["LightOptions", "RenderOptions", "ViewOptions"]
+__all__ = ["SHADOWS", "VECTORS", "LightOptions", "RenderOptions", "ViewOptions"]
+
+VECTORS = ("svg", "pdf")
+"""Formats of drawings as vectors, by the endings of their files."""
+SHADOWS = ("solid", "hatched")
+"""How such a drawing shows shadows."""
 
 
 _lights = partial(option, heading="Lights")
@@ -123,6 +128,16 @@ class LightOptions:
         if self.date is not None and self.at is not None:
             made.append(sun_light(find_site(), self.date, self.at))
         return made
+
+    def tell_sun(self, site: "Site") -> str:
+        """Describe the sun's date, time and place."""
+        from umbra.sun.clock import find_stamps  # noqa: PLC0415
+        from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+        stamp = find_stamps(parse_date(str(self.date)), [str(self.at)], site.zone)
+        north = f"{abs(site.latitude):.3f}° {'N' if site.latitude >= 0 else 'S'}"
+        east = f"{abs(site.longitude):.3f}° {'E' if site.longitude >= 0 else 'W'}"
+        return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {north}, {east}"
 
     def _make_given(self) -> "list[Light]":
         from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415

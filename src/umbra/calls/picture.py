@@ -28,7 +28,7 @@ from umbra.scene.lights import SomeLights, make_lights
 if TYPE_CHECKING:
     from umbra.calls.styles import Style
 
-__all__ = ["Picture", "draw_picture", "render"]
+__all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render"]
 
 Warn = Callable[[str], object]
 
@@ -85,6 +85,15 @@ class Picture:
         names = ("position", "normal", "count", "lit", "visibility", "transmission")
         found = {name: getattr(self, name) for name in names}
         return {name: array for name, array in found.items() if array is not None}
+
+    def sum_up(self) -> dict[str, Any]:
+        """Return its numbers, for ``--json``."""
+        seen = int(self.is_seen.sum())
+        return {
+            "pixels": seen,
+            "deepest_count": [int(n.max()) for n in self.count],
+            "lit_share": [float(m.sum() / max(seen, 1)) for m in self.lit],
+        }
 
     def _repr_png_(self) -> bytes:
         from umbra.writers.pixels import write_png  # noqa: PLC0415
@@ -270,7 +279,7 @@ def draw_picture(
     from umbra.calls.styles import Backdrop, choose_style, make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
 
-    shining = list(lights) or _find_own_lights(scene, camera, is_bare=is_bare)
+    shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = options.threads or count_cores()
@@ -278,7 +287,7 @@ def draw_picture(
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
-    ground, shown = _choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
+    ground, shown = choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
     backdrop = Backdrop(scene, options.transparent)
     frames = device.open_frames(scene, ground, casters=casters, threads=threads, warn=said)
     with frames as counter:
@@ -314,7 +323,7 @@ def draw_picture(
     )
 
 
-def _choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn) -> float | None:
+def choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn) -> float | None:
     """Return the height of the ground to draw [m]: given, or assumed where the style has one."""
     from umbra.calls.styles import find_base  # noqa: PLC0415
 
@@ -343,7 +352,7 @@ class _SaidOnce:
             self._warn(text)
 
 
-def _find_own_lights(scene: Scene, camera: Camera, *, is_bare: bool) -> list[Light]:
+def find_own_lights(scene: Scene, camera: Camera, *, is_bare: bool) -> list[Light]:
     """Return the scene's own lights, or one from the upper left, behind the camera."""
     from umbra.scene.camera import expose_lights  # noqa: PLC0415
 

@@ -3,12 +3,12 @@
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from umbra.calls.camera_options import CameraOptions
-from umbra.calls.options import LightOptions, RenderOptions
+from umbra.calls.options import SHADOWS, VECTORS, LightOptions, RenderOptions
 from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,
@@ -19,10 +19,6 @@ from umbra.cli.reading import (
 )
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
-
-if TYPE_CHECKING:
-    from umbra.calls.picture import Picture
-    from umbra.sun import Site
 
 __all__ = ["command"]
 
@@ -39,7 +35,13 @@ HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting
 @click.option(
     "--no-ground", cls=HeadedOption, heading="Style", is_flag=True, help="No ground plane."
 )
-@click.option("--out", type=NewPath(), metavar="FILE.png", help="The picture to write.")
+@click.option(
+    "--shadows", cls=HeadedOption, heading="Style", type=click.Choice(SHADOWS), default="solid",
+    help="In SVG and PDF: filled, or with parallel lines on pale faces.",
+)  # fmt: skip
+@click.option(
+    "--out", type=NewPath(), metavar="FILE.png", help="The picture; FILE.svg or .pdf: as vectors."
+)
 @click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="The arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
@@ -47,6 +49,7 @@ def command(
     out: Path | None,
     arrays: Path | None,
     no_ground: bool,
+    shadows: str,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -59,8 +62,9 @@ def command(
     Examples:
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
+    umbra render house.ifc --shadows hatched --out house.pdf
     """  # noqa: D301  (click asks for a real backspace)
-    written = _find_paths(out, arrays)
+    written, kind = _find_paths(out, arrays), _find_kind(out)
     lights = take_record(LightOptions, given)
     _check_site(lights)
     given["ground"] = False if no_ground else given["ground"]
@@ -70,6 +74,7 @@ def command(
     lens = take_record(CameraOptions, given)
     from umbra.calls.arguments import check_picture_memory  # noqa: PLC0415
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
+    from umbra.calls.vectors import draw_seen  # noqa: PLC0415
     from umbra.writers.atomic import replace_file  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
 
@@ -83,12 +88,19 @@ def command(
         stages.begin("drawing")
         shining = lights.make(lambda: find_model_site(scene))
         if lights.date is not None and not options.caption:
-            options = replace(options, caption=_tell_sun(lights, find_model_site(scene)))
-        picture = draw_picture(
-            scene, lens.make(scene), shining, options, _warn, is_bare=arrays is not None,
-            tell=_tell,
-        )  # fmt: skip
-        if out is not None:
+            options = replace(options, caption=lights.tell_sun(find_model_site(scene)))
+        view = scene, lens.make(scene), shining, options
+        summary = {}
+        if out is not None and kind in VECTORS:
+            drawing = draw_seen(*view, shadows, tell=_tell, advance=stages.advance)
+            summary = drawing.sum_up()
+            for note in drawing.notes:
+                _warn(note)
+            drawing.write_beside(beside[out], kind)
+        if arrays is not None or kind == "png":
+            picture = draw_picture(*view, _warn, is_bare=arrays is not None, tell=_tell)
+            summary |= picture.sum_up()
+        if out is not None and kind == "png":
             write_png(beside[out], picture.image)
         if arrays is not None:
             import numpy as np  # noqa: PLC0415
@@ -96,7 +108,7 @@ def command(
             with beside[arrays].open("wb") as file:
                 np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
     if as_json:
-        echo_json({"files": [str(path) for path in written], **_sum_up(picture)})
+        echo_json({"files": [str(path) for path in written], **summary})
     else:
         for path in written:
             echo_path(path)
@@ -107,10 +119,14 @@ def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
         raise InputError(msg)
-    if out is not None and out.suffix.lower() != ".png":
-        msg = f"the picture '{out}' would be a PNG; name it {out.with_suffix('.png')}"
+    if out is not None and _find_kind(out) not in {"png", *VECTORS}:
+        msg = f"'{out}' would be a PNG, SVG or PDF; name it {out.with_suffix('.png')}"
         raise InputError(msg)
     return [path for path in (out, arrays) if path is not None]
+
+
+def _find_kind(out: Path | None) -> str:
+    return "" if out is None else out.suffix.lower().removeprefix(".")
 
 
 def _check_site(lights: LightOptions) -> None:
@@ -119,27 +135,6 @@ def _check_site(lights: LightOptions) -> None:
     if lights.date is None and given:
         msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
         raise InputError(msg)
-
-
-def _sum_up(picture: "Picture") -> dict[str, Any]:
-    """Give a picture's numbers for ``--json``."""
-    seen = int(picture.is_seen.sum())
-    return {
-        "pixels": seen,
-        "deepest_count": [int(n.max()) for n in picture.count],
-        "lit_share": [float(m.sum() / max(seen, 1)) for m in picture.lit],
-    }
-
-
-def _tell_sun(lights: LightOptions, site: "Site") -> str:
-    """Describe the sun's date, time and place."""
-    from umbra.sun.clock import find_stamps  # noqa: PLC0415
-    from umbra.sun.local_time import parse_date  # noqa: PLC0415
-
-    stamp = find_stamps(parse_date(str(lights.date)), [str(lights.at)], site.zone)
-    north = f"{abs(site.latitude):.3f}° {'N' if site.latitude >= 0 else 'S'}"
-    east = f"{abs(site.longitude):.3f}° {'E' if site.longitude >= 0 else 'W'}"
-    return f"{lights.date} {lights.at} {'/'.join(stamp.abbreviations())} · {north}, {east}"
 
 
 def _tell(message: str) -> None:
