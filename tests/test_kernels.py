@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inlined
 
 
 class Pair(NamedTuple):
@@ -25,14 +25,52 @@ def add_up(pair, n):
     return total
 
 
+def multiply(numbers, n):
+    product = 1.0
+    for i in range(n):
+        product *= numbers[i]
+    return product
+
+
+def multiply_too(numbers, n):
+    product = 1.0
+    for i in range(n):
+        product *= numbers[i]
+    return product
+
+
 def test_a_borrowing_kernel_counts_no_references():
     pair = Pair(np.array([1.0, -1.0, 2.0]), np.array([3.0, -5.0, 7.0]))
     borrowed, counted = borrowing(add_up), njit(add_up)
-    assert borrowed(pair, 3) == counted(pair, 3) == 1.0 - 5.0 + 2.0
+
+    @njit
+    def call(pair, n):
+        return borrowed(pair, n)
+
+    assert call(pair, 3) == counted(pair, 3) == 1.0 - 5.0 + 2.0
     if not hasattr(borrowed, "inspect_llvm"):  # without the compiler
         return
     assert "@NRT_incref" in find_body(counted)
     assert "@NRT_incref" not in find_body(borrowed)
+
+
+def test_an_inlined_kernel_is_part_of_its_caller():
+    numbers = np.array([2.0, 3.0, 4.0])
+    called, contained = borrowing(multiply), inlined(multiply_too)
+
+    @njit
+    def call(numbers):
+        return called(numbers, 3)
+
+    @njit
+    def contain(numbers):
+        return contained(numbers, 3)
+
+    assert call(numbers) == contain(numbers) == 24.0
+    if not hasattr(contained, "inspect_llvm"):  # without the compiler
+        return
+    assert "alwaysinline" in next(iter(contained.inspect_llvm().values()))
+    assert "alwaysinline" not in next(iter(called.inspect_llvm().values()))
 
 
 def find_body(kernel):

@@ -6,11 +6,16 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.core.options import DefaultOptions
 
-__all__ = ["borrowing"]
+__all__ = ["borrowing", "inlined"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_UNCOUNTED: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+# Only kernels call them: wrappers for Python and C would take as long to compile as they do.
+_INNER: dict[str, Any] = {
+    "cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+}  # fmt: skip
+if hasattr(DefaultOptions, "_nrt"):
+    _INNER["_nrt"] = False
 
 
 def borrowing(kernel: F) -> F:
@@ -20,6 +25,16 @@ def borrowing(kernel: F) -> F:
     numba counts the references to every array, also to those in records, whenever a variable or
     an argument names it: an atomic addition each time, in which threads wait for each other. Here
     none are counted. Functions with ``inline="always"`` follow the kernel that contains them;
-    others that it calls need this decorator too.
+    others that it calls need this decorator, or ``inlined``, too. Python cannot call it.
     """
-    return njit(cache=True, nogil=True, **_UNCOUNTED)(kernel)
+    return njit(**_INNER)(kernel)
+
+
+def inlined(kernel: F) -> F:
+    """
+    Compile a borrowing kernel into every place that calls it.
+
+    A call copies all fields of all arrays, some 7 for each, which takes longer than a short kernel.
+    Unlike ``inline="always"``, its types are found once and not in each place.
+    """
+    return njit(**_INNER, forceinline=True)(kernel)

@@ -30,7 +30,7 @@ from umbra.cpu.patch_work import (
     make_patch_work,
 )
 from umbra.cpu.patches import Patches
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inlined
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 
@@ -165,7 +165,7 @@ def _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last
                 change[k] += change[k - 1]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, last, k):
     """
     Count a patch for one sun.
@@ -176,13 +176,28 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
     d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
     f = patches.frame
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
-    first, end = patches.first[i], patches.first[i + 1]
-    graze = patches.graze[i]
-    if sine <= -graze:
-        darken(change, masks, s, first, end, end)
+    if sine <= -patches.graze[i]:
+        end = patches.first[i + 1]
+        darken(change, masks, s, patches.first[i], end, end)
         return last, k
-    if sine < graze:
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
+    if sine >= patches.graze[i]:
+        is_counted, last, k = _count_rims(
+            patches, bins, edges, tree, change, masks, work, s, i, look, last, k
+        )
+        if is_counted:
+            return last, k
+    return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
+
+
+@inlined
+def _count_rims(
+    patches, bins, edges, tree, change, masks, work, s, i, look, last, k
+):  # fmt: skip
+    """Count a patch by its rims; return whether it could be, and ``last`` and ``k`` anew."""
+    d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
+    f = patches.frame
+    sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
+    first, end = patches.first[i], patches.first[i + 1]
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
     way, (bu, bv) = find_errors(patches, i, d, sine)
@@ -194,7 +209,7 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
             shell = edges.face_shell[tree.source[face]]
     n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, (bu, bv), shell)
     if n_rims < 0:
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
+        return False, last, k
     changes, n_doubts = 0, 0
     c = work.crossings
     for q in range(n_rims):
@@ -204,20 +219,23 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
         )
         if t < 0 or n_doubts > c.doubts.size:
             clear(cols, c)
-            return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
+            return False, last, k
         changes += t
     n_asked = find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
     if n_asked < 0:
         clear(cols, c)
-        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
+        return False, last, k
     if changes == 0 and n_asked == 0:
         if face >= 0:
             darken(change, masks, s, first, end, end)
-        return last, k
-    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0)
+        return True, last, k
+    last, k = _settle(
+        patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0
+    )  # fmt: skip
+    return True, last, k
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, is_lit):
     """
     Find the samples in shadow by crossings and one ray; cast rays for doubtful samples.
@@ -265,7 +283,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
     return last, known
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _find_lowest(runs, n, is_doubt, n_asked):
     """Find the least count, and a sample of its longest run that is not doubtful; -1 for none."""
     least, longest, pick = 1 << 60, 0, -1

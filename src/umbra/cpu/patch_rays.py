@@ -1,19 +1,18 @@
 """Shadow of patch samples by rays."""
 
-from numba import njit
-
+from umbra.kernels import borrowing, inlined
 from umbra.rays.hidden import get, is_hidden
 
 __all__ = ["ask", "ask_all", "ask_one_by_one", "darken"]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def ask(patches, tree, stack, k, d, last):
     """Find a face between a sample and the sun; -1 if there is none."""
     return is_hidden(get(patches.points, k), get(patches.normals, k), d, tree, stack, last)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@borrowing
 def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
     """Cast rays from every sample of a patch to each sun."""
     first, end = patches.first[i], patches.first[i + 1]
@@ -30,7 +29,7 @@ def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
             darken(change, masks, s, k, k + 1, end)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@borrowing
 def ask_all(patches, tree, stack, change, masks, s, i, d, last):
     """Cast rays from every sample of a patch; return a face that hides some, or ``last``."""
     first, end = patches.first[i], patches.first[i + 1]
@@ -45,7 +44,7 @@ def ask_all(patches, tree, stack, change, masks, s, i, d, last):
     return last
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def darken(change, masks, s, a, b, end):
     """Mark samples from a to b as in shadow, in a patch that ends at ``end``."""
     if masks.size > 0:

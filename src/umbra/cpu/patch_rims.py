@@ -13,7 +13,7 @@ from numba import njit
 
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inlined
 from umbra.rays.hidden import get
 from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
 
@@ -81,7 +81,7 @@ def _doubt(c, low, high, rows, doubts, n):
     return n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     """
     Add the rim of a shadow.
@@ -164,14 +164,14 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     return changes, n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def clear(cols, crossings):
     """Clear all crossings."""
     crossings.steps[: cols + 1] = 0
     crossings.number[: cols + 1] = 0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _sort(cross, c, n, rows, level):
     """Sort the crossings of a column and merge equal rows; return their number."""
     if n > _MANY:
@@ -195,7 +195,7 @@ def _sort(cross, c, n, rows, level):
     return n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def find_runs(cols, rows, before, cell, crossings):
     """
     List the runs of samples with one count, up to a constant; clear the crossings.
@@ -247,7 +247,7 @@ def find_runs(cols, rows, before, cell, crossings):
     return n + 1
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _meets(u0, v0, u1, v1, bu, bv, w, h, hull, i):
     """Classify a rim: outside the rectangle, clear of its samples, or possibly across them."""
     if (
@@ -280,7 +280,7 @@ def _four(rows, i, k):
     return rows[i, k], rows[i, k + 1], rows[i, k + 2], rows[i, k + 3]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, shell):
     """
     Project the edges between a patch and the sun onto it, and add its cuts by faces.

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from umbra.cpu.patch_rims import Crossings
+from umbra.kernels import inlined
 from umbra.rays.face_tree import DEEPEST
 
 __all__ = [
@@ -75,7 +76,7 @@ def make_patch_work(patches, bins, p0, p1):
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def find_errors(patches, i, d, sine):
     """
     Find the shift of a shadow on a patch per metre of height, and the error bounds of rims.
@@ -91,7 +92,7 @@ def find_errors(patches, i, d, sine):
     return (su, sv), (_EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def is_marked(patches, i, k, reach):
     """Return whether a sample lies near another face that is close to the plane."""
     for q in range(patches.mark_start[i], patches.mark_start[i + 1]):
@@ -102,7 +103,7 @@ def is_marked(patches, i, k, reach):
     return False
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def find_doubts(patches, work, i, n_doubts, reach):
     """List the samples that need rays, each once; return their number, or -1 if too many."""
     cell = patches.cell[i]
@@ -135,7 +136,7 @@ def find_doubts(patches, work, i, n_doubts, reach):
     return n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def find_run(runs, n, k):
     """Find the run that contains a sample."""
     a, b = 0, n - 1

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inlined
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import find_lowest, meet_boxes
@@ -105,7 +105,7 @@ def get(rows, i):
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@borrowing
+@inlined
 def is_hidden(p, n, d, tree, stack, last, light=None):
     """
     Find a face between a point and the light; -1 where there is none.
@@ -120,6 +120,12 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
     face, is_sure = _search(p, n, d, tree, stack, light)
     if is_sure:
         return face
+    return _search_beside(p, n, d, tree, stack, light)
+
+
+@borrowing
+def _search_beside(p, n, d, tree, stack, light):
+    """Find a face between a place beside a point and the light, which is always certain."""
     scale = max(1.0, 2.0 * tree.normals[0, 3] / _ABOVE)
     face, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, light, p, scale)
     return face
@@ -154,7 +160,7 @@ def _step_aside(p, n, scale):
     )
 
 
-@borrowing
+@inlined
 def _search(p, n, d, tree, stack, light, point=None, scale=0.0, found=None):
     """
     Find a face that hides the sun; return whether the answer is certain.
