@@ -49,14 +49,30 @@ def find_cuts(
         frame, place, size, tau, graze, cell, before, own, corners, spacing, tree
     )  # fmt: skip
     # Each sample once, with its nearest face; nearest first within a patch.
-    patch = np.repeat(np.arange(len(frame)), np.diff(mark_start))
-    order = np.lexsort((far, marks, patch))
-    patch, marks, far = patch[order], marks[order], far[order]
-    kept = np.append(True, (patch[1:] != patch[:-1]) | (marks[1:] != marks[:-1]))[: len(marks)]
-    patch, marks, far = patch[kept], marks[kept], far[kept]
-    order = np.lexsort((far, patch))
-    patch, marks, far = patch[order], marks[order], far[order]
-    return start, cuts, face, np.searchsorted(patch, np.arange(len(frame) + 1)), marks, far
+    n = _thin(mark_start, marks, far, np.full(marks.max(initial=0) + 1, np.inf))
+    marks, far = marks[:n], far[:n]
+    order = np.lexsort((marks, far, np.repeat(np.arange(len(frame)), np.diff(mark_start))))
+    return start, cuts, face, mark_start, marks[order], far[order]
+
+
+@njit(cache=True, nogil=True)
+def _thin(start, marks, far, nearest):
+    """Keep each mark of a patch once, with its least distance; return the number of all."""
+    n = 0
+    end = start[0]
+    for i in range(start.size - 1):
+        first, end = end, start[i + 1]
+        for q in range(first, end):
+            nearest[marks[q]] = min(nearest[marks[q]], far[q])
+        start[i] = n
+        for q in range(first, end):
+            k = marks[q]
+            if nearest[k] < np.inf:
+                marks[n], far[n] = k, nearest[k]
+                nearest[k] = np.inf
+                n += 1
+    start[start.size - 1] = n
+    return n
 
 
 @njit(cache=True, nogil=True, inline="always")

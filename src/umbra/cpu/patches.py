@@ -135,32 +135,42 @@ def make_patches(surfaces: PatchSource, tree: FaceTree) -> Patches:
     uneven = np.maximum.reduceat(height, first)
     tilt = np.maximum.reduceat(np.linalg.norm(normals - normals[lead], axis=1), first)
     is_thick = (uneven > _FLAT) & (uneven <= _THICK) & (tilt <= _TILT)
-    while True:
+    some = np.flatnonzero(is_thick[s.owner[s.triangle]])
+    if len(some):
         plane = _split(order, s.owner, s.corners, normals, is_thick)
-        patches, surface = _lay_out(s, tree, normals, plane, order, uneven * is_thick)
+        patches, surface = _lay_out(s, some, tree, normals, plane, order, uneven)
         near = np.append(0, np.cumsum(patches.mark_far <= _MARK_WITHIN))[patches.mark_start]
-        is_bad = is_thick[surface] & (np.diff(near) > _MARKED * np.diff(patches.first))
-        if not is_bad.any():
-            return patches
+        is_bad = np.diff(near) > _MARKED * np.diff(patches.first)
         is_thick[surface[is_bad]] = False
+    plane = _split(order, s.owner, s.corners, normals, is_thick)
+    patches, _ = _lay_out(s, None, tree, normals, plane, order, uneven * is_thick)
+    return patches
 
 
 def _lay_out(
     s: PatchSource,
+    some: NDArray[np.intp] | None,
     tree: FaceTree,
     normals: NDArray[np.float64],
     plane: NDArray[np.int64],
     order: NDArray[np.intp],
     uneven: NDArray[np.float64],
 ) -> tuple[Patches, NDArray[np.int64]]:
-    """Make a patch of the samples in each plane; return the patches and their surfaces."""
+    """
+    Make a patch of the samples in each plane; return the patches and their surfaces.
+
+    With ``some``, only these samples are laid out, and their places are left out.
+    """
+    points, of_sample, out_of = (
+        each if some is None else each[some] for each in (s.points, s.triangle, s.normals)
+    )
     largest = np.full(plane.max() + 1, -1)
     largest[plane[order[::-1]]] = order[::-1]
-    there = np.flatnonzero(np.bincount(s.triangle, minlength=len(plane)))
+    there = np.flatnonzero(np.bincount(of_sample, minlength=len(plane)))
     used, patch = np.unique(plane[there], return_inverse=True)
     of_triangle = np.zeros(len(plane), np.int64)
     of_triangle[there] = patch.ravel()
-    own = of_triangle[s.triangle]
+    own = of_triangle[of_sample]
     lead = largest[used]
     surface = s.owner[lead]
     n = len(used)
@@ -170,7 +180,7 @@ def _lay_out(
     square = np.zeros((len(own), 2), np.int64)
     low, high = np.full((n, 2), 1 << 40), np.full((n, 2), -(1 << 40))
     is_ray = np.zeros(n, np.bool_)
-    _find_squares(s.points, own, along, up, shift, square, low, high, is_ray)
+    _find_squares(points, own, along, up, shift, square, low, high, is_ray)
     size = high - low + 1
     count = np.bincount(own, minlength=n)
     first = np.append(0, np.cumsum(count))
@@ -199,11 +209,12 @@ def _lay_out(
         frame, place, size, tau, graze, cell, before, np.stack([t0, t1], 1),
         s.corners.reshape(-1, 9), s.spacing, tree,
     )  # fmt: skip
-    hull = _make_hulls(own, (square - low[own]).astype(np.float64), n)
+    hull = _make_hulls(own, square, low, n)
+    where = where if some is None else where[:0]
     return Patches(
         frame, place, size, first, cell, before, tau, graze, hull, cut_start, cuts, cut_face,
-        mark_start, marks, mark_far, np.ascontiguousarray(s.points[where]),
-        np.ascontiguousarray(s.normals[where]), where,
+        mark_start, marks, mark_far, np.ascontiguousarray(points[where]),
+        np.ascontiguousarray(out_of[where]), where,
     ), surface  # fmt: skip
 
 
@@ -279,12 +290,13 @@ def _split(order, owner, corners, normals, is_thick):
 
 
 @njit(cache=True, nogil=True)
-def _make_hulls(own, square, n):
+def _make_hulls(own, square, corner, n):
     """Find the bounding octagons of the patches' samples, with their corners."""
     low = np.full((n, 4), np.inf)
     high = np.full((n, 4), -np.inf)
     for i in range(own.size):
-        u, v = square[i, 0], square[i, 1]
+        u = np.float64(square[i, 0] - corner[own[i], 0])
+        v = np.float64(square[i, 1] - corner[own[i], 1])
         ways = (u, v, u + v, u - v)
         for k in range(4):
             low[own[i], k] = min(low[own[i], k], ways[k])

@@ -16,7 +16,8 @@ from umbra.errors import InputError
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import Request, SampleKind, Variables
 from umbra.receivers.samples import LEVEL, Samples, sample_surfaces
-from umbra.receivers.single import DIMS, SingleReceivers
+from umbra.receivers.single import DIMS, SingleReceivers, is_kept
+from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 
 if TYPE_CHECKING:
@@ -49,8 +50,12 @@ class SampledSurfaces(SampleKind):
         """Sample the surfaces of all or of chosen parts."""
         on, spacing = request.options.on, request.options.spacing
         casting = request.prepare()
-        left = None if request.canopy is None else request.canopy.find_receivers(request.scene, on)
-        samples = sample_surfaces(request.scene, spacing, on, left)
+        scene = request.scene
+        left = None if request.canopy is None else request.canopy.find_receivers(scene, on)
+        samples = derive(
+            scene, "samples", (spacing, tuple(on), None if left is None else tuple(left)),
+            lambda: sample_surfaces(scene, spacing, on, left), most=1, fits=is_kept,
+        )  # fmt: skip
         return SurfaceSamples(
             self, casting, samples.area.shape, DIMS, samples.area,
             local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
@@ -96,31 +101,35 @@ class SurfaceSamples(SingleReceivers):
         level = np.hypot(normal[:, 0], normal[:, 1]) < LEVEL
         one, part = ("surface",), ("part",)
         found: Variables = {
-            "area": (DIMS, samples.area),
-            "surface_of_sample": (DIMS, samples.surface),
+            # Copies: the samples stay with the scene, and results may be written to.
+            "area": (DIMS, samples.area.copy()),
+            "surface_of_sample": (DIMS, samples.surface.copy()),
             "surface_part": (one, owner.astype(np.int32)),
             "surface_kind": (one, np.array([scene.parts[p].kind for p in samples.part])),
-            "surface_area": (one, samples.surface_area),
+            "surface_area": (one, samples.surface_area.copy()),
             "surface_azimuth": (one, np.where(level, np.nan, turn % 360)),
             "surface_tilt": (one, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
             "part": (part, labels),
         }
         by_day = study.more.get("sun_hours_by_day")
+        first = np.searchsorted(samples.surface, np.arange(len(samples.part)))
         for name, index, count in (
             ("surface", samples.surface, len(samples.part)),
             ("part", owner[samples.surface], len(labels)),
         ):
             total = np.bincount(index, samples.area, count)
+            of_surface = np.arange(count) if name == "surface" else owner
             if name == "part":
                 found["part_area"] = (part, total)
 
             def weigh(
-                sun: NDArray[np.float32], index: Any = index, count: int = count, total: Any = total
-            ) -> dict[str, NDArray[np.float32]]:
+                sun: NDArray[np.float32], index: Any = index, count: int = count,
+                total: Any = total, of_surface: Any = of_surface,
+            ) -> dict[str, NDArray[np.float32]]:  # fmt: skip
                 mean = np.bincount(index, samples.area * sun, count) / total
                 least, most = np.full(count, np.inf), np.full(count, -np.inf)
-                np.minimum.at(least, index, sun)
-                np.maximum.at(most, index, sun)
+                np.minimum.at(least, of_surface, np.minimum.reduceat(sun, first))
+                np.maximum.at(most, of_surface, np.maximum.reduceat(sun, first))
                 figures = {"mean": mean, "least": least, "most": most}
                 return {k: figure.astype(np.float32) for k, figure in figures.items()}
 

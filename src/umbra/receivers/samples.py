@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.scene.derived import derive
 from umbra.volume.adjacency import make_caster, weld_vertices
 
 __all__ = ["LEVEL", "Samples", "join_coplanar", "sample_surfaces"]
@@ -181,18 +182,18 @@ def sample_surfaces(
     # Squares are centred on each surface.
     cells = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1)
     start = (low + high) / 2 - (cells - 1) / 2 * spacing
-    triangle, weights = _find_samples(
-        flat, owner.astype(np.int64), is_border[order], start, spacing
+    triangle, points = _find_samples(
+        flat, owner.astype(np.int64), is_border[order], start, spacing, corners
     )
-    lone = np.setdiff1d(np.arange(len(first)), owner[triangle])
-    triangle = np.concatenate([triangle, largest[lone]])
-    weights = np.concatenate([weights, np.full((len(lone), 3), 1 / 3)])
+    lone = largest[np.bincount(owner[triangle], minlength=len(first)) == 0]
+    triangle = np.concatenate([triangle, lone])
+    points = np.concatenate([points, (corners[lone] * (1 / 3)).sum(1)])
     by_surface = np.argsort(owner[triangle], kind="stable")
-    triangle, weights = triangle[by_surface], weights[by_surface]
+    triangle, points = triangle[by_surface], points[by_surface]
     surface = owner[triangle].astype(np.int32)
     each = surface_area / np.bincount(surface, minlength=len(first))
     return Samples(
-        np.einsum("nk,nkj->nj", weights, corners[triangle]),
+        points,
         normals[triangle],
         surface,
         each[surface],
@@ -221,9 +222,13 @@ def _find_sources(scene: Scene, part: NDArray[np.integer]) -> NDArray[np.int64]:
 def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
     """Return the parts' faces, with inward-wound closed components reversed."""
     soup = scene.triangles(parts)
-    everything = scene.triangles()
-    groups = scene.groups()
-    caster = make_caster(everything.vertices, everything.faces, groups[everything.part])
+    everything = derive(scene, "soup", None, scene.triangles)
+    caster = derive(
+        scene, "caster", tuple(range(len(scene.parts))),
+        lambda: make_caster(
+            everything.vertices, everything.faces, scene.groups()[everything.part]
+        ),
+    )  # fmt: skip
     inward = np.zeros(len(everything.faces), np.bool_)
     inward[caster.source] = (caster.is_closed & caster.is_inward)[caster.component]
     mine = inward[np.isin(everything.part, parts)]
@@ -296,9 +301,9 @@ def _unite(one, two, root):
 
 
 @njit(cache=True, nogil=True)
-def _find_samples(flat, owner, is_border, start, spacing):
+def _find_samples(flat, owner, is_border, start, spacing, corners):
     """
-    Find the squares' centres in each triangle, with barycentric weights.
+    Find the triangle and the place of each square's centre.
 
     Centres exactly on a surface's border are left out: they belong to two sides.
     """
@@ -307,7 +312,7 @@ def _find_samples(flat, owner, is_border, start, spacing):
     for write in range(2):
         if write == 1:
             triangle = np.empty(count, np.int64)
-            weights = np.empty((count, 3))
+            points = np.empty((count, 3))
             count = 0
         for f in range(flat.shape[0]):
             p = flat[f]
@@ -357,6 +362,11 @@ def _find_samples(flat, owner, is_border, start, spacing):
                         continue
                     if write == 1:
                         triangle[count] = f
-                        weights[count] = weight
+                        for k in range(3):
+                            points[count, k] = (
+                                weight[0] * corners[f, 0, k]
+                                + weight[1] * corners[f, 1, k]
+                                + weight[2] * corners[f, 2, k]
+                            )
                     count += 1
-    return triangle, weights
+    return triangle, points

@@ -20,10 +20,11 @@ from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.samples import Samples
+from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster
 
-__all__ = ["DIMS", "MANY_SUNS", "PointTile", "SingleReceivers"]
+__all__ = ["DIMS", "MANY_SUNS", "PointTile", "SingleReceivers", "is_kept"]
 
 DIMS = ("sample",)
 CHUNK = 65_536
@@ -32,7 +33,14 @@ _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouet
 MANY_SUNS = 16
 """Number of suns from which patches of surfaces pay; rays are faster for fewer."""
 _KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
+_SAMPLE = 150  # of a surface, with its share of a patch [byte]
+_SHARE = 0.03  # of the memory, for samples and patches that are kept for the next study
 _BYTES = 300  # per point: position, normal, hours, and copies made in writing
+
+
+def is_kept(samples: Samples) -> bool:
+    """Return whether samples are few enough to be kept, with their patches, for the next study."""
+    return len(samples.points) * _SAMPLE <= _SHARE * find_memory()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +83,10 @@ class PointTile:
         Surface samples that the points come from, if any.
     shared : SharedEdges
         Edges that other tiles use, too.
+    whole : Samples, optional
+        The samples of all tiles, which keep their patches for the next study.
+    first : int
+        Index of the tile's first sample among them.
     """
 
     casting: Casting
@@ -82,6 +94,8 @@ class PointTile:
     part: NDArray[np.signedinteger]
     samples: Samples | None = None
     shared: SharedEdges = field(default_factory=SharedEdges)
+    whole: Samples | None = None
+    first: int = 0
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -103,7 +117,14 @@ class PointTile:
 
     @cached_property
     def _patches(self) -> Patches:
-        return make_patches(cast("Samples", self.samples), self.casting.tree)
+        samples, casting = cast("Samples", self.samples), self.casting
+        if self.whole is None or not is_kept(self.whole):
+            return make_patches(samples, casting.tree)
+        tiles = -(-len(self.whole.points) // len(samples.points))
+        return derive(
+            self.whole, "patches", (casting.caster, self.first, len(samples.points)),
+            lambda: make_patches(samples, casting.tree), most=tiles,
+        )  # fmt: skip
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the points in shadow, cast or attached."""
@@ -209,12 +230,15 @@ class SingleReceivers(Receivers):
 
     def _make_tile(self, samples: Samples | None, some: slice, shared: SharedEdges) -> PointTile:
         piece = None if samples is None else samples.piece(some)
-        return PointTile(self.casting, self.local.pick(some), self.part[some], piece, shared)
+        return PointTile(
+            self.casting, self.local.pick(some), self.part[some], piece, shared,
+            None if piece is None else self.samples, some.start,
+        )  # fmt: skip
 
     def variables(self) -> Variables:
         """Return the position and normal of each."""
         return {
             "receiver_z": (DIMS, self.places.points[:, 2].copy()),
             "position": ((*DIMS, "xyz"), self.places.points),
-            "normal": ((*DIMS, "xyz"), self.places.normals),
+            "normal": ((*DIMS, "xyz"), self.places.normals.copy()),
         }
