@@ -11,7 +11,10 @@ from support.cities import DAY, make_houses, write_city
 from support.shapes import box
 
 import umbra
+from umbra.calls.city import run_city
 from umbra.errors import write_for_shell
+from umbra.study.options import StudyOptions
+from umbra.tiles.options import CityOptions
 from umbra.writers.city import check_city_formats
 
 GIVEN = {**DAY, "receivers": "ground", "cell": 2.0}
@@ -81,7 +84,7 @@ def test_unknown_formats_are_named_before_a_city_is_counted():
     check_city_formats(["stac", "map"])
 
 
-def test_a_file_outside_the_box_is_left_out_with_a_note(city, tmp_path):
+def test_a_file_outside_the_box_is_left_out_with_a_note(city, tmp_path, monkeypatch):
     count = partial(umbra.city_study, tiles=60, extent=(84990, 446990, 85120, 447110), **GIVEN)
     box = {"bbox": (85000, 447000, 85100, 447100)}
     made = count(city[::-1], out=tmp_path / "all", reading=box)
@@ -89,10 +92,26 @@ def test_a_file_outside_the_box_is_left_out_with_a_note(city, tmp_path):
     alone = count(city[0], out=tmp_path / "one", reading=box)
     np.testing.assert_array_equal(made.dataset.shadow_hours, alone.dataset.shadow_hours)
     assert float(alone.dataset.shadow_hours.max()) > 1
+    monkeypatch.setattr("umbra.tiles.catalogue.read", None)  # no file is read again
     again = count(city[::-1], out=tmp_path / "all", reading=box)
     assert again.notes == made.notes
+    monkeypatch.undo()
     with pytest.raises(umbra.InputError, match="no object meets bbox="):
         count(city[1:], out=tmp_path / "none", reading=box)
+
+
+def test_files_of_the_whole_are_written_while_no_other_run_may_use_the_folder(city, tmp_path):
+    options = StudyOptions(**DAY, receivers="ground", cell=5.0)
+    seen = []
+
+    def write(study):
+        with pytest.raises(umbra.InputError, match="another run writes into"):
+            study.write("map")
+        seen.append(study)
+
+    run_city([city[0]], None, options, CityOptions(tiles=200), tmp_path, write=write)
+    assert len(seen) == 1
+    assert seen[0].write("map") == [tmp_path / "map.png"]
 
 
 def test_a_damaged_file_among_many_is_named(city, tmp_path):

@@ -106,8 +106,14 @@ def run_city(
     engine: "Engine | None" = None,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
     reads: Callable[[int, int], object] = lambda _done, _all: None,
+    write: "Callable[[CityStudy], object]" = lambda _study: None,
 ) -> "CityStudy":
-    """Run a study in tiles from its records; ``reads`` is called with the number of files read."""
+    """
+    Run a study in tiles from its records.
+
+    ``reads`` is called with the number of files read, ``write`` with the complete study, while no
+    other run may use its folder.
+    """
     from umbra.tiles.cluster import open_engine  # noqa: PLC0415
     from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
     from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
@@ -118,7 +124,9 @@ def run_city(
     with lock_run(folder), open_engine(city.workers, city.scheduler) as own:
         found = prepare_city(files, site, options, city, folder, reading, reads)
         study = run_job(found.job, found.describe, engine or own, progress)
-        return replace(study, notes=found.notes)
+        study = replace(study, notes=found.notes)
+        write(study)
+        return study
 
 
 @check_names

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,6 +15,9 @@ from umbra.options import list_options
 from umbra.study.options import StudyOptions
 from umbra.tiles.options import CityOptions
 from umbra.writers.folder import Outputs
+
+if TYPE_CHECKING:
+    from umbra.tiles.run import CityStudy
 
 __all__ = ["study_city"]
 
@@ -42,18 +46,22 @@ def study_city(
         raise InputError(msg)
     from umbra.calls.city import run_city  # noqa: PLC0415
 
+    more: list[Path] = []
     with show_progress(quiet) as stages:
+
+        def write(study: "CityStudy") -> None:
+            write_options(out / OPTIONS_FILE, click.get_current_context())
+            names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
+            stages.begin("drawing and writing")
+            advance = partial(stages.advance, what="drawing and writing", unit="tiles")
+            more.extend(write_city_files(study.folder, names, advance, say) if names else ())
+
         stages.begin("reading files")
         study = run_city(
             files, take_site(), options, city, out, take_reading(), None,
             partial(stages.advance, what="counting", unit="tiles"),
-            partial(stages.advance, what="reading files", unit="files"),
+            partial(stages.advance, what="reading files", unit="files"), write,
         )  # fmt: skip
-        write_options(out / OPTIONS_FILE, click.get_current_context())
-        names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
-        stages.begin("drawing and writing")
-        advance = partial(stages.advance, what="drawing and writing", unit="tiles")
-        more = write_city_files(out, names, advance, say) if names else []
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")

@@ -27,10 +27,12 @@ from umbra.readers.layers import name_layers
 from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
 from umbra.tiles.geometry import FileGeometry, write_geometry
+from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json
 
 __all__ = ["Catalogue", "CityFile", "list_files", "make_catalogue", "read_catalogue"]
 
 _ENTRY, _WORDS = "entry.json", "words.json"
+_INDEX = "index.json"
 _PACKED = {".gz", ".zip", ".xml"}
 
 
@@ -253,31 +255,32 @@ def make_catalogue(
     named = name_layers(list_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []
-    outside: list[str] = []
+    known, outside = read_outside(folder), {}
     for done, (layer, path) in enumerate(named, 1):
+        key = name_reading(layer, path, options)
         try:
-            files.append(_enter(len(files), layer, path, folder, options))
+            if key in known and (files or done < len(named)):
+                outside[key] = known[key]
+            else:
+                files.append(_enter(len(files), layer, path, folder, options))
+                _check_crs(files)
         except InputError as error:
             # A file without an object in the region is left out, unless all files are.
             if "outside" not in error.data or (done == len(named) and not files):
                 raise
-            outside.append(str(error.outside))
-        else:
-            _check_crs(files)
+            outside[key] = str(error.outside)
         progress(done, len(named))
     for leftover in folder.iterdir():  # of runs with more files, and of killed runs
         if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
             shutil.rmtree(leftover, ignore_errors=True)
-    catalogue = Catalogue(tuple(files), tuple(outside))
-    unfinished = folder / ".index.json"
-    unfinished.write_bytes(orjson.dumps([Path(one.folder).name for one in files]))
-    unfinished.replace(folder / "index.json")
-    return catalogue
+    write_json(folder / OUTSIDE, outside)
+    write_json(folder / _INDEX, [Path(one.folder).name for one in files])
+    return Catalogue(tuple(files), tuple(outside.values()))
 
 
 def read_catalogue(folder: Path) -> Catalogue:
     """Read the catalogue in a folder."""
-    names = orjson.loads((folder / "index.json").read_bytes())
+    names = orjson.loads((folder / _INDEX).read_bytes())
     found = [_load(folder / name) for name in names]
     return Catalogue(tuple(one for one in found if one is not None))
 
@@ -287,7 +290,7 @@ def _enter(
 ) -> CityFile:
     """Return a file's entry: the one in the folder if it holds, else a new one."""
     place = folder / f"{number:06}"
-    reading = repr(sorted((k, v) for k, v in options.items() if k != "cache"))
+    reading = tell_reading(options)
     known = _load(place)
     if (
         known is not None

@@ -88,11 +88,13 @@ class CityStudy:
         Raises
         ------
         InputError
-            If a format is unknown, or needs a package that is not installed.
+            If a format is unknown, or needs a package that is not installed, or a run uses the
+            folder.
         """
         from umbra.writers.city import write_city_files  # noqa: PLC0415
 
-        return write_city_files(self.folder, formats)
+        with lock_run(self.folder):
+            return write_city_files(self.folder, formats)
 
 
 def count_serially(job: CityJob, tiles: Sequence[CityTile]) -> Iterator[Outcome]:

@@ -1,0 +1,50 @@
+"""Files of a city that lie outside the region that is read: named once, not read again."""
+
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import orjson
+
+__all__ = ["OUTSIDE", "name_reading", "read_outside", "tell_reading", "write_json"]
+
+OUTSIDE = "outside.json"
+
+
+def read_outside(folder: Path) -> dict[str, str]:
+    """Return the notes of the files that are known to lie outside, by ``name_reading``."""
+    try:
+        known: dict[str, str] = orjson.loads((folder / OUTSIDE).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return known
+
+
+def write_json(path: Path, facts: object) -> None:
+    """Replace a small file whole."""
+    unfinished = path.with_name(f".{path.name}")
+    unfinished.write_bytes(orjson.dumps(facts))
+    unfinished.replace(path)
+
+
+def name_reading(layer: str, path: Path, options: Mapping[str, Any]) -> str:
+    """Name a file as it is now, and how it is read."""
+    try:
+        status = path.stat()
+        state = f"{status.st_size} {status.st_mtime_ns}"
+    except (OSError, ValueError):  # the reader says so
+        state = ""
+    return f"{path.absolute()!r} {layer!r} {state} {tell_reading(options)}"
+
+
+def tell_reading(options: Mapping[str, Any]) -> str:
+    """Name the options of ``umbra.read``, with the content of the file of a polygon."""
+    told = {name: value for name, value in options.items() if name != "cache"}
+    try:
+        path = Path(str(told.get("area") or ""))
+        if path.is_file():
+            told["area"] = f"{path} sha256:{sha256(path.read_bytes()).hexdigest()}"
+    except (OSError, ValueError):  # a polygon as text, not a name
+        pass
+    return repr(sorted(told.items()))
