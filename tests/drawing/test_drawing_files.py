@@ -132,3 +132,13 @@ def test_python_refuses_too(scene, camera, monkeypatch, tmp_path):
     drawing = umbra.draw_vectors(scene, camera, SUN)
     with pytest.raises(umbra.InputError, match="a drawing is SVG or PDF; name"):
         drawing.write(tmp_path / "a.dxf")
+
+
+def test_a_near_plane_in_the_model_and_an_empty_view_are_told(scene):
+    solid = Scene(scene.parts[:1], scene.origin)
+    close = umbra.make_camera(solid, eye=(1, -4, 3), target=(1, 1, 3), near=5.0, size=(40, 30))
+    with pytest.warns(UserWarning, match="the near plane, 5 m before the eye, cuts the model"):
+        umbra.draw_vectors(solid, close, SUN)
+    away = umbra.make_camera(solid, eye=(1, -4, 3), target=(1, -9, 3), size=(40, 30))
+    with pytest.warns(UserWarning, match="nothing of the model is seen; leave out eye="):
+        assert umbra.draw_vectors(solid, away, SUN, ground=0).seen.lines.segments.size == 0

@@ -28,7 +28,7 @@ from umbra.scene.lights import SomeLights, make_lights
 if TYPE_CHECKING:
     from umbra.calls.styles import Style
 
-__all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render"]
+__all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_cut"]
 
 Warn = Callable[[str], object]
 
@@ -371,17 +371,23 @@ def _warn_of_view(
     scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn, *, is_assumed: bool
 ) -> None:
     """Warn if the picture shows nothing but an assumed ground, or the near plane cuts the model."""
-    from umbra.rays import count_cut  # noqa: PLC0415
-
     if ((frame.part == NOTHING) | (is_assumed & (frame.part == GROUND))).all():
         middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))
         warn(
             "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "
             f"target=({middle})"
         )
+    for text in tell_cut(scene, camera, threads):
+        warn(text)
+
+
+def tell_cut(scene: Scene, camera: Camera, threads: int) -> list[str]:
+    """Return a line if the near plane cuts the model."""
+    from umbra.rays import count_cut  # noqa: PLC0415
+
     cut = count_cut(scene, camera, threads)
-    if cut:
-        warn(
-            f"the near plane, {camera.near:g} m before the eye, cuts the model open in {cut} "
-            "pixels; give a smaller near= or move eye= away"
-        )
+    text = (
+        f"the near plane, {camera.near:g} m before the eye, cuts the model open in {cut} "
+        "pixels; give a smaller near= or move eye= away"
+    )
+    return [text] if cut else []

@@ -10,7 +10,7 @@ import numpy as np
 
 from umbra.calls.arguments import check_scene, make_camera
 from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
-from umbra.calls.picture import choose_ground, find_own_lights
+from umbra.calls.picture import choose_ground, find_own_lights, tell_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
@@ -125,7 +125,8 @@ def draw_vectors(
     Warns
     -----
     UserWarning
-        If nothing is seen, or a drawing leaves something out of the picture.
+        If nothing is seen, the near plane cuts the model, or a drawing leaves something out of
+        the picture.
 
     Examples
     --------
@@ -174,7 +175,7 @@ def draw_seen(
     seen = see_model(scene, camera, shining, casters, ground, advance)
     advance(0, 1, "finding colours", "views")
     page = color_page(scene, camera, shining, seen, style, options, shadows, ground)
-    notes = list_losses(scene, shining)
+    notes = tell_cut(scene, camera, options.threads or 1) + list_losses(scene, shining)
     if not any(one.region < len(seen.regions) for one in seen.surfaces):
         notes.insert(0, "nothing of the model is seen; leave out eye= and target= to see all of it")
     return VectorDrawing(seen, page, notes)
