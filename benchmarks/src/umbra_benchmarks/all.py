@@ -37,14 +37,12 @@ class AllReports(BenchmarkReport):
     ----------
     commit : str
     date : date
-    machine : str
     reports : dict of BenchmarkReport or str
         By their modules; a text says why there is none.
     """
 
     commit: str
     date: dt.date
-    machine: str
     reports: Mapping[str, Any]
 
     def to_dict(self) -> dict[str, Any]:
@@ -82,7 +80,9 @@ def bench_all(run: BenchmarkRun) -> AllReports:
         except UmbraError as error:
             reports[name] = error.for_shell()
             run.say(f"umbra bench {typed}: {reports[name]}")
-    return AllReports(run, _find_commit(), dt.datetime.now(tz=dt.UTC).date(), machine, reports)
+    return AllReports(
+        run, _find_commit(), dt.datetime.now(tz=dt.UTC).date(), reports, machine=machine
+    )
 
 
 def _find_commit() -> str:

@@ -27,7 +27,6 @@ from umbra_benchmarks.measure import Spent
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
 )
 
@@ -186,7 +185,7 @@ class CityReport(BenchmarkReport):
         ]  # fmt: skip
         wall, processor = self.efficiency
         return (
-            f"umbra bench city: {describe_machine()}. Processor time of {self.tiles} tiles of 1 km "
+            f"umbra bench city: {self.machine}. Processor time of {self.tiles} tiles of 1 km "
             f"for each measurement.{self.small}\n\n{lay_out_table(head, lines)}\n\n"
             f"Reading CityGML: {1 / self.reading.processor:.3g} MB a second and core; catalogue: "
             f"{self.bytes_a_triangle:.0f} bytes a triangle. Memory of a process: "

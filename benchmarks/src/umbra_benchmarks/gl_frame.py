@@ -21,7 +21,6 @@ from umbra_benchmarks.peer import PEERS, Peer, PeerKind, find_peers
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -170,7 +169,7 @@ class GlReport(BenchmarkReport):
         drivers = {row.driver for row in self.rows}
         drivers |= {peer.driver for row in self.rows for peer in row.peers}
         return (
-            f"umbra bench frame --device gl: {describe_machine()}; {', '.join(sorted(drivers))}. "
+            f"umbra bench frame --device gl: {self.machine}; {', '.join(sorted(drivers))}. "
             f"Medians of {self.run.repeat} turns of {self.frames} frames, each finished."
             f"{self.small}\n\n{lay_out_table(head, lines)}"
             + "".join(f"\n\n{_explain_missing(kind)}." for kind in self.missing)

@@ -28,7 +28,6 @@ from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -147,7 +146,7 @@ class GpuReport(BenchmarkReport):
         has = ", ".join(f"{name} {'yes' if there else 'no'}" for name, there in
                         self.features.items())  # fmt: skip
         return (
-            f"umbra bench gpu: {describe_machine()}; {self.driver} ({has}). By the clock, medians "
+            f"umbra bench gpu: {self.machine}; {self.driver} ({has}). By the clock, medians "
             f"of {self.run.repeat}; passes by the device's timers.{self.small}\n\n"
             f"{lay_out_table(head, lines)}\n\n"
             + lay_out_table(["scene", "light", "counts in", "deepest", "differ"], counted)

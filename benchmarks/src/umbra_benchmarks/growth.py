@@ -21,7 +21,6 @@ from umbra_benchmarks.ours_gl import drawing_nothing
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -115,7 +114,7 @@ class GrowthReport(BenchmarkReport):
                 ]
             )  # fmt: skip
         return (
-            f"umbra bench growth: {describe_machine()}; {self.driver}. Processor time of a frame, "
+            f"umbra bench growth: {self.machine}; {self.driver}. Processor time of a frame, "
             f"medians of {self.run.repeat}; exponents of the minima.{self.small}\n\n"
             f"{lay_out_table(head, lines)}"
         )

@@ -15,7 +15,6 @@ from umbra_benchmarks.method_frames import CONTENDERS, Viewed, draw_views
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -99,7 +98,7 @@ class McGuire(BenchmarkReport):
     def to_table(self) -> str:
         """Return Markdown tables that can be read as they stand."""
         text = (
-            f"umbra bench mcguire: {describe_machine()}, {self.driver}. Medians of "
+            f"umbra bench mcguire: {self.machine}, {self.driver}. Medians of "
             f"{self.run.repeat} runs in turn.{self.small}\n\n"
             "Triangles of one shadow volume in each case (the paper: in "
             f"the order of s, s and f; Lengyel's s, f, f):\n\n{self._lay_out_cases()}"

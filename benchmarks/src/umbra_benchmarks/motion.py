@@ -26,7 +26,6 @@ from umbra_benchmarks.ours_gl import drawing_nothing
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -132,7 +131,7 @@ class MotionReport(BenchmarkReport):
             for row in self.rows
         ]
         return (
-            f"umbra bench motion: {describe_machine()}; {self.driver}. Processor time of a frame, "
+            f"umbra bench motion: {self.machine}; {self.driver}. Processor time of a frame, "
             f"medians of {self.run.repeat}.{self.small}\n\n{lay_out_table(head, lines)}"
         )
 

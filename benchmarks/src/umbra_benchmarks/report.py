@@ -58,18 +58,41 @@ class BenchmarkRun:
     say: Callable[[str], object] = lambda _: None
 
 
+def describe_machine() -> str:
+    """Name the processor and how many of its cores there are."""
+    name = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        for line in cpuinfo.read_text().splitlines():
+            if line.startswith("model name"):
+                name = line.partition(":")[2].strip()
+                break
+    cores = count_cores()
+    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
+    return f"{cores} {'core' if cores == 1 else 'cores'} of {name}{load}"
+
+
 @dataclass(frozen=True)
 class BenchmarkReport:
-    """What the reports of all benchmarks share."""
+    """
+    What the reports of all benchmarks share.
+
+    Parameters
+    ----------
+    run : BenchmarkRun
+    machine : str
+        The processor and its load when the benchmark ended.
+    """
 
     run: BenchmarkRun
+    machine: str = field(default_factory=describe_machine, kw_only=True)
 
     def head(self, benchmark: str, **facts: Any) -> dict[str, Any]:
         """Return the first entries of the JSON object."""
         return {
             "benchmark": benchmark,
             "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
+            "machine": self.machine,
             "repeat": self.run.repeat,
             "quick": self.run.quick,
             **facts,
@@ -170,7 +193,7 @@ class Report(BenchmarkReport):
             for row in self.rows
         ]
         return (
-            f"umbra bench {self.benchmark}: {describe_machine()}. Medians of {self.run.repeat} "
+            f"umbra bench {self.benchmark}: {self.machine}. Medians of {self.run.repeat} "
             f"runs in turn, one thread on both sides unless said.{self.small}\n\n"
             f"{lay_out_table(head, lines)}"
         )
@@ -186,20 +209,6 @@ def lay_out_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
         + " |"
         for line in [head, rule, *lines]
     )
-
-
-def describe_machine() -> str:
-    """Name the processor and how many of its cores there are."""
-    name = platform.processor() or platform.machine()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        for line in cpuinfo.read_text().splitlines():
-            if line.startswith("model name"):
-                name = line.partition(":")[2].strip()
-                break
-    cores = count_cores()
-    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
-    return f"{cores} {'core' if cores == 1 else 'cores'} of {name}{load}"
 
 
 def name_version(package: str) -> str:

@@ -15,7 +15,6 @@ from umbra_benchmarks.measure import Timing, run_in_turn, timed
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
 )
 from umbra_benchmarks.scenes import make_town
@@ -146,7 +145,7 @@ class Roettger(BenchmarkReport):
             ],
         )
         return (
-            f"umbra bench roettger: {describe_machine()}, {self.driver}. {self.scene}; medians of "
+            f"umbra bench roettger: {self.machine}, {self.driver}. {self.scene}; medians of "
             f"{self.run.repeat} turns of {_FRAMES} frames.{self.small}\n\n"
             f"Passes / rectangles issued (Table 1):\n\n{first}\n\n"
             f"Frames per second (Table 2), shadows attenuated:\n\n{second}"

@@ -24,7 +24,6 @@ from umbra.soft import AreaLight, ball_light, make_axes
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
 )
 from umbra_benchmarks.scenes import make_boxes
@@ -141,7 +140,7 @@ class SoftErrors(BenchmarkReport):
         ]
         cols, rows = self.size
         return (
-            f"umbra bench soft: {describe_machine()}. {cols}x{rows} pixels. Mean and largest error "
+            f"umbra bench soft: {self.machine}. {cols}x{rows} pixels. Mean and largest error "
             f"of visibility in the penumbra, against {RAYS:,} rays from each of up to {_POINTS:,} "
             f"points, and processor time on one thread.{self.small}\n\n{lay_out_table(head, lines)}"
         )

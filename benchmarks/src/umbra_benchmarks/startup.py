@@ -17,7 +17,6 @@ from umbra.machine import HOME, make_command
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
 )
 from umbra_benchmarks.scenes import SquareModel, make_town
@@ -97,7 +96,7 @@ class Startup(BenchmarkReport):
             [f"memory above the mesh, {self.large}²", f"{self.above_bytes / 1e9:.2f} GB", "1.5 GB"],
         ]
         return (
-            f"umbra bench startup: {describe_machine()}. A town of 300 boxes, whole processes.\n\n"
+            f"umbra bench startup: {self.machine}. A town of 300 boxes, whole processes.\n\n"
             + lay_out_table(["what", "figure", "mark"], lines)
         )
 

@@ -30,7 +30,6 @@ from umbra_benchmarks.peer import Child, PeerKind, find_peers
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -212,7 +211,7 @@ class ToolReport(BenchmarkReport):
             f"\nNot measured: {TOOLS[name].title}; {how}." for name, how in self.missing.items()
         )
         return (
-            f"umbra bench tools: {self.work}; {describe_machine()}. Medians of {self.run.repeat} "
+            f"umbra bench tools: {self.work}; {self.machine}. Medians of {self.run.repeat} "
             f"runs in turn{f' ({runs})' if runs else ''}, one thread each.{self.small}\n\n"
             f"{lay_out_table(of_times, times)}\n\n"
             f"Answers that differ from float64 rays, of {compared:,} on open ground:\n\n"

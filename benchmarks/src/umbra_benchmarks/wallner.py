@@ -26,7 +26,6 @@ from umbra_benchmarks.measure import Timing, counted, run_in_turn
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
     show_timing,
 )
@@ -183,7 +182,7 @@ class Wallner(BenchmarkReport):
         )  # fmt: skip
         differ = sum(row.differ for row in self.rows)
         return (
-            f"umbra bench wallner: {describe_machine()}. Silhouettes of {self.suns} suns, one at a "
+            f"umbra bench wallner: {self.machine}. Silhouettes of {self.suns} suns, one at a "
             f"time on one thread: ms of the processor for one, medians of {self.run.repeat} runs "
             "in turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
             f"disturbs least.{self.small}\n\n{times}\n\n{edges}\n\n"

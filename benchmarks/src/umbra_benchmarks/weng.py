@@ -23,7 +23,6 @@ from umbra.volume.silhouette import find_silhouette_edges
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
-    describe_machine,
     lay_out_table,
 )
 from umbra_benchmarks.scenes import make_ball, make_boxes
@@ -208,7 +207,7 @@ class Soft(BenchmarkReport):
             for length in LENGTHS
         ]
         return (
-            f"umbra bench weng: {describe_machine()}. {cols}x{rows} pixels, "
+            f"umbra bench weng: {self.machine}. {cols}x{rows} pixels, "
             f"{self.run.threads} threads, medians of {self.run.repeat} runs. Errors of visibility "
             f"on the floor against {REFERENCE:,} spots, where either is in penumbra; "
             f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers). "
