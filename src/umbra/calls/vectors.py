@@ -1,5 +1,7 @@
 """Drawings of ``umbra render --out FILE.svg`` and ``umbra.draw_vectors``, as vectors."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -52,7 +54,7 @@ class VectorDrawing:
     page: Page
     notes: list[str]
 
-    def write(self, path: "str | os.PathLike[str]") -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Write it as SVG or PDF, by the file's ending; an existing file is replaced."""
         from umbra.writers.atomic import replace_file  # noqa: PLC0415
 
