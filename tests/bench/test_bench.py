@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.chromium import find_chromium
 
 from umbra.cli.main import main
 from umbra.errors import UmbraError
@@ -134,6 +135,21 @@ def test_motion_measures_each_scene():
         assert (row["move_ms"] is None) == (
             "turn" not in row["work"] and "bends" not in row["work"]
         )
+
+
+def test_web_measures_frames_and_names_npm_where_it_is_missing(monkeypatch, tmp_path):
+    if find_chromium() is None:
+        pytest.skip("there is no Chromium on this machine")
+    found = json.loads(run("web", "--peer", "none", "--json").stdout)
+    assert found["triangles"] == 480
+    assert set(found["frames"]) == {"ours", "ours_moving"}
+    for side in found["frames"].values():
+        assert side["wall"] > side["script"] > 0
+        assert side["busy"] is None or side["busy"] > 0
+    monkeypatch.setenv("UMBRA_CACHE", str(tmp_path))
+    monkeypatch.setattr("umbra_benchmarks.web.shutil.which", lambda _: None)
+    with pytest.raises(UmbraError, match="npm is missing, which fetches"):
+        CliRunner().invoke(command, ["web", "--quick"], catch_exceptions=False)
 
 
 def test_startup_measures_whole_processes():

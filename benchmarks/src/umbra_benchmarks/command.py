@@ -13,10 +13,11 @@ __all__ = ["command"]
 
 NAMES = (
     "all", "city", "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools",
-    "mcguire", "roettger", "wallner", "weng", "soft", "walls",
+    "mcguire", "roettger", "wallner", "weng", "soft", "walls", "web",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
+PAGES = ("three",)
 
 
 def _parse_pythons(
@@ -55,9 +56,9 @@ def _parse_pythons(
 @click.option(
     "--peer",
     "peers",
-    type=click.Choice((*PEERS, *TOOLS, "none")),
+    type=click.Choice((*PEERS, *TOOLS, *PAGES, "none")),
     multiple=True,
-    help="Measure tools or gl frames against this one only; may be repeated. [default: all]",
+    help="Measure tools, web or gl frames against this one only; may be repeated. [default: all]",
 )
 @click.option(
     "--peer-python",
@@ -114,6 +115,7 @@ def command(
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
     from trees), weng (soft shadows: time and error by triangles, length and gap).
     city finds what a tile of a city costs, and works out a city and two countries.
+    web draws a town in a browser by the page's renderer and by three.js with a shadow map.
     soft finds the error of each method of soft shadows by rays, in scenes that overlap.
 
     all makes every table of benchmarks/results.md, by one commit on one machine.
@@ -124,7 +126,9 @@ def command(
     if out is not None and name != "all":
         msg = "--out is for all"
         raise click.UsageError(msg)
-    known = {"tools": TOOLS, "all": TOOLS + PEERS}.get(name, PEERS if device == "gl" else ())
+    known = {"tools": TOOLS, "web": PAGES, "all": TOOLS + PEERS}.get(
+        name, PEERS if device == "gl" else ()
+    )
     strangers = ({*peers} | {*pythons}) - {*known, "none"}
     if pictures is not None and device == "cpu" and name not in {"weng", "all"}:
         msg = "--pictures is for frame --device gl, and for weng"
@@ -132,7 +136,7 @@ def command(
     if strangers or (peers and not known):
         first = min(strangers, default="")
         who = f"the peer {first}" if first else "--peer"
-        places = {"frame --device gl": PEERS, "tools": TOOLS, "all": TOOLS + PEERS}
+        places = {"frame --device gl": PEERS, "tools": TOOLS, "web": PAGES, "all": TOOLS + PEERS}
         where = [place for place, its in places.items() if not first or first in its]
         msg = f"{who} is for {' and '.join(where)}"
         raise click.UsageError(msg)
@@ -144,7 +148,7 @@ def command(
     def say(text: str) -> None:
         echo(text, err=True)
 
-    chosen = [peer for peer in TOOLS + PEERS if peer in peers] if peers else None
+    chosen = [peer for peer in TOOLS + PEERS + PAGES if peer in peers] if peers else None
     default = 2 if quick else 3 if name == "tools" else 5
     run = BenchmarkRun(
         repeat or default, quick, threads=threads, peers=chosen, pythons=pythons,

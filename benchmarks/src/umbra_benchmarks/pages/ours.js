@@ -1,0 +1,32 @@
+// A town drawn by umbra's renderer: `frames` draws some while the sun moves.
+
+const text = (id) => document.getElementById(id).textContent;
+const data = JSON.parse(text("data"));
+const packed = Uint8Array.from(atob(text("library")), (letter) => letter.charCodeAt(0));
+const library = new TextDecoder().decode(packed);
+const kit = new Function(`${library}\nreturn $kit;`)();
+const model = await kit.unpackModel(kit.decode(data.block));
+const canvas = document.getElementById("c"), [wide, high] = data.size;
+canvas.style.width = `${wide}px`;
+canvas.style.height = `${high}px`;
+const renderer = new kit.Renderer(canvas, model, { pixelRatio: 1 });
+const local = (place) => place.map((v, k) => v + data.origin[k] - model.origin[k]);
+renderer.setGround(local([0, 0, 0])[2]);
+renderer.setCamera({ eye: local(data.eye), target: local([0, 0, 0]), fov: 45, near: 1 });
+const pixel = new Uint8Array(4);
+let tick = 0;
+globalThis.frames = (count, samples) => {
+  const { gl } = renderer.device, begun = performance.now();
+  let script = 0;
+  renderer.samples = samples;
+  for (let k = 0; k < count; k++) {
+    const turn = 0.6 + 0.004 * tick++;
+    renderer.setLights([{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }]);
+    renderer.draw();
+    script += renderer.statistics.milliseconds;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+  }
+  return [(performance.now() - begun) / count, script / count];
+};
+frames(1, 4);
+globalThis.ready = true;
