@@ -34,8 +34,8 @@ LIGHTS = {
     **LAMPS,
 }
 MODELS = (
-    "delft.city.json", "denhaag.city.json", "engel_house.obj", "urban_block.obj",
-    "vienna_lod2.city.jsonl", "zurich_lod2.city.json",
+    "delft.city.json", "denhaag.city.json", "engel_house.obj", "tokyo_footprints.geojson",
+    "urban_block.obj", "vienna_lod2.city.jsonl", "zurich_lod2.city.json",
 )  # fmt: skip
 CRACKS = 1e-4
 """Largest share of counts that a grid of the rasteriser may lose, and another has."""

@@ -1,6 +1,7 @@
 """Pictures of the renderer in the browser: what is lit, parts, picks, lost contexts."""
 
 import base64
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,44 @@ def test_a_pick_finds_part_place_and_normal(shown):
     assert place == pytest.approx([0, 0, 6], abs=1e-6)
     ground = shown.page.ask("picture.pick(5, 75)")
     assert ground["part"] == -1
+
+
+def read_at(picture, x, y, z):
+    """Give the pixel that shows a place of the scene."""
+    place = (np.array([x, y, z]) - picture.page.ask("model.origin")).tolist()
+    pixels = read_pixels(picture)
+    at = picture.page.ask(f"picture.project({place})")
+    return pixels[round(at["y"]), round(at["x"]), :3].astype(int)
+
+
+def test_a_section_fills_what_it_cuts_of_solids(shown):
+    level = 3.0 - shown.page.ask("model.origin[2]")
+    shown.set("Clip", [0, 0, -1, level])
+    solid = read_at(shown, 0, 0, 3)
+    assert np.abs(solid - [59, 62, 71]).max() <= 3
+    # The plate is cut away whole, and with it what it would fill.
+    assert read_at(shown, 0, 6.5, 3).min() > 90
+    shown.set("Clip", [0, 0, 1, -level])  # from above, what stays hides the cut
+    assert np.abs(read_at(shown, 0, 0, 6) - solid).max() > 60
+    shown.set("Clip", None)
+
+
+def test_glass_is_seen_through_and_casts_as_before(picture, scene):
+    rounded, found, inks = quantise(scene), [], []
+    for opacity in (1.0, 0.3):
+        box_part, plate = scene.parts
+        glass = replace(plate, material=replace(plate.material, opacity=opacity))
+        picture.load(replace(scene, parts=(box_part, glass)), SIZE, samples=1)
+        picture.set("Camera", describe_camera(CAMERA, rounded))
+        picture.set("Lights", [describe_light(SUN, rounded)])
+        picture.set("Ground", float(-rounded.origin[2]))
+        picture.set("Style", {"edges": False})
+        found.append(picture.count())
+        inks.append((read_at(picture, 3, 6.5, 8.5), read_at(picture, 6, -6, 0)))
+    assert np.array_equal(*found)
+    assert np.count_nonzero(found[0]) > 100
+    assert np.abs(inks[0][0] - inks[1][0]).max() > 10  # the plate
+    assert np.abs(inks[0][1] - inks[1][1]).max() == 0  # the ground in the sun
 
 
 def test_a_lost_context_is_restored_and_draws_the_same(shown):

@@ -41,8 +41,10 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {string} poster a picture for browsers without WebGL2
  */
 
-const SPARSE = "The objects stand far apart: the view opens where most of them are; the button with the house shows all.";
-const STATE_DELAY = 400;  // from a change to the address [ms]
+const SPARSE =
+  "The objects stand far apart: the view opens where most of them are; " +
+  "the button with the house shows all.";
+const STATE_DELAY = 400; // from a change to the address [ms]
 let number = 0;
 
 export class App {
@@ -60,21 +62,37 @@ export class App {
     this.told = told;
     const { site } = model;
     this.north = site?.north ?? 0;
-    this.daylight = new Daylight(site && {
-      latitude: site.latitude, longitude: site.longitude, elevation: site.elevation ?? 0, trueNorth: site.north, zone: site.zone,
-    });
+    this.daylight = new Daylight(
+      site && {
+        latitude: site.latitude,
+        longitude: site.longitude,
+        elevation: site.elevation ?? 0,
+        trueNorth: site.north,
+        zone: site.zone,
+      },
+    );
     this.things = listThings(model);
     /** @type {number[]} object of each part */
     this.thingOf = [];
-    this.things.forEach((thing, k) => { for (const part of thing.parts) this.thingOf[part] = k; });
+    this.things.forEach((thing, k) => {
+      for (const part of thing.parts) this.thingOf[part] = k;
+    });
     /** what a first view shows: all, or where most of it stands */
     this.box = findDense(model, this.thingOf) ?? model.bounds;
     this.notes = [...config.notes, ...(this.box === model.bounds ? [] : [SPARSE])];
     const [low, high] = this.box;
     /** level ground, local [m] */
     this.ground = config.ground === null ? null : config.ground - model.origin[2];
-    this.middle = /** @type {Vec3} */ ([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, this.ground ?? low[2]]);
-    this.radius = Math.max(0.58 * Math.max(high[0] - low[0], high[1] - low[1]), high[2] - low[2], 1);
+    this.middle = /** @type {Vec3} */ ([
+      (low[0] + high[0]) / 2,
+      (low[1] + high[1]) / 2,
+      this.ground ?? low[2],
+    ]);
+    this.radius = Math.max(
+      0.58 * Math.max(high[0] - low[0], high[1] - low[1]),
+      high[2] - low[2],
+      1,
+    );
     this.revision = 0;
     this.state = this.#begin();
     this.sun = this.daylight.sun(this.state);
@@ -94,24 +112,42 @@ export class App {
     this.place = makePlacePanel(this);
     const share = makeShare(this);
     const hours = makeHours(this);
-    this.panels = [this.timebar, this.place, this.parts, ...(hours ? [hours] : []), makeMeasure(this),
-      makeSection(this), makeDrawn(this), share];
+    this.panels = [
+      this.timebar,
+      this.place,
+      this.parts,
+      ...(hours ? [hours] : []),
+      makeMeasure(this),
+      makeSection(this),
+      makeDrawn(this),
+      share,
+    ];
     /** @type {Orbit} */
     this.orbit = new Orbit(this.stage.canvas, {
-      viewpoint: this.state.viewpoint, bounds: model.bounds, floor: this.ground, north: this.north,
-      takesWheel: config.takesWheel, columns: () => (this.state.compare === "beside" ? 2 : 1),
+      viewpoint: this.state.viewpoint,
+      bounds: model.bounds,
+      floor: this.ground,
+      north: this.north,
+      takesWheel: config.takesWheel,
+      columns: () => (this.state.compare === "beside" ? 2 : 1),
       find: (x, y) => this.stage.pick(x, y)?.position ?? null,
       tap: (x, y) => this.choose(x, y),
       changed: () => this.set({ viewpoint: this.orbit.viewpoint }),
     });
-    this.frame = makeFrame(this, this.panels.slice(1).map((panel) => panel.element), share.keys);
+    this.frame = makeFrame(
+      this,
+      this.panels.slice(1).map((panel) => panel.element),
+      share.keys,
+    );
     this.stage.renderer.setGround(this.ground);
     this.#layHours();
-    if (!this.#linked && config.isFramed) this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
+    if (!this.#linked && config.isFramed)
+      this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
-    if (config.hasLink) addEventListener("hashchange", () => this.#follow(location.hash), { signal });
+    if (config.hasLink)
+      addEventListener("hashchange", () => this.#follow(location.hash), { signal });
     this.watch = new ResizeObserver(() => this.redraw());
     this.watch.observe(this.stage.canvas);
     this.redraw();
@@ -122,16 +158,40 @@ export class App {
    * @returns {State}
    */
   #begin() {
-    const { view, proposed, hasLink } = this.config, { origin, parts } = this.model;
-    const given = view.viewpoint, target = /** @type {Vec3} */ (given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k]));
+    const { view, proposed, hasLink } = this.config,
+      { origin, parts } = this.model;
+    const given = view.viewpoint,
+      target = /** @type {Vec3} */ (
+        given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
+      );
     /** @type {Map<number, import('./state.js').Standing>} */
     const standing = new Map(proposed.map((part) => [this.thingOf[part], "proposed"]));
     const start = /** @type {State} */ ({
-      viewpoint: { target, heading: given.heading, tilt: given.tilt, distance: given.distance, fov: given.fov },
-      date: isDate(view.sun.date) ? view.sun.date : "2026-03-21", minutes: view.sun.minutes, share: 0,
-      azimuth: view.sun.azimuth, altitude: view.sun.altitude, standing, compare: standing.size ? "swipe" : "after", swipe: 0.5,
-      place: null, tool: "choose", distances: [], begun: null, section: null, hasPath: true,
-      hasCompass: true, hasHours: this.config.hours !== null, hasEdges: true, playing: null,
+      viewpoint: {
+        target,
+        heading: given.heading,
+        tilt: given.tilt,
+        distance: given.distance,
+        fov: given.fov,
+      },
+      date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",
+      minutes: view.sun.minutes,
+      share: 0,
+      azimuth: view.sun.azimuth,
+      altitude: view.sun.altitude,
+      standing,
+      compare: standing.size ? "swipe" : "after",
+      swipe: 0.5,
+      place: null,
+      tool: "choose",
+      distances: [],
+      begun: null,
+      section: null,
+      hasPath: true,
+      hasCompass: true,
+      hasHours: this.config.hours !== null,
+      hasEdges: true,
+      playing: null,
     });
     const link = (hasLink && location.hash) || view.page || "";
     const linked = fromLink(link, origin, this.things.length, parts.length);
@@ -150,7 +210,11 @@ export class App {
 
   /** When the picture becomes narrower or wider, as much of the model stays in it. */
   #fitAspect() {
-    const { aspect, state: { viewpoint } } = this, was = this.framedAspect;
+    const {
+        aspect,
+        state: { viewpoint },
+      } = this,
+      was = this.framedAspect;
     this.framedAspect = aspect;
     if (!was || Math.abs(aspect / was - 1) < 1e-3) return;
     const [before, after] = [was, aspect].map((one) => frame(viewpoint, this.box, one).distance);
@@ -166,8 +230,12 @@ export class App {
   set(some) {
     const { state } = this;
     this.state = { ...state, ...some };
-    if (some.standing || some.compare) { this.revision++; this.#findParts(); }
-    if (some.standing && !this.hasChanges && this.state.compare !== "after") this.state.compare = "after";
+    if (some.standing || some.compare) {
+      this.revision++;
+      this.#findParts();
+    }
+    if (some.standing && !this.hasChanges && this.state.compare !== "after")
+      this.state.compare = "after";
     if (some.section !== undefined) this.plane = findPlane(this, this.state);
     if (some.hasHours !== undefined && some.hasHours !== state.hasHours) this.#layHours();
     this.sun = this.daylight.sun(this.state);
@@ -196,19 +264,25 @@ export class App {
     if (!this.config.hasLink) return;
     clearTimeout(this.saving);
     this.saving = setTimeout(() => {
-      if (!this.state.playing) history.replaceState(null, "", `#${toLink(this.state, this.model.origin)}`);
+      if (!this.state.playing)
+        history.replaceState(null, "", `#${toLink(this.state, this.model.origin)}`);
     }, STATE_DELAY);
   }
 
   saving = 0;
 
   #findParts() {
-    const { standing } = this.state, count = this.model.parts.length;
+    const { standing } = this.state,
+      count = this.model.parts.length;
     const { no_cast: silent = [] } = this.config.view;
     for (const state of /** @type {const} */ (["before", "after"])) {
       const seen = findShown(this.things, standing, state === "after", count);
       this.seen[state] = seen;
-      this[state] = silent.length ? (seen ?? new Uint8Array(count).fill(1)).map((one, part) => (silent.includes(part) ? 0 : one)) : seen;
+      this[state] = silent.length
+        ? (seen ?? new Uint8Array(count).fill(1)).map((one, part) =>
+            silent.includes(part) ? 0 : one,
+          )
+        : seen;
     }
     this.hasChanges = [...standing.values()].some((one) => one === "proposed" || one === "removed");
   }
@@ -220,7 +294,12 @@ export class App {
   isLit(isAfter) {
     const { place } = this.state;
     if (!place || this.sun.altitude <= 0) return null;
-    return isLit(this.model, place, /** @type {Vec3} */ (this.sun.direction), isAfter ? this.after : this.before);
+    return isLit(
+      this.model,
+      place,
+      /** @type {Vec3} */ (this.sun.direction),
+      isAfter ? this.after : this.before,
+    );
   }
 
   /**
@@ -230,7 +309,8 @@ export class App {
    * @param {ArrayLike<number | boolean> | null} parts that cast; null: all
    */
   findSunlight(place, date, parts) {
-    const { site } = this.daylight, day = this.daylight.day(date);
+    const { site } = this.daylight,
+      day = this.daylight.day(date);
     return site && day ? findSunlight(this.model, site, day, place, parts) : null;
   }
 
@@ -253,8 +333,12 @@ export class App {
    * @param {number} x @param {number} y
    */
   choose(x, y) {
-    const place = this.stage.pick(x, y), { state } = this;
-    if (state.tool !== "measure") { this.set({ place }); return; }
+    const place = this.stage.pick(x, y),
+      { state } = this;
+    if (state.tool !== "measure") {
+      this.set({ place });
+      return;
+    }
     if (!place) return;
     if (!state.begun) this.set({ begun: place.position });
     else this.set({ begun: null, distances: [...state.distances, [state.begun, place.position]] });
@@ -267,9 +351,19 @@ export class App {
 
   /** Title, date, time and sun in one line. */
   tellView() {
-    const { state, sun, config } = this, { site } = this.daylight;
-    const when = site ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}` : "";
-    return [config.title, when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`, "umbra"].filter(Boolean).join(" · ");
+    const { state, sun, config } = this,
+      { site } = this.daylight;
+    const when = site
+      ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
+      : "";
+    return [
+      config.title,
+      when,
+      `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`,
+      "umbra",
+    ]
+      .filter(Boolean)
+      .join(" · ");
   }
 
   dispose() {
@@ -285,7 +379,8 @@ export class App {
   /** @param {KeyboardEvent} event */
   #key(event) {
     const { wide, high } = this.stage.size;
-    if (event.key === "Enter") this.choose(this.state.compare === "beside" ? (3 * wide) / 4 : wide / 2, high / 2);
+    if (event.key === "Enter")
+      this.choose(this.state.compare === "beside" ? (3 * wide) / 4 : wide / 2, high / 2);
     else if (event.key === "Escape") this.set({ begun: null, tool: "choose" });
     else if (event.key === "f" && this.state.place) this.orbit.goTo(this.state.place.position);
     else if (event.key === " ") this.set({ playing: this.state.playing ? null : "day" });
@@ -303,7 +398,8 @@ export class App {
   }
 
   async #layHours() {
-    const { hours } = this.config, isShown = () => hours && this.state.hasHours;
+    const { hours } = this.config,
+      isShown = () => hours && this.state.hasHours;
     const overlay = hours && isShown() ? await layHours(hours, this.model) : null;
     if (overlay && !isShown()) return;
     this.stage.renderer.setOverlay(overlay);
@@ -325,9 +421,20 @@ export const mount = async (root, block, config, told) => {
     return new App(root, await unpackModel(block), config, told);
   } catch (error) {
     const words = error instanceof Error ? error.message : String(error);
-    fill(root, el("div", { class: "missing" }, el("h1", {}, config.title),
-      config.poster && el("img", { src: config.poster, alt: `${config.title}: a picture of the model with its shadows` }),
-      el("p", { role: "alert" }, `The model cannot be moved in this browser: ${words}`)));
+    fill(
+      root,
+      el(
+        "div",
+        { class: "missing" },
+        el("h1", {}, config.title),
+        config.poster &&
+          el("img", {
+            src: config.poster,
+            alt: `${config.title}: a picture of the model with its shadows`,
+          }),
+        el("p", { role: "alert" }, `The model cannot be moved in this browser: ${words}`),
+      ),
+    );
     return null;
   }
 };

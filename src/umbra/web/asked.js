@@ -1,8 +1,8 @@
 // What one asks of a picture: what is seen at a place, and how many volumes hold each pixel.
 
-import { Target } from './device.js';
-import { findUniforms } from './uniforms.js';
-import { dot, move, scale } from './vectors.js';
+import { Target } from "./device.js";
+import { findUniforms } from "./uniforms.js";
+import { dot, move, scale } from "./vectors.js";
 
 /** @typedef {import('./renderer.js').Renderer} Renderer */
 /** @typedef {import('./types.js').Hit} Hit */
@@ -39,7 +39,12 @@ export function pickPlace(renderer, x, y) {
     return { part, face, position, normal };
   }
   if (!(reach > nearest && reach < Infinity)) return null;
-  return { part: -1, face: -1, position: move(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
+  return {
+    part: -1,
+    face: -1,
+    position: move(from, towards, reach),
+    normal: [0, 0, towards[2] < 0 ? 1 : -1],
+  };
 }
 
 /**
@@ -67,7 +72,8 @@ export function readCounts(renderer, light, times) {
   gl.viewport(0, 0, columns, rows);
   renderer.clear();
   passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
-  if (stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip))) stage.listLit();
+  if (stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip)))
+    stage.listLit();
   stage.shadows.count(sight, common);
   const bytes = passes.readStencil(columns, rows);
   target.delete();

@@ -10,8 +10,15 @@ const findFormat = (zone) => {
   let format = formats.get(zone);
   if (!format) {
     format = new Intl.DateTimeFormat("en-GB-u-ca-gregory-nu-latn", {
-      timeZone: zone, hourCycle: "h23", era: "narrow", year: "numeric", month: "2-digit",
-      day: "2-digit", hour: "2-digit", minute: "2-digit", second: "2-digit",
+      timeZone: zone,
+      hourCycle: "h23",
+      era: "narrow",
+      year: "numeric",
+      month: "2-digit",
+      day: "2-digit",
+      hour: "2-digit",
+      minute: "2-digit",
+      second: "2-digit",
     });
     formats.set(zone, format);
   }

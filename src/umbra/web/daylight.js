@@ -25,8 +25,8 @@ import { RIM, findCrossings, findSun, makeDirection } from "./sun.js";
  * @property {Sun[]} path every ten minutes
  */
 
-const STEP = 600000;  // of a path [ms]
-const MOST = 40;  // days that are kept
+const STEP = 600000; // of a path [ms]
+const MOST = 40; // days that are kept
 
 export class Daylight {
   /** @param {Site | null} site */
@@ -56,7 +56,8 @@ export class Daylight {
     const now = findSun(this.site, this.instant(when));
     if (!when.share) return now;
     // Between two dates at the same clock time the sun glides.
-    const next = findSun(this.site, this.instant({ ...when, date: addDays(when.date, 1) })), t = when.share;
+    const next = findSun(this.site, this.instant({ ...when, date: addDays(when.date, 1) })),
+      t = when.share;
     const around = ((next.azimuth - now.azimuth + 540) % 360) - 180;
     const altitude = now.altitude + (next.altitude - now.altitude) * t;
     const azimuth = (now.azimuth + around * t + 360) % 360;
@@ -87,24 +88,35 @@ export class Daylight {
  * @returns {Day}
  */
 const findDay = (site, date) => {
-  const begin = findInstant(site.zone, date, 0), end = findInstant(site.zone, date, 1440);
+  const begin = findInstant(site.zone, date, 0),
+    end = findInstant(site.zone, date, 1440);
   const edges = findCrossings(site, begin, end, RIM);
-  const rises = edges.filter((edge) => edge.isRise), sets = edges.filter((edge) => !edge.isRise);
+  const rises = edges.filter((edge) => edge.isRise),
+    sets = edges.filter((edge) => !edge.isRise);
   /** @type {[number, number][]} */
   const up = [];
   let since = findSun(site, begin).altitude > 0 ? begin : null;
   for (const { instant, isRise } of findCrossings(site, begin, end)) {
     if (isRise) since = instant;
-    else if (since !== null) { up.push([since, instant]); since = null; }
+    else if (since !== null) {
+      up.push([since, instant]);
+      since = null;
+    }
   }
   if (since !== null) up.push([since, end]);
-  const hours = [], path = [];
+  const hours = [],
+    path = [];
   for (let hour = 0; hour < 24; hour++) {
     hours.push({ minutes: hour * 60, sun: findSun(site, findInstant(site.zone, date, hour * 60)) });
   }
   for (let at = begin; at <= end; at += STEP) path.push(findSun(site, at));
   return {
-    date, begin, end, hours, path, up,
+    date,
+    begin,
+    end,
+    hours,
+    path,
+    up,
     rise: rises.length ? rises[0].instant : null,
     set: sets.length ? sets[sets.length - 1].instant : null,
   };

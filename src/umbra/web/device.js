@@ -11,25 +11,26 @@ export class Device {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     const gl = /** @type {WebGL2RenderingContext | null} */ (
-      canvas.getContext('webgl2', {
+      canvas.getContext("webgl2", {
         alpha: true,
         antialias: false,
         depth: false,
         stencil: false,
         premultipliedAlpha: true,
-        powerPreference: 'high-performance',
+        powerPreference: "high-performance",
       })
     );
     if (!gl) {
       throw new WebGLMissing(
-        'this browser gives no WebGL2 context; turn on hardware acceleration, or use another browser',
+        "this browser gives no WebGL2 context; turn on hardware acceleration, " +
+          "or use another browser",
       );
     }
     this.gl = gl;
     /** Depth from 1 at the near plane to 0 at infinity, in 32 bits: as fine far away as near. */
     this.reverses = false;
     /** @type {any} */
-    const control = gl.getExtension('EXT_clip_control');
+    const control = gl.getExtension("EXT_clip_control");
     if (control) {
       control.clipControlEXT(control.LOWER_LEFT_EXT, control.ZERO_TO_ONE_EXT);
       this.reverses = true;
@@ -99,7 +100,10 @@ class Program {
   constructor(gl, source) {
     const program = /** @type {WebGLProgram} */ (gl.createProgram());
     /** @type {[number, string][]} */
-    const stages = [[gl.VERTEX_SHADER, source.vertex], [gl.FRAGMENT_SHADER, source.fragment]];
+    const stages = [
+      [gl.VERTEX_SHADER, source.vertex],
+      [gl.FRAGMENT_SHADER, source.fragment],
+    ];
     for (const [kind, text] of stages) {
       const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
       gl.shaderSource(shader, text);
@@ -165,7 +169,13 @@ export class Target {
     this.samples = samples > 1 ? Math.min(samples, most) : 0;
     this.depth = gl.createRenderbuffer();
     gl.bindRenderbuffer(gl.RENDERBUFFER, this.depth);
-    gl.renderbufferStorageMultisample(gl.RENDERBUFFER, this.samples, gl.DEPTH32F_STENCIL8, columns, rows);
+    gl.renderbufferStorageMultisample(
+      gl.RENDERBUFFER,
+      this.samples,
+      gl.DEPTH32F_STENCIL8,
+      columns,
+      rows,
+    );
     this.texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texStorage2D(gl.TEXTURE_2D, 1, format, columns, rows);
@@ -173,7 +183,12 @@ export class Target {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     this.frame = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
-    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_STENCIL_ATTACHMENT, gl.RENDERBUFFER, this.depth);
+    gl.framebufferRenderbuffer(
+      gl.FRAMEBUFFER,
+      gl.DEPTH_STENCIL_ATTACHMENT,
+      gl.RENDERBUFFER,
+      this.depth,
+    );
     /** @type {WebGLRenderbuffer | null} */
     this.color = null;
     /** @type {WebGLFramebuffer | null} */
@@ -196,7 +211,10 @@ export class Target {
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.frame);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
     gl.blitFramebuffer(0, 0, columns, rows, 0, 0, columns, rows, gl.COLOR_BUFFER_BIT, gl.NEAREST);
-    gl.invalidateFramebuffer(gl.READ_FRAMEBUFFER, [gl.COLOR_ATTACHMENT0, gl.DEPTH_STENCIL_ATTACHMENT]);
+    gl.invalidateFramebuffer(gl.READ_FRAMEBUFFER, [
+      gl.COLOR_ATTACHMENT0,
+      gl.DEPTH_STENCIL_ATTACHMENT,
+    ]);
   }
 
   delete() {

@@ -16,7 +16,8 @@ export const el = (tag, attributes = {}, ...children) => {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+    if (name.startsWith("on"))
+      made.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
     else made.setAttribute(name, value === true ? "" : String(value));
   }
   fill(made, ...children);
@@ -29,7 +30,9 @@ export const el = (tag, attributes = {}, ...children) => {
  * @param {...Child} children
  */
 export const fill = (element, ...children) => {
-  const shown = children.filter((child) => child !== null && child !== false && child !== undefined);
+  const shown = children.filter(
+    (child) => child !== null && child !== false && child !== undefined,
+  );
   element.replaceChildren(...shown.map((child) => (child instanceof Node ? child : String(child))));
 };
 
@@ -49,7 +52,8 @@ const PATHS = {
  * @param {...keyof typeof PATHS} names one shape each
  */
 export const icon = (...names) => {
-  const space = "http://www.w3.org/2000/svg", svg = document.createElementNS(space, "svg");
+  const space = "http://www.w3.org/2000/svg",
+    svg = document.createElementNS(space, "svg");
   svg.setAttribute("viewBox", "0 0 20 20");
   svg.setAttribute("aria-hidden", "true");
   for (const name of names) {
@@ -70,7 +74,10 @@ export const icon = (...names) => {
  */
 export const slider = (label, range, act, tell) => {
   const input = el("input", {
-    type: "range", ...range, "aria-label": label, "aria-valuetext": tell(range.value),
+    type: "range",
+    ...range,
+    "aria-label": label,
+    "aria-valuetext": tell(range.value),
     oninput: () => act(Number(input.value)),
   });
   const set = (/** @type {number} */ value) => {

@@ -12,26 +12,66 @@ import { el, fill, icon } from "./dom.js";
  */
 export const makeFrame = (app, panels, keys) => {
   const { config, orbit, stage } = app;
-  const button = (/** @type {string} */ words, /** @type {Parameters<typeof icon>} */ names, /** @type {() => void} */ act) =>
-    el("button", { type: "button", "aria-label": words, title: words, onclick: act }, icon(...names));
-  const compass = button("North up", ["needle", "tail"], () => orbit.look(app.north, app.state.viewpoint.tilt));
+  const button = (
+    /** @type {string} */ words,
+    /** @type {Parameters<typeof icon>} */ names,
+    /** @type {() => void} */ act,
+  ) =>
+    el(
+      "button",
+      { type: "button", "aria-label": words, title: words, onclick: act },
+      icon(...names),
+    );
+  const compass = button("North up", ["needle", "tail"], () =>
+    orbit.look(app.north, app.state.viewpoint.tilt),
+  );
   compass.classList.add("compass");
-  const views = el("div", { class: "views", role: "group", "aria-label": "View" }, compass,
-    button("Nearer", ["plus"], () => orbit.approach(1.4)), button("Farther", ["minus"], () => orbit.approach(1 / 1.4)),
-    button("The whole model", ["home"], () => orbit.showAll()), button("From above", ["above"], () => orbit.look(app.north, -89.9)));
-  const sides = el("div", { class: "sides", "aria-hidden": "true" }, el("span", {}, "Before"), el("span", {}, "After"));
-  const title = el("header", { class: "title" }, el("h1", {}, config.title), config.subtitle && el("p", {}, config.subtitle));
+  const views = el(
+    "div",
+    { class: "views", role: "group", "aria-label": "View" },
+    compass,
+    button("Nearer", ["plus"], () => orbit.approach(1.4)),
+    button("Farther", ["minus"], () => orbit.approach(1 / 1.4)),
+    button("The whole model", ["home"], () => orbit.showAll()),
+    button("From above", ["above"], () => orbit.look(app.north, -89.9)),
+  );
+  const sides = el(
+    "div",
+    { class: "sides", "aria-hidden": "true" },
+    el("span", {}, "Before"),
+    el("span", {}, "After"),
+  );
+  const title = el(
+    "header",
+    { class: "title" },
+    el("h1", {}, config.title),
+    config.subtitle && el("p", {}, config.subtitle),
+  );
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
   picture.append(swipe, views);
-  const notes = app.notes.length > 0
-    && el("details", {}, el("summary", {}, "Notes on the model"), el("ul", { class: "notes" }, ...app.notes.map((note) => el("li", {}, note))));
-  const panel = el("aside", { class: "panel", "aria-label": "Tools" }, title, ...panels, keys, notes);
+  const notes =
+    app.notes.length > 0 &&
+    el(
+      "details",
+      {},
+      el("summary", {}, "Notes on the model"),
+      el("ul", { class: "notes" }, ...app.notes.map((note) => el("li", {}, note))),
+    );
+  const panel = el(
+    "aside",
+    { class: "panel", "aria-label": "Tools" },
+    title,
+    ...panels,
+    keys,
+    notes,
+  );
   fill(app.root, el("div", { class: "frame" }, picture, app.timebar.element, panel));
 
   /** @param {State} state */
   const update = (state) => {
-    const isSwipe = state.compare === "swipe", isBeside = state.compare === "beside";
+    const isSwipe = state.compare === "swipe",
+      isBeside = state.compare === "beside";
     swipe.hidden = !isSwipe;
     swipe.style.left = `${100 * state.swipe}%`;
     swipe.setAttribute("aria-valuenow", String(Math.round(100 * state.swipe)));
@@ -39,7 +79,10 @@ export const makeFrame = (app, panels, keys) => {
     sides.classList.toggle("beside", isBeside);
     sides.style.setProperty("--at", `${isSwipe ? 100 * state.swipe : 50}%`);
     picture.classList.toggle("measures", state.tool === "measure");
-    compass.firstElementChild?.setAttribute("transform", `rotate(${(app.north - state.viewpoint.heading).toFixed(1)})`);
+    compass.firstElementChild?.setAttribute(
+      "transform",
+      `rotate(${(app.north - state.viewpoint.heading).toFixed(1)})`,
+    );
   };
   return { update };
 };
@@ -51,10 +94,16 @@ export const makeFrame = (app, panels, keys) => {
  */
 const makeSwipe = (app, picture) => {
   const handle = el("div", {
-    class: "swipe", role: "slider", tabindex: 0, "aria-label": "Before and after", "aria-valuemin": 0, "aria-valuemax": 100,
+    class: "swipe",
+    role: "slider",
+    tabindex: 0,
+    "aria-label": "Before and after",
+    "aria-valuemin": 0,
+    "aria-valuemax": 100,
     "aria-orientation": "horizontal",
   });
-  const put = (/** @type {number} */ swipe) => app.set({ swipe: Math.max(0.02, Math.min(0.98, swipe)) });
+  const put = (/** @type {number} */ swipe) =>
+    app.set({ swipe: Math.max(0.02, Math.min(0.98, swipe)) });
   handle.addEventListener("pointerdown", (event) => handle.setPointerCapture(event.pointerId));
   handle.addEventListener("pointermove", (event) => {
     if (!handle.hasPointerCapture(event.pointerId)) return;

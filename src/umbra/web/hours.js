@@ -42,17 +42,26 @@ export const layHours = async ({ ramp, plan, samples }, model) => {
     const image = new Image();
     image.src = plan.image;
     await image.decode();
-    const { extent: [west, south, east, north], onModel } = plan, [x, y] = model.origin;
-    return { plan: { image, extent: [west - x, south - y, east - x, north - y], onModel }, shaded: false };
+    const {
+        extent: [west, south, east, north],
+        onModel,
+      } = plan,
+      [x, y] = model.origin;
+    return {
+      plan: { image, extent: [west - x, south - y, east - x, north - y], onModel },
+      shaded: false,
+    };
   }
   if (!samples) return {};
   const levels = new Uint8Array(await inflate(samples.levels));
   const palette = Uint32Array.from({ length: CLEAR + 1 }, (_, level) =>
-    (level === CLEAR ? 0 : packColor(...blend(ramp, level / (CLEAR - 1)))));
+    level === CLEAR ? 0 : packColor(...blend(ramp, level / (CLEAR - 1))),
+  );
   const colors = Uint32Array.from(levels, (level) => palette[level]);
   if ("points" in samples) {
     const positions = new Float32Array(await inflate(samples.points));
-    for (let i = 0; i < positions.length; i++) positions[i] += samples.origin[i % 3] - model.origin[i % 3];
+    for (let i = 0; i < positions.length; i++)
+      positions[i] += samples.origin[i % 3] - model.origin[i % 3];
     const size = DISC * Math.min(window.devicePixelRatio || 1, 3);
     return { dots: { positions, colors: new Uint8Array(colors.buffer), size } };
   }
@@ -68,7 +77,8 @@ export const layHours = async ({ ramp, plan, samples }, model) => {
  * @returns {[number, number, number]}
  */
 const blend = (ramp, share) => {
-  const at = share * (ramp.length - 1), low = Math.min(Math.floor(at), ramp.length - 2);
+  const at = share * (ramp.length - 1),
+    low = Math.min(Math.floor(at), ramp.length - 2);
   const mix = (/** @type {number} */ k) =>
     Math.round(ramp[low][k] + (ramp[low + 1][k] - ramp[low][k]) * (at - low));
   return [mix(0), mix(1), mix(2)];

@@ -1,14 +1,15 @@
 // A model as Python packed it (pack.py), unpacked for drawing and for rays.
 
-import { BLOCK, makeBoxes, widen } from './boxes.js';
-import { traceRay } from './trace.js';
+import { BLOCK, makeBoxes, widen } from "./boxes.js";
+import { traceRay } from "./trace.js";
 
 /** @typedef {import('./types.js').Part} Part */
 /** @typedef {import('./types.js').Vec3} Vec3 */
 
 /**
  * A place on earth: degrees, IANA zone, true north's azimuth in the model's plan, metres.
- * @typedef {{latitude: number, longitude: number, zone: string, north: number, elevation: number}} Site
+ * @typedef {{latitude: number, longitude: number, zone: string, north: number, elevation: number}}
+ *   Site
  */
 
 /**
@@ -18,7 +19,8 @@ import { traceRay } from './trace.js';
  * @property {Vec3} origin
  * @property {number | null} ground
  * @property {Site | null} site
- * @property {[string, string, string, string, Vec3, number][]} parts name, kind, layer, label, linear
+ * @property {[string, string, string, string, Vec3, number][]} parts name, kind, layer, label,
+ *   linear
  *   RGB, opacity
  * @property {[string, number, number, boolean][]} streams name, count, bytes of each, differences
  */
@@ -32,7 +34,7 @@ const VERSION = 2;
  */
 export async function unpackModel(block) {
   const inflated = new Response(
-    new Blob([block]).stream().pipeThrough(new DecompressionStream('deflate')),
+    new Blob([block]).stream().pipeThrough(new DecompressionStream("deflate")),
   );
   const bytes = new Uint8Array(await inflated.arrayBuffer());
   const size = new DataView(bytes.buffer).getUint32(0, true);
@@ -46,7 +48,7 @@ export async function unpackModel(block) {
   let at = 4 + size;
   for (const [name, count, width, differs] of header.streams) {
     streams[name] = readIntegers(bytes, at, count, width);
-    if (name === 'places') addUp(streams[name], count / 3, 3);
+    if (name === "places") addUp(streams[name], count / 3, 3);
     else if (differs) addUp(streams[name], count, 1);
     at += count * width;
   }
@@ -145,7 +147,8 @@ export class Model {
     /** Block k owns the faces from blockFaces[k] to blockFaces[k + 1]. */
     this.blockFaces = new Uint32Array(this.blockStarts[this.shellCount] + 1).fill(faceCount);
     for (let f = 0; f < faceCount; f++) {
-      const block = this.blockStarts[shell[f]] + Math.floor((f - this.faceStarts[shell[f]]) / BLOCK);
+      const block =
+        this.blockStarts[shell[f]] + Math.floor((f - this.faceStarts[shell[f]]) / BLOCK);
       if (f < this.blockFaces[block]) this.blockFaces[block] = f;
       for (let corner = 0; corner < 3; corner++) {
         widen(this.blocks, block, places, faces[3 * f + corner]);
@@ -156,7 +159,10 @@ export class Model {
     for (let i = 0; i < places.length / 3; i++) widen(whole, 0, places, i);
     const [x, y, z, right, back, top] = whole;
     /** @type {[Vec3, Vec3]} lowest and highest corner [m] */
-    this.bounds = [[x, y, z], [right, back, top]];
+    this.bounds = [
+      [x, y, z],
+      [right, back, top],
+    ];
   }
 
   /**

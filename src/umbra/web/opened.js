@@ -3,8 +3,8 @@
 // Lit faces alone determine the count only where a visible point is inside a closed component as
 // often as the light is. That can fail only for components that hold a lamp or are wound inward.
 
-import { isThrough, visitFaces } from './trace.js';
-import { dot } from './vectors.js';
+import { isThrough, visitFaces } from "./trace.js";
+import { dot } from "./vectors.js";
 
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */
@@ -51,7 +51,9 @@ function findSuspects({ model, isClosed }, light) {
   const { shells, shellCount, faceStarts, faceComponent, isInward } = model;
   const isInside = (/** @type {number} */ shell) =>
     light[3] !== 0 &&
-    [0, 1, 2].every((k) => light[k] >= shells[6 * shell + k] && light[k] <= shells[6 * shell + 3 + k]);
+    [0, 1, 2].every(
+      (k) => light[k] >= shells[6 * shell + k] && light[k] <= shells[6 * shell + 3 + k],
+    );
   if (!light[3] && !isInward.includes(1)) return null;
   const asked = new Uint8Array(shellCount);
   const components = new Uint8Array(isClosed.length);
@@ -77,14 +79,21 @@ function findSuspects({ model, isClosed }, light) {
 function countThrough(model, shells, from, towards, reach) {
   const { faceCount, planes, faceComponent, isClosed } = model;
   const net = new Int32Array(isClosed.length);
-  visitFaces(model, shells, from, towards, () => reach, (f) => {
-    const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
-    const fall = dot(normal, towards);
-    const distance = -(dot(normal, from) + planes[3 * faceCount + f]) / fall;
-    if (distance > 0 && distance < reach && isThrough(model, f, from, towards)) {
-      net[faceComponent[f]] += Math.sign(fall);
-    }
-  });
+  visitFaces(
+    model,
+    shells,
+    from,
+    towards,
+    () => reach,
+    (f) => {
+      const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
+      const fall = dot(normal, towards);
+      const distance = -(dot(normal, from) + planes[3 * faceCount + f]) / fall;
+      if (distance > 0 && distance < reach && isThrough(model, f, from, towards)) {
+        net[faceComponent[f]] += Math.sign(fall);
+      }
+    },
+  );
   return net;
 }
 

@@ -23,17 +23,24 @@ import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./vi
  * @property {boolean} [takesWheel] whether the wheel zooms without Ctrl and without focus
  */
 
-const TURN = 0.3;  // [degrees a pixel]
-const DRAG = 5;  // pixels that make a click a drag
-const NEAREST = 0.5, FARTHEST = 40;  // distances [m], and in sizes of the model
-const GLIDE = 350;  // [ms]
-const CLEAR = 0.5;  // of the eye above the floor [m]
+const TURN = 0.3; // [degrees a pixel]
+const DRAG = 5; // pixels that make a click a drag
+const NEAREST = 0.5,
+  FARTHEST = 40; // distances [m], and in sizes of the model
+const GLIDE = 350; // [ms]
+const CLEAR = 0.5; // of the eye above the floor [m]
 
 /** The keys, and what each does, for the help. */
 export const KEYS = [
-  ["Arrow keys", "turn"], ["Shift + arrow keys", "move"], ["+  −", "nearer, farther"],
-  ["N", "north up"], ["T or 7", "from above"], ["1, 3", "from the south, from the east"],
-  ["Home or 0", "the whole model"], ["F", "to the chosen place"], ["Enter", "choose the place in the middle"],
+  ["Arrow keys", "turn"],
+  ["Shift + arrow keys", "move"],
+  ["+  −", "nearer, farther"],
+  ["N", "north up"],
+  ["T or 7", "from above"],
+  ["1, 3", "from the south, from the east"],
+  ["Home or 0", "the whole model"],
+  ["F", "to the chosen place"],
+  ["Enter", "choose the place in the middle"],
 ];
 
 export class Orbit {
@@ -82,9 +89,11 @@ export class Orbit {
   glide(viewpoint) {
     cancelAnimationFrame(this.gliding);
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) return this.set(viewpoint);
-    const from = this.viewpoint, start = performance.now();
+    const from = this.viewpoint,
+      start = performance.now();
     const step = (/** @type {number} */ now) => {
-      const t = Math.max(0, Math.min(1, (now - start) / GLIDE)), eased = t * t * (3 - 2 * t);
+      const t = Math.max(0, Math.min(1, (now - start) / GLIDE)),
+        eased = t * t * (3 - 2 * t);
       this.set(blend(from, viewpoint, eased));
       if (t < 1) this.gliding = requestAnimationFrame(step);
     };
@@ -115,7 +124,11 @@ export class Orbit {
    */
   goTo(place) {
     const size = Math.max(measure(...this.options.bounds), 1);
-    this.glide({ ...this.viewpoint, target: place, distance: Math.min(this.viewpoint.distance, size / 6) });
+    this.glide({
+      ...this.viewpoint,
+      target: place,
+      distance: Math.min(this.viewpoint.distance, size / 6),
+    });
   }
 
   dispose() {
@@ -130,7 +143,8 @@ export class Orbit {
 
   /** Keep the eye above the floor by tilting the view. */
   #stayAbove() {
-    const { floor } = this.options, view = this.viewpoint;
+    const { floor } = this.options,
+      view = this.viewpoint;
     if (floor === null || findEye(view)[2] >= floor + CLEAR) return;
     if (view.target[2] < floor) view.target = [view.target[0], view.target[1], floor];
     const sine = (view.target[2] - floor - CLEAR) / view.distance;
@@ -142,24 +156,32 @@ export class Orbit {
    * @param {number} x @param {number} y @returns {Vec3}
    */
   #findHold(x, y) {
-    return this.options.find(x, y) ?? move(findEye(this.viewpoint), this.#ray(x, y), this.viewpoint.distance);
+    return (
+      this.options.find(x, y) ??
+      move(findEye(this.viewpoint), this.#ray(x, y), this.viewpoint.distance)
+    );
   }
 
   /** @param {number} x @param {number} y of the element */
   #ray(x, y) {
     const { clientWidth, clientHeight: high } = this.element;
-    const wide = clientWidth / this.options.columns(), across = (((x % wide) + wide) % wide) / wide;
+    const wide = clientWidth / this.options.columns(),
+      across = (((x % wide) + wide) % wide) / wide;
     return findRay(this.viewpoint, 2 * across - 1, 1 - (2 * y) / high, wide / high);
   }
 
   /**
-   * Let the place that is held follow the pointer: level where one looks down, else in the picture's plane.
+   * Let the place that is held follow the pointer: level where one looks down, else in the
+   * picture's plane.
    * @param {number} x @param {number} y @param {number} dx @param {number} dy
    */
   #follow(x, y, dx, dy) {
-    const eye = findEye(this.viewpoint), ray = this.#ray(x, y), held = this.held;
+    const eye = findEye(this.viewpoint),
+      ray = this.#ray(x, y),
+      held = this.held;
     const t = held ? (held[2] - eye[2]) / ray[2] : -1;
-    const is = move(eye, ray, t), far = 4 * this.viewpoint.distance;
+    const is = move(eye, ray, t),
+      far = 4 * this.viewpoint.distance;
     if (held && this.viewpoint.tilt < -12 && t > 0 && measure(is, held) < far) {
       this.set({ ...this.viewpoint, target: move(this.viewpoint.target, move(held, is, -1)) });
     } else {
@@ -198,20 +220,26 @@ export class Orbit {
   /** Distance and direction between two fingers. */
   #spread() {
     const [a, b] = [...this.fingers.values()];
-    return { apart: Math.hypot(a.x - b.x, a.y - b.y) || 1, angle: Math.atan2(b.y - a.y, b.x - a.x) };
+    return {
+      apart: Math.hypot(a.x - b.x, a.y - b.y) || 1,
+      angle: Math.atan2(b.y - a.y, b.x - a.x),
+    };
   }
 
   /** @param {PointerEvent} event */
   #drag(event) {
     const was = this.fingers.get(event.pointerId);
     if (!was) return;
-    const at = this.#at(event), dx = at.x - was.x, dy = at.y - was.y;
+    const at = this.#at(event),
+      dx = at.x - was.x,
+      dy = at.y - was.y;
     const before = this.fingers.size === 2 ? this.#spread() : null;
     this.fingers.set(event.pointerId, at);
     this.dragged += Math.hypot(dx, dy);
     if (this.dragged < DRAG) return;
     if (before && this.held) {
-      const after = this.#spread(), { x, y } = this.#middle();
+      const after = this.#spread(),
+        { x, y } = this.#middle();
       const twist = (after.angle - before.angle) * (180 / Math.PI);
       const view = turnAbout(this.viewpoint, ((twist + 540) % 360) - 180, 0, this.held);
       this.set(zoom(view, after.apart / before.apart, this.held));
@@ -219,14 +247,18 @@ export class Orbit {
     } else if (this.fingers.size === 1) {
       if (event.buttons & 4 && event.ctrlKey) this.set(zoom(this.viewpoint, Math.exp(-dy * 0.006)));
       else if (event.shiftKey || event.buttons & 2) this.#follow(at.x, at.y, dx, dy);
-      else this.set(turnAbout(this.viewpoint, dx * TURN, -dy * TURN, this.held ?? this.viewpoint.target));
+      else
+        this.set(
+          turnAbout(this.viewpoint, dx * TURN, -dy * TURN, this.held ?? this.viewpoint.target),
+        );
     }
   }
 
   /** @param {PointerEvent} event */
   #lift(event) {
     if (!this.fingers.delete(event.pointerId)) return;
-    const isTap = event.type === "pointerup" && this.most === 1 && this.dragged < DRAG && event.button === 0;
+    const isTap =
+      event.type === "pointerup" && this.most === 1 && this.dragged < DRAG && event.button === 0;
     if (this.fingers.size) {
       const { x, y } = this.#middle();
       this.held = this.#findHold(x, y);
@@ -246,25 +278,36 @@ export class Orbit {
     if (event.timeStamp - this.wheeled > 250) this.held = this.#findHold(x, y);
     this.wheeled = event.timeStamp;
     const pixels = event.deltaY * [1, 16, 400][event.deltaMode];
-    const times = Math.exp(-Math.max(-240, Math.min(240, pixels)) * (event.ctrlKey ? 0.008 : 0.002));
+    const times = Math.exp(
+      -Math.max(-240, Math.min(240, pixels)) * (event.ctrlKey ? 0.008 : 0.002),
+    );
     this.set(zoom(this.viewpoint, times, this.held ?? this.viewpoint.target));
   }
 
   /** @param {MouseEvent} event */
   #approach(event) {
-    const { x, y } = this.#at(event), place = this.options.find(x, y);
-    if (place) this.glide({ ...this.viewpoint, target: place, distance: this.viewpoint.distance / (event.shiftKey ? 0.5 : 2) });
+    const { x, y } = this.#at(event),
+      place = this.options.find(x, y);
+    if (place)
+      this.glide({
+        ...this.viewpoint,
+        target: place,
+        distance: this.viewpoint.distance / (event.shiftKey ? 0.5 : 2),
+      });
   }
 
   /** @param {KeyboardEvent} event */
   #key(event) {
     if (event.altKey || event.metaKey || event.ctrlKey) return;
-    const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
+      event.key
+    ];
     if (arrow && event.shiftKey) this.set(pan(this.viewpoint, arrow[0] * 0.05, arrow[1] * 0.05));
     else if (arrow) this.set(turn(this.viewpoint, -arrow[0] * 5, -arrow[1] * 3));
     else if (event.key === "+" || event.key === "=") this.approach(1.25);
     else if (event.key === "-") this.approach(0.8);
-    else if (event.key === "n" || event.key === "N") this.look(this.options.north, this.viewpoint.tilt);
+    else if (event.key === "n" || event.key === "N")
+      this.look(this.options.north, this.viewpoint.tilt);
     else if (event.key === "t" || event.key === "7") this.look(this.options.north, -89.9);
     else if (event.key === "1") this.look(this.options.north, -20);
     else if (event.key === "3") this.look(this.options.north - 90, -20);

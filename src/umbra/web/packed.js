@@ -4,7 +4,8 @@
  * Decode base64.
  * @param {string} text
  */
-export const decode = (text) => Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
+export const decode = (text) =>
+  Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
 
 /** @param {string} text */
 export const inflate = async (text) => {

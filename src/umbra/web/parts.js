@@ -16,9 +16,12 @@ import { COMPARE } from "./state.js";
  * @property {number[]} parts
  */
 
-const MOST = 100;  // rows that are shown at once
+const MOST = 100; // rows that are shown at once
 const STANDINGS = /** @type {[Standing, string][]} */ ([
-  ["on", "shown"], ["proposed", "proposed"], ["removed", "to be removed"], ["off", "off"],
+  ["on", "shown"],
+  ["proposed", "proposed"],
+  ["removed", "to be removed"],
+  ["off", "off"],
 ]);
 const MODES = { after: "After", before: "Before", swipe: "Swipe", beside: "Side by side" };
 
@@ -49,7 +52,8 @@ export const findShown = (things, standing, isAfter, partCount) => {
   if (!standing.size) return null;
   const shown = new Uint8Array(partCount).fill(1);
   for (const [object, where] of standing) {
-    const stands = where === "on" || (where === "proposed" && isAfter) || (where === "removed" && !isAfter);
+    const stands =
+      where === "on" || (where === "proposed" && isAfter) || (where === "removed" && !isAfter);
     if (!stands) for (const part of things[object].parts) shown[part] = 0;
   }
   return shown;
@@ -57,7 +61,8 @@ export const findShown = (things, standing, isAfter, partCount) => {
 
 /** @param {App} app */
 export const makeParts = (app) => {
-  const { things } = app, state = () => app.state;
+  const { things } = app,
+    state = () => app.state;
   const list = el("ul", { class: "things", "aria-label": "Objects" });
   const count = el("p", { class: "quiet", role: "status" });
   let found = things.map((_, k) => k);
@@ -69,53 +74,118 @@ export const makeParts = (app) => {
     }
     app.set({ standing });
   };
-  const choose = (/** @type {string} */ label, /** @type {Standing} */ value, /** @type {(where: Standing) => void} */ act) => {
-    const select = el("select", { "aria-label": label, onchange: () => act(/** @type {Standing} */ (select.value)) },
-      ...STANDINGS.map(([name, words]) => el("option", { value: name, selected: name === value }, words)));
+  const choose = (
+    /** @type {string} */ label,
+    /** @type {Standing} */ value,
+    /** @type {(where: Standing) => void} */ act,
+  ) => {
+    const select = el(
+      "select",
+      { "aria-label": label, onchange: () => act(/** @type {Standing} */ (select.value)) },
+      ...STANDINGS.map(([name, words]) =>
+        el("option", { value: name, selected: name === value }, words),
+      ),
+    );
     select.value = value;
     return select;
   };
   const filter = el("input", {
-    type: "search", placeholder: "Find by name, kind or layer", "aria-label": "Find objects",
-    oninput: () => { search(); update(state(), true); },
+    type: "search",
+    placeholder: "Find by name, kind or layer",
+    "aria-label": "Find objects",
+    oninput: () => {
+      search();
+      update(state(), true);
+    },
   });
   const search = () => {
     const words = filter.value.trim().toLowerCase();
     found = things.flatMap((thing, k) =>
-      [thing.label, thing.layer, ...thing.kinds].some((text) => text.toLowerCase().includes(words)) ? [k] : []);
+      [thing.label, thing.layer, ...thing.kinds].some((text) => text.toLowerCase().includes(words))
+        ? [k]
+        : [],
+    );
   };
-  const all = el("select", { "aria-label": "Set all found", onchange: () => {
-    if (all.value) put(found, /** @type {Standing} */ (all.value));
-    all.value = "";
-  } }, el("option", { value: "" }, "Set all found…"), ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)));
-  const modes = el("fieldset", { class: "modes" }, el("legend", { class: "hidden" }, "Before and after"),
-    ...COMPARE.map((mode) => el("label", {},
-      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => app.set({ compare: mode }) }),
-      el("span", {}, MODES[mode]))));
+  const all = el(
+    "select",
+    {
+      "aria-label": "Set all found",
+      onchange: () => {
+        if (all.value) put(found, /** @type {Standing} */ (all.value));
+        all.value = "";
+      },
+    },
+    el("option", { value: "" }, "Set all found…"),
+    ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)),
+  );
+  const modes = el(
+    "fieldset",
+    { class: "modes" },
+    el("legend", { class: "hidden" }, "Before and after"),
+    ...COMPARE.map((mode) =>
+      el(
+        "label",
+        {},
+        el("input", {
+          type: "radio",
+          name: `compare-${app.id}`,
+          value: mode,
+          onchange: () => app.set({ compare: mode }),
+        }),
+        el("span", {}, MODES[mode]),
+      ),
+    ),
+  );
   const hint = el("p", { class: "quiet" });
-  const element = el("details", {}, el("summary", {}, "Objects, before and after"), modes, hint,
-    el("div", { class: "line" }, filter, all), count, list);
+  const element = el(
+    "details",
+    {},
+    el("summary", {}, "Objects, before and after"),
+    modes,
+    hint,
+    el("div", { class: "line" }, filter, all),
+    count,
+    list,
+  );
   element.addEventListener("toggle", () => update(state(), true));
 
   /** @type {Map<number, Standing> | null} */
   let drawn = null;
   /** @param {State} now @param {boolean} [again] */
   const update = (now, again = false) => {
-    for (const input of modes.querySelectorAll("input")) input.checked = input.value === now.compare;
+    for (const input of modes.querySelectorAll("input"))
+      input.checked = input.value === now.compare;
     const marks = [...now.standing.values()];
     const changes = marks.filter((one) => one === "proposed" || one === "removed").length;
-    fill(hint, changes ? `${changes === 1 ? "1 object differs" : `${changes} objects differ`} before and after.`
-      : "Mark objects as proposed or to be removed, here or after a click on them, to compare before and after.");
+    fill(
+      hint,
+      changes
+        ? `${changes === 1 ? "1 object differs" : `${changes} objects differ`} before and after.`
+        : "Mark objects as proposed or to be removed, here or after a click on them, " +
+          "to compare before and after.",
+    );
     if (!element.open || (!again && drawn === now.standing)) return;
     drawn = now.standing;
-    fill(list, ...found.slice(0, MOST).map((k) => {
-      const { label, kinds, layer } = things[k], where = now.standing.get(k) ?? "on";
-      const about = [layer, kinds.slice(0, 3).join(", ")].filter(Boolean).join(" · ");
-      return el("li", { class: where }, el("span", { class: "label" }, label || "(no name)", about && el("small", {}, about)),
-        choose(`${label}: shown when`, where, (value) => put([k], value)));
-    }));
-    fill(count, found.length > MOST ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
-      : `${found.length.toLocaleString("en")} object${found.length === 1 ? "" : "s"}`);
+    fill(
+      list,
+      ...found.slice(0, MOST).map((k) => {
+        const { label, kinds, layer } = things[k],
+          where = now.standing.get(k) ?? "on";
+        const about = [layer, kinds.slice(0, 3).join(", ")].filter(Boolean).join(" · ");
+        return el(
+          "li",
+          { class: where },
+          el("span", { class: "label" }, label || "(no name)", about && el("small", {}, about)),
+          choose(`${label}: shown when`, where, (value) => put([k], value)),
+        );
+      }),
+    );
+    fill(
+      count,
+      found.length > MOST
+        ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
+        : `${found.length.toLocaleString("en")} object${found.length === 1 ? "" : "s"}`,
+    );
   };
   return { element, update, choose, put };
 };

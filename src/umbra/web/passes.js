@@ -1,12 +1,11 @@
 // The passes of a view besides its shadow volumes: surfaces, what is lit, sky, results, creases.
 
-import {
-  CAP, CREASE, CUT, DOT, ENCODE, FILL, GROUND, LINE, PATCH, RICH_SURFACE, SKY, SURFACE,
-} from './shaders.js';
-import { WEAKEST } from './selection.js';
-import { cross, dot, move, scale, subtract, unit } from './vectors.js';
+import { CAP, CREASE, CUT, ENCODE, FILL, GROUND, RICH_SURFACE, SKY, SURFACE } from "./shaders.js";
+import { Lines } from "./lines.js";
+import { Overlays } from "./overlays.js";
+import { WEAKEST } from "./selection.js";
+import { cross, dot, move, scale, subtract, unit } from "./vectors.js";
 
-/** @typedef {import('./types.js').Overlay} Overlay */
 /** @typedef {import('./types.js').Style} Style */
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./device.js').Target} Target */
@@ -16,15 +15,6 @@ import { cross, dot, move, scale, subtract, unit } from './vectors.js';
 
 const INK = [0.045, 0.05, 0.065, 1]; // of what a section cuts, linear
 
-/**
- * Vertices of an overlay: those that are drawn at their fronts, then those at their backs.
- * @typedef {object} Laid
- * @property {WebGLVertexArrayObject | null} array
- * @property {number} outward
- * @property {number} inward
- * @property {(WebGLBuffer | null)[]} buffers
- */
-
 /** Draws into the framebuffer that is bound. */
 export class Passes {
   /** @param {Device} device */
@@ -32,102 +22,8 @@ export class Passes {
     const { gl } = device;
     this.device = device;
     this.nothing = gl.createVertexArray();
-    this.plan = gl.createTexture();
-    this.blank = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.blank);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-    /** @type {Overlay | null} */
-    this.overlay = null;
-    this.squares = gl.createTexture();
-    /** @type {Laid | null} the faces of `overlay.patches` */
-    this.patches = null;
-    /** @type {Laid | null} */
-    this.dots = null;
-    this.lineBuffer = gl.createBuffer();
-    /** @type {WebGLVertexArrayObject | null} */
-    this.lineArray = null;
-    /** @type {import('./types.js').Line[] | null} */
-    this.listed = null;
-  }
-
-  /** @param {Overlay | null} overlay */
-  setOverlay(overlay) {
-    const { device } = this;
-    const { gl } = device;
-    if (overlay?.patches !== this.overlay?.patches) this.patches = this.layPatches(overlay?.patches);
-    this.dots = this.free(this.dots);
-    this.overlay = overlay;
-    if (overlay?.plan) {
-      const filter = overlay.plan.smooth ? gl.LINEAR : gl.NEAREST;
-      this.begin(this.plan, filter);
-      const { image } = overlay.plan;
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
-    }
-    if (overlay?.patches) {
-      const { wide, high, pixels } = overlay.patches, bytes = new Uint8Array(pixels.buffer);
-      this.begin(this.squares, gl.NEAREST);
-      gl.texImage2D(
-        gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, wide, high, 0, gl.RGBA, gl.UNSIGNED_BYTE, bytes,
-      );
-    }
-    if (overlay?.dots) {
-      const { positions, colors } = overlay.dots;
-      const buffers = [device.makeBuffer(positions), device.makeBuffer(colors)];
-      const array = device.makeArray(
-        DOT,
-        { place: [buffers[0], 3, gl.FLOAT, 12, 0], paint: [buffers[1], 4, gl.UNSIGNED_BYTE, 4, 0] },
-        null,
-      );
-      this.dots = { array, outward: positions.length / 3, inward: 0, buffers };
-    }
-  }
-
-  /**
-   * Bind a texture that takes a picture.
-   * @param {WebGLTexture | null} texture
-   * @param {number} filter
-   */
-  begin(texture, filter) {
-    const { gl } = this.device;
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
-  }
-
-  /**
-   * Put the faces of patches on the card.
-   * @param {import('./patches.js').Patches} [patches]
-   * @returns {Laid | null}
-   */
-  layPatches(patches) {
-    const { device } = this, { gl } = device;
-    this.free(this.patches);
-    if (!patches) return null;
-    const { vertices, outward, inward } = patches.makeVertices();
-    const buffer = device.makeBuffer(vertices);
-    const array = device.makeArray(
-      PATCH,
-      {
-        place: [buffer, 3, gl.FLOAT, 36, 0],
-        spot: [buffer, 2, gl.FLOAT, 36, 12],
-        within: [buffer, 4, gl.FLOAT, 36, 20],
-      },
-      null,
-    );
-    return { array, outward, inward, buffers: [buffer] };
-  }
-
-  /**
-   * Free what an overlay has on the card.
-   * @param {Laid | null} laid
-   */
-  free(laid) {
-    const { gl } = this.device;
-    gl.deleteVertexArray(laid?.array ?? null);
-    for (const buffer of laid?.buffers ?? []) gl.deleteBuffer(buffer);
-    return null;
+    this.overlays = new Overlays(device);
+    this.lines = new Lines(device);
   }
 
   /**
@@ -137,7 +33,7 @@ export class Passes {
    * @param {Record<string, any>} light
    */
   drawSurfaces(stage, common, light) {
-    const { device, overlay } = this;
+    const { device, overlays } = this;
     const { gl } = device;
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
@@ -145,9 +41,11 @@ export class Passes {
     gl.enable(gl.DEPTH_TEST);
     gl.depthMask(true);
     gl.depthFunc(device.nearer);
-    gl.bindTexture(gl.TEXTURE_2D, overlay?.plan ? this.plan : this.blank);
-    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    device.use(this.findSurface(light, common.isSection)).set({ ...common, ...light, plan: onModel });
+    gl.bindTexture(gl.TEXTURE_2D, overlays.texture);
+    const onModel = overlays.overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
+    device
+      .use(this.findSurface(light, common.isSection))
+      .set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.all);
     const solid = common.cutsInto ? 0 : stage.solid;
     gl.enable(gl.CULL_FACE);
@@ -172,7 +70,8 @@ export class Passes {
    * @param {Vec3} corners the sum of its lowest and its highest corner
    */
   drawCaps(stage, common, plane, size, corners) {
-    const { device } = this, { gl } = device;
+    const { device } = this,
+      { gl } = device;
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.ALWAYS, 0, 255);
     gl.stencilOpSeparate(gl.FRONT, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
@@ -188,7 +87,9 @@ export class Passes {
     gl.depthFunc(device.nearer);
     gl.stencilFunc(gl.NOTEQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
-    device.use(CAP).set({ ...common, 'corners[0]': findSquare(plane, size, corners, common.eye), ink: INK });
+    device
+      .use(CAP)
+      .set({ ...common, "corners[0]": findSquare(plane, size, corners, common.eye), ink: INK });
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLE_FAN, 0, 4);
     gl.disable(gl.STENCIL_TEST);
@@ -202,74 +103,20 @@ export class Passes {
    * @param {import('./types.js').Light[]} lights
    */
   drawPanes(stage, common, lights) {
-    const { device } = this, { gl } = device;
+    const { device } = this,
+      { gl } = device;
     gl.depthMask(false);
     gl.depthFunc(device.nearer);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const sky = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0, share: lights.length ? 2 : 1 };
-    gl.bindTexture(gl.TEXTURE_2D, this.blank);
-    device.use(this.findSurface(sky, common.isSection)).set({ ...common, ...sky, plan: [0, 0, 0, 0] });
+    gl.bindTexture(gl.TEXTURE_2D, this.overlays.blank);
+    device
+      .use(this.findSurface(sky, common.isSection))
+      .set({ ...common, ...sky, plan: [0, 0, 0, 0] });
     gl.bindVertexArray(stage.panes);
     gl.drawElements(gl.TRIANGLES, stage.paneCount, gl.UNSIGNED_INT, 0);
     gl.disable(gl.BLEND);
-  }
-
-  /**
-   * Draw lines where nothing hides them.
-   * @param {import('./types.js').Line[]} lines
-   * @param {Sight} sight
-   * @param {Record<string, any>} common
-   * @param {number} ratio pixels in a CSS pixel
-   */
-  drawLines(lines, sight, common, ratio) {
-    const { device } = this, { gl } = device;
-    if (!lines.length) return;
-    if (lines !== this.listed) this.listLines(lines);
-    const program = device.use(LINE).set(common);
-    gl.depthMask(false);
-    gl.enable(gl.BLEND);
-    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.bindVertexArray(this.lineArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
-    let first = 0;
-    for (const { places, color: [r, g, b, alpha], width, isSky = false } of lines) {
-      const count = places.length - 1, { reverses } = device;
-      gl.depthFunc(isSky ? device.notFarther : device.nearer);
-      program.set({
-        half_: [sight.columns / 2, sight.rows / 2], width: width * ratio, isSky, reverses,
-        ink: [r ** 2.2, g ** 2.2, b ** 2.2, alpha],
-      });
-      // A segment begins where the one before it ends.
-      for (const name of ['from', 'to']) {
-        const at = gl.getAttribLocation(program.program, name);
-        gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 12, 12 * (first + (name === 'to' ? 1 : 0)));
-      }
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
-      first += places.length;
-    }
-    gl.disable(gl.BLEND);
-  }
-
-  /**
-   * Put the places of lines on the card.
-   * @param {import('./types.js').Line[]} lines
-   */
-  listLines(lines) {
-    const { device } = this, { gl } = device;
-    this.listed = lines;
-    if (!this.lineArray) {
-      const one = /** @type {[WebGLBuffer | null, number, number, number, number]} */
-        ([this.lineBuffer, 3, gl.FLOAT, 12, 0]);
-      this.lineArray = device.makeArray(LINE, { from: one, to: one }, null);
-      gl.bindVertexArray(this.lineArray);
-      for (const name of ['from', 'to']) {
-        gl.vertexAttribDivisor(gl.getAttribLocation(device.use(LINE).program, name), 1);
-      }
-    }
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
-    const places = new Float32Array(lines.flatMap((line) => line.places.flat()));
-    gl.bufferData(gl.ARRAY_BUFFER, places, gl.STREAM_DRAW);
   }
 
   /**
@@ -279,7 +126,7 @@ export class Passes {
    * @param {Record<string, any>} light
    */
   drawLit(stage, common, light) {
-    const { device, overlay } = this;
+    const { device, overlays } = this;
     const { gl } = device;
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.depthFunc(device.notFarther);
@@ -287,9 +134,11 @@ export class Passes {
       gl.enable(gl.BLEND);
       gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
     }
-    gl.bindTexture(gl.TEXTURE_2D, overlay?.plan ? this.plan : this.blank);
-    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    const program = device.use(this.findSurface(light, common.isSection)).set({ ...common, ...light, plan: onModel });
+    gl.bindTexture(gl.TEXTURE_2D, overlays.texture);
+    const onModel = overlays.overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
+    const program = device
+      .use(this.findSurface(light, common.isSection))
+      .set({ ...common, ...light, plan: onModel });
     gl.bindVertexArray(stage.lit);
     gl.enable(gl.CULL_FACE);
     gl.cullFace(gl.BACK);
@@ -314,7 +163,9 @@ export class Passes {
    * @param {boolean} isCut
    */
   findSurface(light, isCut) {
-    return light.range > 0 || isCut || this.overlay?.plan?.onModel ? RICH_SURFACE : SURFACE;
+    return light.range > 0 || isCut || this.overlays.overlay?.plan?.onModel
+      ? RICH_SURFACE
+      : SURFACE;
   }
 
   /**
@@ -354,44 +205,15 @@ export class Passes {
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const pixels = sight.rows / 2 / sight.half;
-    if (this.patches) this.drawPatches(this.patches, common);
+    this.overlays.drawPatches(common);
     if (style.edges) {
       stage.listCreases(sight, pixels);
       device.use(CREASE).set({ ...common, pixels, weakest: WEAKEST, ink: [...style.edge, 0.65] });
       gl.bindVertexArray(stage.creases);
       gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
     }
-    if (this.dots) {
-      const size = this.overlay?.dots?.size ?? 0;
-      gl.bindVertexArray(this.dots.array);
-      // Points behind something are seen faintly through it.
-      for (const opacity of [0.3, 1]) {
-        gl.depthFunc(opacity < 1 ? gl.ALWAYS : device.nearer);
-        device.use(DOT).set({ ...common, pixels, size, opacity });
-        gl.drawArrays(gl.POINTS, 0, this.dots.outward);
-      }
-    }
+    this.overlays.drawDots(common, pixels);
     gl.disable(gl.BLEND);
-  }
-
-  /**
-   * Draw the squares of walls and roofs on their outward sides.
-   * @param {Laid} patches
-   * @param {Record<string, any>} common
-   */
-  drawPatches({ array, outward, inward }, common) {
-    const { device } = this, { gl } = device;
-    gl.bindTexture(gl.TEXTURE_2D, this.squares);
-    gl.depthFunc(device.notFarther); // in the winding of the surface: its depth to the last bit
-    gl.enable(gl.CULL_FACE);
-    device.use(PATCH).set(common);
-    gl.bindVertexArray(array);
-    gl.cullFace(gl.BACK);
-    gl.drawArrays(gl.TRIANGLES, 0, outward);
-    gl.cullFace(gl.FRONT);
-    gl.drawArrays(gl.TRIANGLES, outward, inward);
-    gl.disable(gl.CULL_FACE);
-    gl.depthFunc(device.nearer);
   }
 
   /**
@@ -408,7 +230,8 @@ export class Passes {
   }
 
   /**
-   * Read the stencil wherever something is seen. It cannot be read itself: each of its bits adds its
+   * Read the stencil wherever something is seen. It cannot be read itself: each of its bits adds
+   * its
    * value to the picture.
    * @param {number} columns
    * @param {number} rows
@@ -438,12 +261,9 @@ export class Passes {
 
   delete() {
     const { gl } = this.device;
-    this.free(this.patches);
-    this.free(this.dots);
     gl.deleteVertexArray(this.nothing);
-    gl.deleteVertexArray(this.lineArray);
-    gl.deleteBuffer(this.lineBuffer);
-    for (const texture of [this.plan, this.blank, this.squares]) gl.deleteTexture(texture);
+    this.overlays.delete();
+    this.lines.delete();
   }
 }
 
@@ -455,12 +275,18 @@ export class Passes {
  * @param {Vec3} eye
  */
 function findSquare(plane, size, corners, eye) {
-  const normal = unit(plane), middle = scale(corners, 0.5);
+  const normal = unit(plane),
+    middle = scale(corners, 0.5);
   const off = (dot(plane, middle) + plane[3]) / Math.hypot(plane[0], plane[1], plane[2]);
   const centre = subtract(move(middle, normal, -off), eye);
   const along = unit(cross(normal, Math.abs(normal[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
   const across = cross(normal, along);
-  return [[1, 1], [-1, 1], [-1, -1], [1, -1]].flatMap(([a, b]) => {
+  return [
+    [1, 1],
+    [-1, 1],
+    [-1, -1],
+    [1, -1],
+  ].flatMap(([a, b]) => {
     return [...move(move(centre, along, a * size), across, b * size), 1];
   });
 }

@@ -85,7 +85,8 @@ export class Patches {
    * @returns {[number, number]}
    */
   flatten(surface, place) {
-    const at = ROW * surface, { grids, shift } = this;
+    const at = ROW * surface,
+      { grids, shift } = this;
     const along = (/** @type {number} */ axis, /** @type {number} */ start) => {
       let sum = grids[at + start];
       for (let k = 0; k < 3; k++) sum += grids[at + axis + k] * (place[k] + shift[k]);
@@ -112,7 +113,8 @@ export class Patches {
    * @param {number} face
    */
   isOutward(face) {
-    const [x, y, z] = this.model.faceNormal(face), normal = this.normal(this.model.surface[face]);
+    const [x, y, z] = this.model.faceNormal(face),
+      normal = this.normal(this.model.surface[face]);
     return x * normal[0] + y * normal[1] + z * normal[2] > 0;
   }
 
@@ -135,23 +137,38 @@ export class Patches {
   }
 
   /**
-   * The sampled faces as vertices: place, position in the picture, and its surface's rectangle there.
+   * The sampled faces as vertices: place, position in the picture, and its surface's rectangle
+   * there.
    * Those whose fronts are outward come first.
    */
   makeVertices() {
-    const { model, shape, corners } = this, { faces, places, surface } = model;
+    const { model, shape, corners } = this,
+      { faces, places, surface } = model;
     /** @type {number[][]} */
     const sides = [[], []];
-    surface.forEach((s, face) => { if (s >= 0) sides[this.isOutward(face) ? 0 : 1].push(face); });
-    const listed = sides.flat(), vertices = new Float32Array(ROW * 3 * listed.length);
+    surface.forEach((s, face) => {
+      if (s >= 0) sides[this.isOutward(face) ? 0 : 1].push(face);
+    });
+    const listed = sides.flat(),
+      vertices = new Float32Array(ROW * 3 * listed.length);
     listed.forEach((face, n) => {
       const s = surface[face];
       for (let k = 0; k < 3; k++) {
         const place = places.subarray(3 * faces[3 * face + k], 3 * faces[3 * face + k] + 3);
         const [u, v] = this.flatten(s, place);
         const [left, low] = [corners[2 * s], corners[2 * s + 1]];
-        vertices.set([...place, left + u, low + v, left, low, left + shape[2 * s] - 1,
-          low + shape[2 * s + 1] - 1], ROW * (3 * n + k));
+        vertices.set(
+          [
+            ...place,
+            left + u,
+            low + v,
+            left,
+            low,
+            left + shape[2 * s] - 1,
+            low + shape[2 * s + 1] - 1,
+          ],
+          ROW * (3 * n + k),
+        );
       }
     });
     return { vertices, outward: 3 * sides[0].length, inward: 3 * sides[1].length };
@@ -163,17 +180,25 @@ export class Patches {
  * @param {Int32Array} shape width and height of each
  */
 const arrange = (shape) => {
-  const count = shape.length / 2, corners = new Int32Array(shape.length);
-  let area = 0, wide = 1;
+  const count = shape.length / 2,
+    corners = new Int32Array(shape.length);
+  let area = 0,
+    wide = 1;
   for (let s = 0; s < count; s++) {
     area += shape[2 * s] * shape[2 * s + 1];
     wide = Math.max(wide, shape[2 * s]);
   }
   wide = Math.max(wide, Math.ceil(Math.sqrt(area) * GAP));
   let [x, y, high] = [0, 0, 1];
-  const order = Array.from({ length: count }, (_, s) => s).sort((a, b) => shape[2 * b + 1] - shape[2 * a + 1]);
+  const order = Array.from({ length: count }, (_, s) => s).sort(
+    (a, b) => shape[2 * b + 1] - shape[2 * a + 1],
+  );
   for (const s of order) {
-    if (x + shape[2 * s] > wide) { x = 0; y += high; high = 1; }
+    if (x + shape[2 * s] > wide) {
+      x = 0;
+      y += high;
+      high = 1;
+    }
     corners[2 * s] = x;
     corners[2 * s + 1] = y;
     x += shape[2 * s];

@@ -32,7 +32,8 @@ export class Dome {
    * @param {number} north azimuth of true north in the plan [degrees]
    */
   constructor(viewpoint, middle, radius, north) {
-    const eye = findEye(viewpoint), t = measure(eye, middle) / radius;
+    const eye = findEye(viewpoint),
+      t = measure(eye, middle) / radius;
     const inside = Math.max(0, Math.min(1, (1 - t) / 0.4));
     this.centre = move(middle, move(eye, middle, -1), inside * inside * (3 - 2 * inside));
     /** whether everything of the model is nearer than the dome */
@@ -47,7 +48,8 @@ export class Dome {
    * @param {Sun} sun @param {number} times its radius
    */
   at({ azimuth, altitude }, times = 1) {
-    const a = (azimuth + this.north) * RADIANS, h = altitude * RADIANS;
+    const a = (azimuth + this.north) * RADIANS,
+      h = altitude * RADIANS;
     const way = [Math.sin(a) * Math.cos(h), Math.cos(a) * Math.cos(h), Math.sin(h)];
     return move(this.centre, way, this.radius * times);
   }
@@ -77,11 +79,15 @@ export class Dome {
    * @returns {Line[]}
    */
   drawPaths(day, others) {
-    const { isSky } = this, line = (/** @type {Day} */ one) => one.path.filter(isUp).map((sun) => this.at(sun));
+    const { isSky } = this,
+      line = (/** @type {Day} */ one) => one.path.filter(isUp).map((sun) => this.at(sun));
     const found = others.map((other) => ({ places: line(other), color: OTHER, width: 1.1, isSky }));
     if (day) {
       const places = line(day);
-      found.push({ places, color: HALO, width: 4.5, isSky }, { places, color: SUN, width: 2.5, isSky });
+      found.push(
+        { places, color: HALO, width: 4.5, isSky },
+        { places, color: SUN, width: 2.5, isSky },
+      );
     }
     return found.filter(({ places }) => places.length > 1);
   }

@@ -19,10 +19,10 @@ import { dot, measure, move } from "./vectors.js";
  * @property {number} hours
  */
 
-const STEP = 60000;  // between rays [ms]; shorter spells and gaps can be missed
-const CLOSE = 500;  // of a spell's ends [ms]
-const CLEARANCE = 1e-6;  // of a ray's origin above its surface, of the model's size
-const GAP = 1e-3;  // by which an assumed ground lies below the model, at most, of its size
+const STEP = 60000; // between rays [ms]; shorter spells and gaps can be missed
+const CLOSE = 500; // of a spell's ends [ms]
+const CLEARANCE = 1e-6; // of a ray's origin above its surface, of the model's size
+const GAP = 1e-3; // by which an assumed ground lies below the model, at most, of its size
 
 /**
  * Where rays begin: a hair above the surface, so that they miss it. A ground that was put just
@@ -31,8 +31,11 @@ const GAP = 1e-3;  // by which an assumed ground lies below the model, at most, 
  * @param {Place} place
  */
 const findOrigin = (model, place) => {
-  const size = measure(...model.bounds), feet = model.bounds[0][2];
-  const origin = place.normal ? move(place.position, place.normal, size * CLEARANCE + 1e-4) : [...place.position];
+  const size = measure(...model.bounds),
+    feet = model.bounds[0][2];
+  const origin = place.normal
+    ? move(place.position, place.normal, size * CLEARANCE + 1e-4)
+    : [...place.position];
   if (place.part < 0 && origin[2] < feet && feet - origin[2] < size * GAP) origin[2] = feet + 1e-4;
   return /** @type {Vec3} */ (origin);
 };
@@ -63,11 +66,14 @@ export const findSunlight = (model, site, day, place, cast) => {
   /** @type {[number, number][]} */
   const spells = [];
   for (const [begin, end] of day.up) {
-    let was = isLitAt(begin), since = begin;
+    let was = isLitAt(begin),
+      since = begin;
     for (let at = begin; at < end; at += STEP) {
-      const next = Math.min(at + STEP, end), is = isLitAt(next);
+      const next = Math.min(at + STEP, end),
+        is = isLitAt(next);
       if (is !== was) {
-        let low = at, high = next;
+        let low = at,
+          high = next;
         while (high - low > CLOSE) {
           const middle = (low + high) / 2;
           if (isLitAt(middle) === was) low = middle;

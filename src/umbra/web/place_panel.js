@@ -11,7 +11,7 @@ import { dot } from "./vectors.js";
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {ArrayLike<number | boolean> | null} Parts */
 
-const NAMED = 4;  // casters that are named
+const NAMED = 4; // casters that are named
 
 /**
  * Show hours and minutes: 3 h 05 min.
@@ -19,7 +19,9 @@ const NAMED = 4;  // casters that are named
  */
 export const tellHours = (hours) => {
   const minutes = Math.round(hours * 60);
-  return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
+  return minutes < 60
+    ? `${minutes} min`
+    : `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
 };
 
 /** @param {App} app */
@@ -29,13 +31,19 @@ export const makePlacePanel = (app) => {
   const zone = app.daylight.site?.zone ?? "UTC";
 
   /** What is kept while place, date and parts stay: only the sun's way changes with the time. */
-  let kept = { key: "", days: /** @type {{title: string, parts: Parts, sun: import('./place.js').Sunlight | null}[]} */ ([]) };
+  let kept = {
+    key: "",
+    days: /** @type {{title: string, parts: Parts, sun: import('./place.js').Sunlight | null}[]} */ ([]),
+  };
   const findDays = (/** @type {State} */ state, /** @type {Place} */ place) => {
     const key = [app.revision, state.date, place.position.join()].join("|");
     if (kept.key !== key) {
       const count = (/** @type {Parts} */ parts) => app.findSunlight(place, state.date, parts);
-      const days = [{ title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) }];
-      if (app.hasChanges) days.unshift({ title: "Before", parts: app.before, sun: count(app.before) });
+      const days = [
+        { title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) },
+      ];
+      if (app.hasChanges)
+        days.unshift({ title: "Before", parts: app.before, sun: count(app.before) });
       kept = { key, days };
     }
     return kept.days;
@@ -64,9 +72,14 @@ export const makePlacePanel = (app) => {
   const drawStrip = (sun, date) => {
     const day = app.daylight.day(date);
     if (!day) return null;
-    const share = (/** @type {number} */ instant) => (100 * (instant - day.begin)) / (day.end - day.begin);
+    const share = (/** @type {number} */ instant) =>
+      (100 * (instant - day.begin)) / (day.end - day.begin);
     const strip = el("div", { class: "strip", "aria-hidden": "true" });
-    const put = (/** @type {string} */ name, /** @type {number} */ from, /** @type {number} */ to) => {
+    const put = (
+      /** @type {string} */ name,
+      /** @type {number} */ from,
+      /** @type {number} */ to,
+    ) => {
       const bar = el("i", { class: name });
       bar.style.left = `${share(from)}%`;
       bar.style.width = `${share(to) - share(from)}%`;
@@ -81,40 +94,106 @@ export const makePlacePanel = (app) => {
   };
   /** @param {Place} place @param {State} state @param {ReturnType<typeof findDays>[number]} one */
   const drawDay = (place, state, { title, parts, sun }) => {
-    const figures = sun && el("dl", { class: "figures" },
-      el("div", {}, el("dt", {}, "Sun"), el("dd", {}, tellHours(sun.hours))),
-      el("div", {}, el("dt", {}, "First"), el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none")),
-      el("div", {}, el("dt", {}, "Last"), el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[sun.spells.length - 1][1]) : "none")));
-    const spells = sun && sun.spells.length > 1
-      && el("p", { class: "quiet" }, `In the sun ${sun.spells.map(([from, to]) => `${tellClock(zone, from)}–${tellClock(zone, to)}`).join(", ")}.`);
-    return el("div", { class: "day" }, title && el("h2", {}, title), figures, sun && drawStrip(sun, state.date), spells,
-      el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)));
+    const figures =
+      sun &&
+      el(
+        "dl",
+        { class: "figures" },
+        el("div", {}, el("dt", {}, "Sun"), el("dd", {}, tellHours(sun.hours))),
+        el(
+          "div",
+          {},
+          el("dt", {}, "First"),
+          el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none"),
+        ),
+        el(
+          "div",
+          {},
+          el("dt", {}, "Last"),
+          el(
+            "dd",
+            {},
+            sun.spells.length ? tellClock(zone, sun.spells[sun.spells.length - 1][1]) : "none",
+          ),
+        ),
+      );
+    const spells =
+      sun &&
+      sun.spells.length > 1 &&
+      el(
+        "p",
+        { class: "quiet" },
+        `In the sun ${sun.spells.map(([from, to]) => `${tellClock(zone, from)}–${tellClock(zone, to)}`).join(", ")}.`,
+      );
+    return el(
+      "div",
+      { class: "day" },
+      title && el("h2", {}, title),
+      figures,
+      sun && drawStrip(sun, state.date),
+      spells,
+      el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)),
+    );
   };
   /** @param {State} state */
   const update = (state) => {
     const { place } = state;
     if (!place) {
       if (body.dataset.key !== "none") {
-        fill(body, el("p", { class: "quiet" }, "Click or tap a place on the model or the ground: its hours of sun on this date, and who casts a shadow on it now."));
+        fill(
+          body,
+          el(
+            "p",
+            { class: "quiet" },
+            "Click or tap a place on the model or the ground: its hours of sun on this date, " +
+              "and who casts a shadow on it now.",
+          ),
+        );
       }
       body.dataset.key = "none";
       return;
     }
     if (!element.open || state.playing === "year") return;
-    const key = [app.revision, state.date, Math.floor(state.minutes), state.azimuth, state.altitude, place.position.join()].join("|");
+    const key = [
+      app.revision,
+      state.date,
+      Math.floor(state.minutes),
+      state.azimuth,
+      state.altitude,
+      place.position.join(),
+    ].join("|");
     if (body.dataset.key === key) return;
     body.dataset.key = key;
     const object = place.part < 0 ? null : app.thingOf[place.part];
     const name = object === null ? "The ground" : app.things[object].label || "(no name)";
-    const hadFocus = body.contains(document.activeElement) && document.activeElement instanceof HTMLSelectElement;
-    fill(body,
-      el("p", { class: "where" }, el("strong", {}, name), " ", el("span", { class: "quiet" }, tellWhere(place))),
+    const hadFocus =
+      body.contains(document.activeElement) && document.activeElement instanceof HTMLSelectElement;
+    fill(
+      body,
+      el(
+        "p",
+        { class: "where" },
+        el("strong", {}, name),
+        " ",
+        el("span", { class: "quiet" }, tellWhere(place)),
+      ),
       ...findDays(state, place).map((one) => drawDay(place, state, one)),
-      el("div", { class: "line" },
-        object !== null && el("label", { class: "line quiet" }, "This object is",
-          app.parts.choose("This object is", state.standing.get(object) ?? "on", (where) => app.parts.put([object], where))),
+      el(
+        "div",
+        { class: "line" },
+        object !== null &&
+          el(
+            "label",
+            { class: "line quiet" },
+            "This object is",
+            app.parts.choose("This object is", state.standing.get(object) ?? "on", (where) =>
+              app.parts.put([object], where),
+            ),
+          ),
         el("button", { type: "button", onclick: () => app.orbit.goTo(place.position) }, "Go there"),
-        el("button", { type: "button", onclick: () => app.set({ place: null }) }, "Clear")));
+        el("button", { type: "button", onclick: () => app.set({ place: null }) }, "Clear"),
+      ),
+    );
     if (hadFocus) body.querySelector("select")?.focus();
   };
   return { element, update };

@@ -13,15 +13,15 @@
 // A view is drawn dark; then, for each light, volumes are counted in the stencil, and the faces
 // that the light shines on are drawn again where the count is 0.
 
-import { pickPlace, readCounts } from './asked.js';
-import { Device, Target } from './device.js';
-import { Passes } from './passes.js';
-import { Selection } from './selection.js';
-import { findPlace } from './shadows.js';
-import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
-import { findUniforms } from './uniforms.js';
-import { move, scale, subtract } from './vectors.js';
-import { Sight } from './view.js';
+import { pickPlace, readCounts } from "./asked.js";
+import { Device, Target } from "./device.js";
+import { Passes } from "./passes.js";
+import { Selection } from "./selection.js";
+import { findPlace } from "./shadows.js";
+import { findCreases, makeBuffers, makeSurfaces } from "./surfaces.js";
+import { findUniforms } from "./uniforms.js";
+import { move, scale, subtract } from "./vectors.js";
+import { Sight } from "./view.js";
 
 /** @typedef {import('./types.js').Camera} Camera */
 /** @typedef {import('./types.js').Hit} Hit */
@@ -35,7 +35,8 @@ import { Sight } from './view.js';
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./volumes.js').Mask} Mask */
 
-export const EXPOSURE = 0.8; // radiance that a light of intensity 1 adds to a white face (umbra.scene)
+/** Radiance that a light of intensity 1 adds to a white face (umbra.scene). */
+const EXPOSURE = 0.8;
 
 /** @type {Required<Style>} as umbra's own pictures; linear where umbra's are */
 const STYLE = {
@@ -66,7 +67,7 @@ export class Renderer {
     /** @type {(() => void) | null} called when it is restored: draw again */
     this.onrestored = null;
     /** @type {Statistics} */
-    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
+    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: "stencil" };
     this.samples = options.samples ?? 4;
     /** @type {Light[]} */
     this.lights = [];
@@ -103,8 +104,8 @@ export class Renderer {
       this.begin();
       this.onrestored?.();
     };
-    canvas.addEventListener('webglcontextlost', this.lose);
-    canvas.addEventListener('webglcontextrestored', this.restore);
+    canvas.addEventListener("webglcontextlost", this.lose);
+    canvas.addEventListener("webglcontextrestored", this.restore);
     this.begin();
   }
 
@@ -117,7 +118,7 @@ export class Renderer {
     /** @type {Target[]} */
     this.targets = [];
     this.passes = new Passes(this.device);
-    if (this.overlay) this.passes.setOverlay(this.overlay);
+    if (this.overlay) this.passes.overlays.set(this.overlay);
   }
 
   /** @param {Light[]} lights none: night, ambient light alone */
@@ -153,7 +154,7 @@ export class Renderer {
   /** @param {Overlay | null} overlay */
   setOverlay(overlay) {
     this.overlay = overlay;
-    this.passes?.setOverlay(overlay);
+    this.passes?.overlays.set(overlay);
   }
 
   /**
@@ -181,10 +182,11 @@ export class Renderer {
     const { device, canvas, passes, samples } = this;
     const { gl } = device;
     // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
-    // costs software half of a frame, but a canvas that is transparent needs more alpha than 2 bits.
+    // costs software half of a frame, but a canvas that is transparent needs more alpha than 2
+    // bits.
     const format = this.style.background ? gl.RGB10_A2 : gl.SRGB8_ALPHA8;
     const target = this.findTarget(samples, format);
-    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
+    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: "stencil" };
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.enable(gl.SCISSOR_TEST);
     for (const view of this.views) this.drawView(view);
@@ -212,7 +214,13 @@ export class Renderer {
     this.targets = known.filter((one) => !isOld(one));
     let target = this.targets.find((one) => one.asked === samples);
     if (!target) {
-      target = new Target(/** @type {Device} */ (device), canvas.width, canvas.height, samples, format);
+      target = new Target(
+        /** @type {Device} */ (device),
+        canvas.width,
+        canvas.height,
+        samples,
+        format,
+      );
       this.targets.push(target);
     }
     return target;
@@ -298,19 +306,20 @@ export class Renderer {
       stage.shadows.count(sight, common);
       const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(lights.length));
       const tint = (light.color ?? [1, 1, 1]).map((c) => strength * c);
-      const range = 'position' in light ? light.range ?? 1e9 : 0;
+      const range = "position" in light ? (light.range ?? 1e9) : 0;
       const toLight = place[3] ? [...subtract(place, sight.eye), 1] : place;
       passes.drawLit(stage, common, { light: toLight, tint, range, share });
       if (within) gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
       share = 0;
       this.statistics.casters += stage.shadows.casters;
       this.statistics.behind += stage.shadows.behind;
-      this.statistics.sides += stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
+      this.statistics.sides +=
+        stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
     });
     gl.disable(gl.STENCIL_TEST);
     if (stage.paneCount) passes.drawPanes(stage, common, lights);
     passes.drawOver(stage, sight, common, style);
-    passes.drawLines(this.lines, sight, common, this.ratio);
+    passes.lines.draw(this.lines, sight, common, this.ratio);
   }
 
   /** Clear depth and stencil in the scissor. */
@@ -381,7 +390,9 @@ export class Renderer {
    */
   project(place, view = {}) {
     const { viewport } = this.findRectangles(view);
-    const seen = new Sight(view.camera ?? this.camera, viewport[2], viewport[3], false).project(place);
+    const seen = new Sight(view.camera ?? this.camera, viewport[2], viewport[3], false).project(
+      place,
+    );
     if (!seen) return null;
     const top = this.canvas.height - viewport[1] - viewport[3];
     return { x: (viewport[0] + seen.x) / this.ratio, y: (top + seen.y) / this.ratio };
@@ -400,8 +411,8 @@ export class Renderer {
 
   /** Free everything on the card. */
   dispose() {
-    this.canvas.removeEventListener('webglcontextlost', this.lose);
-    this.canvas.removeEventListener('webglcontextrestored', this.restore);
+    this.canvas.removeEventListener("webglcontextlost", this.lose);
+    this.canvas.removeEventListener("webglcontextrestored", this.restore);
     const { device } = this;
     if (!device) return;
     for (const stage of this.stages ?? []) stage.delete();

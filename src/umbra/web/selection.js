@@ -1,10 +1,10 @@
 // What is drawn and casts for one choice of parts: index lists on the card.
 
-import { CREASE, SURFACE } from './shaders.js';
-import { Shadows } from './shadows.js';
-import { dot } from './vectors.js';
-import { isBeyond } from './view.js';
-import { List } from './volumes.js';
+import { CREASE, SURFACE } from "./shaders.js";
+import { Shadows } from "./shadows.js";
+import { dot } from "./vectors.js";
+import { isBeyond } from "./view.js";
+import { List } from "./volumes.js";
 
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./model.js').Model} Model */
@@ -49,15 +49,21 @@ export class Selection {
     this.opaque = findOpaque(model, show, isSolid);
     const { opaque } = this;
     this.shadows = new Shadows(device, model, doubled, cast, opaque);
-    const { corners: all, creases: { lines, part, shell } } = shared, { facePart } = model;
-    const { faceComponent } = model, whole = this.findWhole();
+    const {
+        corners: all,
+        creases: { lines, part, shell },
+      } = shared,
+      { facePart } = model;
+    const { faceComponent } = model,
+      whole = this.findWhole();
     const pick = (/** @type {(face: number) => boolean} */ isWanted) =>
       all.filter((_, i) => isWanted(Math.floor(i / 3)));
     const isSolidFace = (/** @type {number} */ f) => whole[faceComponent[f]] === 1;
     const isShown = (/** @type {number} */ f) => !show || Boolean(show[facePart[f]]);
     const isOpaque = (/** @type {number} */ f) => !opaque || opaque[facePart[f]] === 1;
     // Solids first: their backs are never seen, unless something cuts into them.
-    const solids = pick(isSolidFace), others = pick((f) => isOpaque(f) && !isSolidFace(f));
+    const solids = pick(isSolidFace),
+      others = pick((f) => isOpaque(f) && !isSolidFace(f));
     const corners = new Uint32Array(solids.length + others.length);
     corners.set(solids);
     corners.set(others, solids.length);
@@ -90,7 +96,7 @@ export class Selection {
     this.lit = device.makeArray(SURFACE, attributes, this.litFaces);
     this.creaseLines = gl.createBuffer();
     this.creaseCount = 0;
-    this.creaseKey = '';
+    this.creaseKey = "";
     this.creases = device.makeArray(
       CREASE,
       { place: [doubled, 4, gl.FLOAT, 16, 0] },
@@ -114,18 +120,24 @@ export class Selection {
    * @param {number} pixels in a metre at distance 1, or anywhere in an orthographic view
    */
   listCreases(sight, pixels) {
-    const { device, model } = this.shared, { gl } = device, { shells, shellCount } = model;
+    const { device, model } = this.shared,
+      { gl } = device,
+      { shells, shellCount } = model;
     const key = [pixels, sight.near, ...sight.eye, ...sight.findMatrix()].join();
     if (key === this.creaseKey) return;
     this.creaseKey = key;
-    const planes = sight.findPlanes(), farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
-    const at = -dot(sight.forward, sight.eye), { lineStarts, lines } = this;
+    const planes = sight.findPlanes(),
+      farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
+    const at = -dot(sight.forward, sight.eye),
+      { lineStarts, lines } = this;
     const kept = fronts.reserve(lines.length);
     let [n, begin] = [0, -1];
     if (sight.isPerspective || pixels > 6 * WEAKEST) {
       for (let shell = 0; shell <= shellCount; shell++) {
-        const isKept = shell < shellCount && findDepth(shells, shell, sight.forward) + at < farthest
-          && !isBeyond(planes, shells, 6 * shell);
+        const isKept =
+          shell < shellCount &&
+          findDepth(shells, shell, sight.forward) + at < farthest &&
+          !isBeyond(planes, shells, 6 * shell);
         if (isKept && begin < 0) begin = lineStarts[shell];
         if (isKept || begin < 0) continue;
         kept.set(lines.subarray(begin, lineStarts[shell]), n);
@@ -141,9 +153,13 @@ export class Selection {
 
   /** The closed components, wound outward, all of which is drawn. */
   findWhole() {
-    const { facePart, faceComponent, isClosed, isInward } = this.shared.model, { opaque } = this;
+    const { facePart, faceComponent, isClosed, isInward } = this.shared.model,
+      { opaque } = this;
     const whole = isClosed.map((is, k) => is & ~isInward[k] & 1);
-    if (opaque) facePart.forEach((part, f) => { if (!opaque[part]) whole[faceComponent[f]] = 0; });
+    if (opaque)
+      facePart.forEach((part, f) => {
+        if (!opaque[part]) whole[faceComponent[f]] = 0;
+      });
     return whole;
   }
 
@@ -161,7 +177,9 @@ export class Selection {
     const back = backs.reserve(3 * faceCount);
     const { side } = volumes;
     // Inside a solid nothing is lit, unless the light or the eye is there, too.
-    const isSolid = isClosed.map((is, k) => is & volumes.isClosed[k] & ~(opened?.[k] ?? 0) & ~isInward[k] & 1);
+    const isSolid = isClosed.map(
+      (is, k) => is & volumes.isClosed[k] & ~(opened?.[k] ?? 0) & ~isInward[k] & 1,
+    );
     let [n, m] = [0, 0];
     for (let f = 0; f < faceCount; f++) {
       const mine = side[f];
@@ -219,7 +237,9 @@ function findDepth(boxes, box, forward) {
  */
 function findOpaque({ parts, hasGlass }, show, isSolid) {
   if (isSolid || !hasGlass) return show && Uint8Array.from(show, Number);
-  return Uint8Array.from(parts, ({ opacity }, part) => (opacity === 1 && (!show || show[part]) ? 1 : 0));
+  return Uint8Array.from(parts, ({ opacity }, part) =>
+    opacity === 1 && (!show || show[part]) ? 1 : 0,
+  );
 }
 
 /**

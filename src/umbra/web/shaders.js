@@ -241,7 +241,7 @@ export const CREASE = {
 in vec4 place;
 uniform vec4 cut;
 uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
-uniform float weakest;           // size of what has no lines: six pixels in a metre have all of them
+uniform float weakest;           // size without lines, in six pixels a metre
 uniform bool isPerspective;
 uniform vec3 forward;
 out float kept, strength;

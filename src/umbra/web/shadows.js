@@ -1,10 +1,10 @@
 // The shadow volumes of one light in one view: what is thrown, listed, uploaded and counted.
 
-import { findGap, makeBoxes, widen } from './boxes.js';
-import { findOpened } from './opened.js';
-import { CLAMPED_VOLUME, VOLUME } from './shaders.js';
-import { dot, move, subtract, unit } from './vectors.js';
-import { Volumes } from './volumes.js';
+import { findGap, makeBoxes, widen } from "./boxes.js";
+import { findOpened } from "./opened.js";
+import { CLAMPED_VOLUME, VOLUME } from "./shaders.js";
+import { dot, move, subtract, unit } from "./vectors.js";
+import { Volumes } from "./volumes.js";
 
 /** @typedef {import('./types.js').Light} Light */
 /** @typedef {import('./device.js').Device} Device */
@@ -23,7 +23,7 @@ const LOWEST = 0.01; // sine of a sun's altitude, below which its volumes end at
  * @param {Light} light
  */
 export function findPlace(light) {
-  return 'direction' in light ? [...unit(light.direction), 0] : [...light.position, 1];
+  return "direction" in light ? [...unit(light.direction), 0] : [...light.position, 1];
 }
 
 /** The volumes of a model whose parts cast as a view says. */
@@ -46,8 +46,8 @@ export class Shadows {
     /** @type {{isBehind: boolean, kind: 'wound' | 'cap' | 'turned', first: number, size: number}[]} */
     this.draws = [];
     this.array = device.makeArray(VOLUME, { place: [doubled, 4, gl.FLOAT, 16, 0] }, this.indices);
-    this.key = '';
-    this.lightKey = '';
+    this.key = "";
+    this.lightKey = "";
     /** @type {Uint8Array | null} */
     this.opened = null;
     this.casters = 0;
@@ -66,12 +66,12 @@ export class Shadows {
    */
   prepare(light, sight, ground, isCut) {
     const place = findPlace(light);
-    const range = 'position' in light ? light.range ?? Infinity : Infinity;
+    const range = "position" in light ? (light.range ?? Infinity) : Infinity;
     const key = [...place, range, ...sight.findMatrix(), ...sight.eye, ground, isCut].join();
     if (key === this.key) return false;
     this.key = key;
     this.opened = findOpened(this.volumes, sight, place);
-    const lightKey = `${place} ${this.opened ?? ''}`;
+    const lightKey = `${place} ${this.opened ?? ""}`;
     const isNew = lightKey !== this.lightKey;
     if (isNew) this.volumes.setLight(place, this.opened);
     this.lightKey = lightKey;
@@ -134,7 +134,7 @@ export class Shadows {
     this.draws = [];
     let first = 0;
     for (const faces of [zPass, zFail]) {
-      for (const kind of /** @type {const} */ (['wound', 'cap', 'turned'])) {
+      for (const kind of /** @type {const} */ (["wound", "cap", "turned"])) {
         const { data, size } = faces[kind];
         if (!size) continue;
         gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * first, data, 0, size);
@@ -165,7 +165,7 @@ export class Shadows {
     gl.depthFunc(device.nearer);
     for (const { isBehind, kind, first, size } of this.draws) {
       // Light caps have the depth of surfaces, which only the rasteriser itself computes.
-      const isClamped = isBehind && kind === 'wound' && !sight.isPerspective;
+      const isClamped = isBehind && kind === "wound" && !sight.isPerspective;
       device.use(isClamped ? CLAMPED_VOLUME : VOLUME).set({
         ...common,
         light: w ? [...subtract([x, y, z], sight.eye), 1] : [x, y, z, 0],
@@ -175,7 +175,7 @@ export class Shadows {
         isClamped,
         reverses: device.reverses,
       });
-      const [front, back] = kind === 'turned' ? [gl.BACK, gl.FRONT] : [gl.FRONT, gl.BACK];
+      const [front, back] = kind === "turned" ? [gl.BACK, gl.FRONT] : [gl.FRONT, gl.BACK];
       if (isBehind) {
         gl.stencilOpSeparate(front, gl.KEEP, gl.DECR_WRAP, gl.KEEP);
         gl.stencilOpSeparate(back, gl.KEEP, gl.INCR_WRAP, gl.KEEP);
@@ -201,7 +201,8 @@ export class Shadows {
     for (let corner = 0; corner < 8; corner++) {
       const away = [0, 1, 2].map((k) => ((corner >> k) & 1 ? range : -range));
       const place = move(light, away, 1);
-      if (sight.isPerspective && dot(subtract(place, sight.eye), sight.forward) < sight.near) return null;
+      if (sight.isPerspective && dot(subtract(place, sight.eye), sight.forward) < sight.near)
+        return null;
       const seen = sight.project(place);
       if (!seen) return null;
       left = Math.min(left, seen.x);
@@ -237,7 +238,8 @@ function findDistance({ blocks, blockFaces, faceCount, faces, places, planes }, 
       box.fill(Infinity, 0, 3).fill(-Infinity, 3);
       for (let k = 0; k < 3; k++) widen(box, 0, places, faces[3 * f + k]);
       const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
-      const height = Math.abs(dot(normal, place) + planes[3 * faceCount + f]) / Math.hypot(...normal);
+      const height =
+        Math.abs(dot(normal, place) + planes[3 * faceCount + f]) / Math.hypot(...normal);
       least = Math.min(least, Math.max(findGap(box, 0, place), height || 0));
     }
   }

@@ -24,7 +24,16 @@ export const makeShare = (app) => {
       await navigator.clipboard.writeText(link);
       tell("The link is copied; it opens this file with this view.");
     } catch {
-      fill(said, "Copy this link: ", el("input", { readonly: true, value: link, "aria-label": "Link to this view", class: "wide" }));
+      fill(
+        said,
+        "Copy this link: ",
+        el("input", {
+          readonly: true,
+          value: link,
+          "aria-label": "Link to this view",
+          class: "wide",
+        }),
+      );
       said.querySelector("input")?.select();
     }
   };
@@ -37,7 +46,12 @@ export const makeShare = (app) => {
     download(await app.shoot(), `${stem}.png`);
     tell("The picture is saved.");
   };
-  const file = el("input", { type: "file", accept: ".json,application/json", class: "hidden", "aria-label": "File of a view", tabindex: -1,
+  const file = el("input", {
+    type: "file",
+    accept: ".json,application/json",
+    class: "hidden",
+    "aria-label": "File of a view",
+    tabindex: -1,
     onchange: async () => {
       try {
         const given = JSON.parse(await /** @type {File} */ (file.files?.[0]).text());
@@ -51,13 +65,39 @@ export const makeShare = (app) => {
         tell(`This is no view of this page: ${error instanceof Error ? error.message : error}.`);
       }
       file.value = "";
-    } });
-  const button = (/** @type {string} */ words, /** @type {() => void} */ act) => el("button", { type: "button", onclick: act }, words);
-  const keys = el("details", {}, el("summary", {}, "Mouse, fingers and keys"),
-    el("p", { class: "quiet" }, "Drag turns about what is under the pointer; the right button, or Shift, moves; the wheel comes nearer to what it points at; a double click goes there. One finger turns; two move, spread and twist."),
-    el("dl", { class: "keys" }, ...KEYS.map(([key, words]) => el("div", {}, el("dt", {}, key), el("dd", {}, words)))));
-  const element = el("details", {}, el("summary", {}, "Share and save"),
-    el("div", { class: "line" }, app.config.hasLink && button("Copy link", copy), button("Picture (PNG)", shoot),
-      button("Save view", save), button("Open view", () => file.click()), file), said);
+    },
+  });
+  const button = (/** @type {string} */ words, /** @type {() => void} */ act) =>
+    el("button", { type: "button", onclick: act }, words);
+  const keys = el(
+    "details",
+    {},
+    el("summary", {}, "Mouse, fingers and keys"),
+    el(
+      "p",
+      { class: "quiet" },
+      "Drag turns about what is under the pointer; the right button, or Shift, moves; the wheel comes nearer to what it points at; a double click goes there. One finger turns; two move, spread and twist.",
+    ),
+    el(
+      "dl",
+      { class: "keys" },
+      ...KEYS.map(([key, words]) => el("div", {}, el("dt", {}, key), el("dd", {}, words))),
+    ),
+  );
+  const element = el(
+    "details",
+    {},
+    el("summary", {}, "Share and save"),
+    el(
+      "div",
+      { class: "line" },
+      app.config.hasLink && button("Copy link", copy),
+      button("Picture (PNG)", shoot),
+      button("Save view", save),
+      button("Open view", () => file.click()),
+      file,
+    ),
+    said,
+  );
   return { element, keys, update: () => {} };
 };

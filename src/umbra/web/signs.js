@@ -27,7 +27,10 @@ import { project } from "./viewpoint.js";
  */
 
 const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif';
-const SUN = "#f2b632", SUN_RIM = "#8a5a00", LINE = "#33457a", HALO = "rgba(255, 255, 255, 0.85)";
+const SUN = "#f2b632",
+  SUN_RIM = "#8a5a00",
+  LINE = "#33457a",
+  HALO = "rgba(255, 255, 255, 0.85)";
 const WINDS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 const RIM = 40; // as far out of the picture a wind's name is drawn at its border [pixels]
 
@@ -90,7 +93,14 @@ export class SignPainter {
     pen.setLineDash([]);
   }
 
-  /** @param {string} words @param {number} x @param {number} y @param {string} color @param {number} size @param {string} weight */
+  /**
+   * @param {string} words
+   * @param {number} x
+   * @param {number} y
+   * @param {string} color
+   * @param {number} size
+   * @param {string} weight
+   */
   #write(words, x, y, color, size = 12, weight = "500") {
     const { pen } = this;
     pen.font = `${weight} ${size}px ${FONT}`;
@@ -107,28 +117,42 @@ export class SignPainter {
    * @param {number} size @param {string} weight
    */
   #label(words, { x, y }, color, size, weight) {
-    const wide = size * 0.62 * words.length + 4, high = size + 4;
-    if (this.taken.some((one) => Math.abs(one.x - x) < (one.wide + wide) / 2 && Math.abs(one.y - y) < (one.high + high) / 2)) return;
+    const wide = size * 0.62 * words.length + 4,
+      high = size + 4;
+    if (
+      this.taken.some(
+        (one) =>
+          Math.abs(one.x - x) < (one.wide + wide) / 2 &&
+          Math.abs(one.y - y) < (one.high + high) / 2,
+      )
+    )
+      return;
     this.taken.push({ x, y, wide, high });
     this.#write(words, x, y, color, size, weight);
   }
 
   #drawCompass() {
-    const { dome, isHidden } = this.signs, { wide, high } = this;
+    const { dome, isHidden } = this.signs,
+      { wide, high } = this;
     // The four winds first: others give way to them.
     for (const k of [0, 2, 4, 6, 1, 3, 5, 7]) {
-      const place = dome.onRing(45 * k, 1.08), at = this.#at(place), size = k % 2 ? 10 : 13;
+      const place = dome.onRing(45 * k, 1.08),
+        at = this.#at(place),
+        size = k % 2 ? 10 : 13;
       if (!at || at.x < -RIM || at.x > wide + RIM || at.y < -RIM || at.y > high + RIM) continue;
       if (isHidden(place)) continue;
-      const x = Math.max(size, Math.min(wide - size, at.x)), y = Math.max(size, Math.min(high - size, at.y));
+      const x = Math.max(size, Math.min(wide - size, at.x)),
+        y = Math.max(size, Math.min(high - size, at.y));
       this.#label(WINDS[k], { x, y }, k ? "#3c425a" : "#a32020", size, k % 2 ? "600" : "700");
     }
   }
 
   #drawPath() {
-    const { signs, pen } = this, { day, sun, dome, isHidden } = signs;
+    const { signs, pen } = this,
+      { day, sun, dome, isHidden } = signs;
     for (const { minutes, sun: there } of day?.hours ?? []) {
-      const place = dome.at(there), spot = there.altitude > 0 && !isHidden(place) && this.#at(place);
+      const place = dome.at(there),
+        spot = there.altitude > 0 && !isHidden(place) && this.#at(place);
       const out = spot && this.#at(dome.at(there, 1.055));
       if (!spot || !out) continue;
       pen.fillStyle = SUN_RIM;
@@ -137,7 +161,8 @@ export class SignPainter {
       pen.fill();
       this.#label(tellMinutes(minutes).slice(0, 2), out, "#6d4700", 11, "500");
     }
-    const place = dome.at(sun), at = isUp(sun) ? this.#at(place) : null;
+    const place = dome.at(sun),
+      at = isUp(sun) ? this.#at(place) : null;
     if (!at) return;
     if (isHidden(place)) {
       pen.globalAlpha = 0.35; // behind the model: its place can still be seen
@@ -155,7 +180,13 @@ export class SignPainter {
     this.#disc(at.x, at.y, 8, "#ffd353", SUN_RIM);
   }
 
-  /** @param {number} x @param {number} y @param {number} radius @param {string} fill @param {string} rim */
+  /**
+   * @param {number} x
+   * @param {number} y
+   * @param {number} radius
+   * @param {string} fill
+   * @param {string} rim
+   */
   #disc(x, y, radius, fill, rim) {
     const { pen } = this;
     pen.beginPath();
@@ -175,7 +206,8 @@ export class SignPainter {
 
   /** @param {Vec3} place @param {boolean | null} lit null at night */
   #drawPlace(place, lit) {
-    const at = this.#at(place), { pen } = this;
+    const at = this.#at(place),
+      { pen } = this;
     if (!at) return;
     pen.lineWidth = 4;
     pen.strokeStyle = HALO;
@@ -199,12 +231,22 @@ export class SignPainter {
   }
 
   #drawCross() {
-    const { pen } = this, x = this.wide / 2, y = this.high / 2;
-    for (const [color, width] of /** @type {[string, number][]} */ ([[HALO, 4], ["#1c1c22", 1.5]])) {
+    const { pen } = this,
+      x = this.wide / 2,
+      y = this.high / 2;
+    for (const [color, width] of /** @type {[string, number][]} */ ([
+      [HALO, 4],
+      ["#1c1c22", 1.5],
+    ])) {
       pen.strokeStyle = color;
       pen.lineWidth = width;
       pen.beginPath();
-      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      for (const [dx, dy] of [
+        [1, 0],
+        [-1, 0],
+        [0, 1],
+        [0, -1],
+      ]) {
         pen.moveTo(x + 4 * dx, y + 4 * dy);
         pen.lineTo(x + 12 * dx, y + 12 * dy);
       }

@@ -25,7 +25,11 @@ const NIGHT = { sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.3
 const mix = (a, b, t) => {
   const blend = (/** @type {number[]} */ x, /** @type {number[]} */ y) =>
     /** @type {Vec3} */ (x.map((value, k) => value + (y[k] - value) * Math.max(0, Math.min(1, t))));
-  return { sky: blend(a.sky, b.sky), horizon: blend(a.horizon, b.horizon), ground: blend(a.ground, b.ground) };
+  return {
+    sky: blend(a.sky, b.sky),
+    horizon: blend(a.horizon, b.horizon),
+    ground: blend(a.ground, b.ground),
+  };
 };
 
 /**
@@ -42,7 +46,9 @@ export class Stage {
   constructor(app) {
     this.app = app;
     this.canvas = el("canvas", {
-      class: "model", tabindex: 0, role: "application",
+      class: "model",
+      tabindex: 0,
+      role: "application",
       "aria-label": `${app.config.title}: the model with its shadows. Arrow keys turn it, plus and minus come nearer, Enter chooses the place in the middle.`,
     });
     this.cover = el("canvas", { class: "signs", "aria-hidden": "true" });
@@ -69,9 +75,16 @@ export class Stage {
    * @param {boolean} [isFine] whether it is drawn finely even while things move
    */
   draw(state, isFine = false) {
-    const { app, renderer } = this, { wide, high } = this.size, { viewpoint } = state;
+    const { app, renderer } = this,
+      { wide, high } = this.size,
+      { viewpoint } = state;
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
-    renderer.setCamera({ eye: findEye(viewpoint), target: viewpoint.target, fov: viewpoint.fov, near });
+    renderer.setCamera({
+      eye: findEye(viewpoint),
+      target: viewpoint.target,
+      fov: viewpoint.fov,
+      near,
+    });
     const direction = /** @type {Vec3} */ (app.sun.direction);
     renderer.setLights(app.sun.altitude > 0 ? [{ direction }] : []);
     renderer.setStyle({ ...findColors(app.sun.altitude), edges: state.hasEdges });
@@ -82,7 +95,8 @@ export class Stage {
     }
     const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
     renderer.setLines(this.#findLines(state, dome));
-    const now = performance.now(), level = isFine ? 0 : this.pace.begin(now);
+    const now = performance.now(),
+      level = isFine ? 0 : this.pace.begin(now);
     renderer.samples = level ? 1 : SAMPLES;
     renderer.options.pixelRatio = (window.devicePixelRatio || 1) / (level === 2 ? 2 : 1);
     renderer.draw();
@@ -94,7 +108,8 @@ export class Stage {
   #findLines(state, dome) {
     const key = [state.hasCompass, state.hasPath, state.date, dome.isSky, ...dome.centre].join();
     if (key !== this.lined.key) {
-      const { daylight } = this.app, day = daylight.day(state.date);
+      const { daylight } = this.app,
+        day = daylight.day(state.date);
       const compass = state.hasCompass ? dome.drawCompass() : [];
       const paths = state.hasPath ? dome.drawPaths(day, this.app.solstices(state.date)) : [];
       this.lined = { key, lines: [...compass, ...paths] };
@@ -108,14 +123,16 @@ export class Stage {
    * @param {ArrayLike<number> | null} parts that are seen; null: all
    */
   #findHidden(state, dome, parts) {
-    const { app } = this, eye = findEye(state.viewpoint);
+    const { app } = this,
+      eye = findEye(state.viewpoint);
     const key = [app.revision, ...eye].join();
     if (key !== this.hidden.key) this.hidden = { key, places: new Map() };
     return (/** @type {Vec3} */ place) => {
       const name = `${place}|${parts ? parts === app.before : ""}`;
       let found = this.hidden.places.get(name);
       if (found === undefined) {
-        const isOnDome = place[2] !== app.middle[2], reach = isOnDome && dome.isSky ? Infinity : 1;
+        const isOnDome = place[2] !== app.middle[2],
+          reach = isOnDome && dome.isSky ? Infinity : 1;
         found = app.model.trace(eye, move(place, eye, -1), { cast: parts, reach }).length > 0;
         this.hidden.places.set(name, found);
       }
@@ -130,19 +147,29 @@ export class Stage {
     const x = Math.round(compare === "swipe" ? wide * swipe : wide / 2);
     const left = /** @type {[number, number, number, number]} */ ([0, 0, x, high]);
     const right = /** @type {[number, number, number, number]} */ ([x, 0, wide - x, high]);
-    if (compare === "swipe") return [{ ...before, scissor: left }, { ...after, scissor: right }];
-    if (compare === "beside") return [{ ...before, viewport: left }, { ...after, viewport: right }];
+    if (compare === "swipe")
+      return [
+        { ...before, scissor: left },
+        { ...after, scissor: right },
+      ];
+    if (compare === "beside")
+      return [
+        { ...before, viewport: left },
+        { ...after, viewport: right },
+      ];
     return null;
   }
 
   /** @param {State} state @param {Dome} dome @param {number} wide @param {number} high */
   #drawSigns(state, dome, wide, high) {
-    const { pen, cover, app } = this, dot = Math.min(window.devicePixelRatio || 1, 3);
+    const { pen, cover, app } = this,
+      dot = Math.min(window.devicePixelRatio || 1, 3);
     if (cover.width !== Math.round(wide * dot)) cover.width = Math.round(wide * dot);
     if (cover.height !== Math.round(high * dot)) cover.height = Math.round(high * dot);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, cover.width, cover.height);
-    const isBeside = state.compare === "beside", each = isBeside ? wide / 2 : wide;
+    const isBeside = state.compare === "beside",
+      each = isBeside ? wide / 2 : wide;
     for (let k = 0; k < (isBeside ? 2 : 1); k++) {
       pen.save();
       pen.setTransform(dot, 0, 0, dot, k * each * dot, 0);
@@ -159,9 +186,15 @@ export class Stage {
   #findSigns(state, dome, isAfter) {
     const { app } = this;
     return {
-      viewpoint: state.viewpoint, dome, sun: app.sun, day: app.daylight.day(state.date),
+      viewpoint: state.viewpoint,
+      dome,
+      sun: app.sun,
+      day: app.daylight.day(state.date),
       isHidden: this.#findHidden(state, dome, app.seen[isAfter ? "after" : "before"]),
-      hasPath: state.hasPath, hasCompass: state.hasCompass, distances: state.distances, begun: state.begun,
+      hasPath: state.hasPath,
+      hasCompass: state.hasCompass,
+      distances: state.distances,
+      begun: state.begun,
       place: state.place && { position: state.place.position, lit: app.isLit(isAfter) },
       hasCross: this.canvas.matches(":focus-visible"),
     };
@@ -187,9 +220,11 @@ export class Stage {
   shoot(state, caption) {
     const focused = this.canvas.matches(":focus-visible");
     if (focused) this.canvas.blur();
-    this.draw(state, true);  // in this task, as the browser clears the canvas after it
-    const { width, height } = this.canvas, line = Math.round((26 * width) / this.size.wide);
-    const sheet = el("canvas", { width, height: height + line }), pen = sheet.getContext("2d");
+    this.draw(state, true); // in this task, as the browser clears the canvas after it
+    const { width, height } = this.canvas,
+      line = Math.round((26 * width) / this.size.wide);
+    const sheet = el("canvas", { width, height: height + line }),
+      pen = sheet.getContext("2d");
     if (!pen) throw new Error("this browser draws no 2D canvas");
     pen.fillStyle = "#ffffff";
     pen.fillRect(0, 0, width, height + line);
@@ -200,7 +235,11 @@ export class Stage {
     pen.textBaseline = "middle";
     pen.fillText(caption, line * 0.4, height + line / 2, width - line * 0.8);
     return new Promise((done, fail) =>
-      sheet.toBlob((blob) => (blob ? done(blob) : fail(new Error("the picture is empty"))), "image/png"));
+      sheet.toBlob(
+        (blob) => (blob ? done(blob) : fail(new Error("the picture is empty"))),
+        "image/png",
+      ),
+    );
   }
 
   dispose() {

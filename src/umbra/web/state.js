@@ -52,23 +52,36 @@ const round = (value, digits) => Number(value.toFixed(digits));
  * @param {Vec3} origin
  */
 export const toLink = (state, origin) => {
-  const own = (/** @type {Vec3} */ place) => place.map((value, k) => round(value + origin[k], 3)).join(",");
+  const own = (/** @type {Vec3} */ place) =>
+    place.map((value, k) => round(value + origin[k], 3)).join(",");
   const { viewpoint: view, section, place } = state;
   /** @type {string[][]} */
   const parts = [
-    ["look", `${own(view.target)},${[view.heading, view.tilt, view.distance, view.fov].map((v) => round(v, 3))}`],
+    [
+      "look",
+      `${own(view.target)},${[view.heading, view.tilt, view.distance, view.fov].map((v) => round(v, 3))}`,
+    ],
     ["at", `${state.date}T${round(state.minutes, 2)}`],
     ["sun", `${round(state.azimuth, 2)},${round(state.altitude, 2)}`],
     ["show", FLAGS.map((name) => Number(state[name])).join("")],
   ];
-  if (state.compare !== "after") parts.push(["compare", `${state.compare},${round(state.swipe, 3)}`]);
+  if (state.compare !== "after")
+    parts.push(["compare", `${state.compare},${round(state.swipe, 3)}`]);
   for (const [standing, letter] of Object.entries(LETTERS)) {
-    const some = [...state.standing].filter(([, one]) => one === standing).map(([object]) => object);
+    const some = [...state.standing]
+      .filter(([, one]) => one === standing)
+      .map(([object]) => object);
     if (some.length) parts.push([letter, toRanges(some)]);
   }
-  if (section) parts.push(["cut", `${section.axis},${round(section.at, 4)},${Number(section.flipped)}`]);
-  if (place) parts.push(["place", `${own(place.position)},${place.normal ? place.normal.map((v) => round(v, 4)) : ""},${place.part}`]);
-  if (state.distances.length) parts.push(["far", state.distances.map((ends) => ends.map(own).join(",")).join(";")]);
+  if (section)
+    parts.push(["cut", `${section.axis},${round(section.at, 4)},${Number(section.flipped)}`]);
+  if (place)
+    parts.push([
+      "place",
+      `${own(place.position)},${place.normal ? place.normal.map((v) => round(v, 4)) : ""},${place.part}`,
+    ]);
+  if (state.distances.length)
+    parts.push(["far", state.distances.map((ends) => ends.map(own).join(",")).join(";")]);
   return parts.map(([name, value]) => `${name}=${value}`).join("&");
 };
 
@@ -81,15 +94,21 @@ export const toLink = (state, origin) => {
  * @returns {Partial<State>}
  */
 export const fromLink = (link, origin, objects, partCount) => {
-  const given = new Map(link.replace(/^#/, "").split("&").map((part) => {
-    const [name, ...rest] = part.split("=");
-    return /** @type {[string, string]} */ ([name, rest.join("=")]);
-  }));
+  const given = new Map(
+    link
+      .replace(/^#/, "")
+      .split("&")
+      .map((part) => {
+        const [name, ...rest] = part.split("=");
+        return /** @type {[string, string]} */ ([name, rest.join("=")]);
+      }),
+  );
   const numbers = (/** @type {string | undefined} */ text, /** @type {number} */ count) => {
     const found = (text ?? "").split(",").map((one) => (one.trim() === "" ? NaN : Number(one)));
     return found.length === count && found.every(Number.isFinite) ? found : null;
   };
-  const local = (/** @type {number[]} */ own) => /** @type {Vec3} */ (own.map((value, k) => value - origin[k]));
+  const local = (/** @type {number[]} */ own) =>
+    /** @type {Vec3} */ (own.map((value, k) => value - origin[k]));
   /** @type {Partial<State>} */
   const state = {};
   const look = numbers(given.get("look"), 7);
@@ -102,27 +121,44 @@ export const fromLink = (link, origin, objects, partCount) => {
     Object.assign(state, { date, minutes: Number(minutes) });
   }
   const sun = numbers(given.get("sun"), 2);
-  if (sun) [state.azimuth, state.altitude] = [((sun[0] % 360) + 360) % 360, Math.max(0, Math.min(90, sun[1]))];
+  if (sun)
+    [state.azimuth, state.altitude] = [
+      ((sun[0] % 360) + 360) % 360,
+      Math.max(0, Math.min(90, sun[1])),
+    ];
   const show = given.get("show") ?? "";
-  if (/^[01]{4}$/.test(show)) FLAGS.forEach((name, k) => { state[name] = show[k] === "1"; });
+  if (/^[01]{4}$/.test(show))
+    FLAGS.forEach((name, k) => {
+      state[name] = show[k] === "1";
+    });
   const [compare, swipe] = (given.get("compare") ?? "").split(",");
   const mode = COMPARE.find((one) => one === compare);
-  if (mode) Object.assign(state, { compare: mode, swipe: Math.max(0, Math.min(1, Number(swipe) || 0.5)) });
+  if (mode)
+    Object.assign(state, { compare: mode, swipe: Math.max(0, Math.min(1, Number(swipe) || 0.5)) });
   /** @type {Map<number, Standing>} */
   const standing = new Map();
   for (const [name, letter] of Object.entries(LETTERS)) {
-    for (const object of fromRanges(given.get(letter) ?? "", objects)) standing.set(object, /** @type {Standing} */ (name));
+    for (const object of fromRanges(given.get(letter) ?? "", objects))
+      standing.set(object, /** @type {Standing} */ (name));
   }
   if (standing.size || mode) state.standing = standing;
   const [axis, at, flipped] = (given.get("cut") ?? "").split(",");
   const along = AXES.find((one) => one === axis);
-  if (along) state.section = { axis: along, at: Math.max(0, Math.min(1, Number(at) || 0)), flipped: flipped === "1" };
+  if (along)
+    state.section = {
+      axis: along,
+      at: Math.max(0, Math.min(1, Number(at) || 0)),
+      flipped: flipped === "1",
+    };
   const place = numbers(given.get("place"), 7);
   if (place && Number.isInteger(place[6]) && place[6] >= -1 && place[6] < partCount) {
     const position = local(place.slice(0, 3));
     state.place = { position, normal: /** @type {Vec3} */ (place.slice(3, 6)), part: place[6] };
   }
-  const far = (given.get("far") ?? "").split(";").flatMap((one) => { const ends = numbers(one, 6); return ends ? [ends] : []; });
+  const far = (given.get("far") ?? "").split(";").flatMap((one) => {
+    const ends = numbers(one, 6);
+    return ends ? [ends] : [];
+  });
   if (far.length) state.distances = far.map((one) => [local(one.slice(0, 3)), local(one.slice(3))]);
   return state;
 };
@@ -166,9 +202,20 @@ export const toFile = (state, origin, given) => {
   const walk = /** @type {Record<string, unknown>} */ (given.viewpoint ?? {});
   return {
     ...given,
-    viewpoint: { near: 0.1, walks: false, ...walk, ...state.viewpoint,
-      target: state.viewpoint.target.map((value, k) => value + origin[k]) },
-    sun: { ...sun, date: state.date, minutes: Math.min(1439.999, state.minutes), azimuth: state.azimuth, altitude: state.altitude },
+    viewpoint: {
+      near: 0.1,
+      walks: false,
+      ...walk,
+      ...state.viewpoint,
+      target: state.viewpoint.target.map((value, k) => value + origin[k]),
+    },
+    sun: {
+      ...sun,
+      date: state.date,
+      minutes: Math.min(1439.999, state.minutes),
+      azimuth: state.azimuth,
+      altitude: state.altitude,
+    },
     page: toLink(state, origin),
   };
 };

@@ -1,6 +1,6 @@
 // The faces of a model as they are drawn: vertices with normals and colours, creases.
 
-import { dot } from './vectors.js';
+import { dot } from "./vectors.js";
 
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./device.js').Device} Device */
@@ -41,7 +41,8 @@ export function makeSurfaces(model) {
       const shape = (x >> 5) * 4194304 + (y >> 5) * 2048 + (z >> 5);
       const place = faces[3 * f + k];
       let vertex = first[place];
-      while (vertex >= 0 && (keys[2 * vertex] !== (shape | 0) || keys[2 * vertex + 1] !== paint)) vertex = next[vertex];
+      while (vertex >= 0 && (keys[2 * vertex] !== (shape | 0) || keys[2 * vertex + 1] !== paint))
+        vertex = next[vertex];
       if (vertex < 0) {
         vertex = count++;
         keys[2 * vertex] = shape | 0;
@@ -54,7 +55,8 @@ export function makeSurfaces(model) {
       }
       if (model.normals) {
         // The sine of the widest angle between a smooth normal and its faces'.
-        const lean = Math.sqrt(Math.max(0, 1 - dot(normal, flat) ** 2)), at = (vertex * STRIDE + 18) / 2;
+        const lean = Math.sqrt(Math.max(0, 1 - dot(normal, flat) ** 2)),
+          at = (vertex * STRIDE + 18) / 2;
         shorts[at] = Math.max(shorts[at], Math.round(32767 * lean));
       }
       corners[3 * f + k] = vertex;
@@ -79,13 +81,15 @@ function readNormal(normals, corner) {
 /**
  * The edges where faces meet at an angle, or end, as pairs of indices of the doubled vertices.
  * @param {Model} model
- * @returns {{lines: Uint32Array, part: Uint32Array, shell: Uint32Array}} part and shell of each line
+ * @returns {{lines: Uint32Array, part: Uint32Array, shell: Uint32Array}} part and shell of each
+ *   line
  */
 export function findCreases(model) {
   const { edgeCount, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo, faceCount, facePart } = model;
   const { shellCount, edgeStarts } = model;
   const lines = new Uint32Array(2 * edgeCount);
-  const part = new Uint32Array(edgeCount), shell = new Uint32Array(edgeCount);
+  const part = new Uint32Array(edgeCount),
+    shell = new Uint32Array(edgeCount);
   let [n, own] = [0, 0];
   for (let i = 0; i < edgeCount; i++) {
     while (own + 1 < shellCount && i >= edgeStarts[own + 1]) own += 1;
@@ -118,5 +122,9 @@ export function makeBuffers(device, model, { vertices }) {
     }
     doubled[8 * i + 3] = 1;
   }
-  return { surface: device.makeBuffer(vertices), doubled: device.makeBuffer(doubled), stride: STRIDE };
+  return {
+    surface: device.makeBuffer(vertices),
+    doubled: device.makeBuffer(doubled),
+    stride: STRIDE,
+  };
 }

@@ -1,13 +1,40 @@
 // Date and time of day: sliders, typed values, and a day or a year that plays.
 
-import { addDays, findDayOfYear, findInstant, isDate, nameZone, parseMinutes, readClock, tellMinutes } from "./clock.js";
+import {
+  addDays,
+  findDayOfYear,
+  findInstant,
+  isDate,
+  nameZone,
+  parseMinutes,
+  readClock,
+  tellMinutes,
+} from "./clock.js";
 import { el, fill, icon, slider } from "./dom.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */
 
-const WINDS = ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
-const DAY_SPEED = 60, YEAR_SPEED = 14;  // minutes and days that pass in a second
+const WINDS = [
+  "N",
+  "NNE",
+  "NE",
+  "ENE",
+  "E",
+  "ESE",
+  "SE",
+  "SSE",
+  "S",
+  "SSW",
+  "SW",
+  "WSW",
+  "W",
+  "WNW",
+  "NW",
+  "NNW",
+];
+const DAY_SPEED = 60,
+  YEAR_SPEED = 14; // minutes and days that pass in a second
 const MONTHS = ["J", "F", "M", "A", "M", "J", "J", "A", "S", "O", "N", "D"];
 
 /**
@@ -31,16 +58,33 @@ export const makeTimebar = (app) => (app.daylight.site ? makeClockBar(app) : mak
  */
 const makeClockBar = (app) => {
   const zone = app.daylight.site?.zone ?? "UTC";
-  const longDate = new Intl.DateTimeFormat("en-GB", { day: "numeric", month: "long", year: "numeric", timeZone: "UTC" });
+  const longDate = new Intl.DateTimeFormat("en-GB", {
+    day: "numeric",
+    month: "long",
+    year: "numeric",
+    timeZone: "UTC",
+  });
   const tellDate = (/** @type {string} */ date) => longDate.format(Date.parse(date));
   const stop = { playing: null, share: 0 };
-  const time = slider("Time of day", { min: 0, max: 1439, step: 1, value: 0 },
-    (minutes) => app.set({ minutes, ...stop }), tellMinutes);
-  const date = slider("Day of the year", { min: 0, max: 364, step: 1, value: 0 },
+  const time = slider(
+    "Time of day",
+    { min: 0, max: 1439, step: 1, value: 0 },
+    (minutes) => app.set({ minutes, ...stop }),
+    tellMinutes,
+  );
+  const date = slider(
+    "Day of the year",
+    { min: 0, max: 364, step: 1, value: 0 },
     (n) => app.set({ date: findDate(app.state.date.slice(0, 4), n), ...stop }),
-    (n) => tellDate(findDate(app.state.date.slice(0, 4), n)));
+    (n) => tellDate(findDate(app.state.date.slice(0, 4), n)),
+  );
   const typedTime = el("input", {
-    type: "text", class: "typed", size: 5, inputmode: "numeric", "aria-label": "Time, hours and minutes", autocomplete: "off",
+    type: "text",
+    class: "typed",
+    size: 5,
+    inputmode: "numeric",
+    "aria-label": "Time, hours and minutes",
+    autocomplete: "off",
     onchange: () => {
       const minutes = parseMinutes(typedTime.value);
       if (minutes !== null) app.set({ minutes, ...stop });
@@ -48,23 +92,52 @@ const makeClockBar = (app) => {
     },
   });
   const typedDate = el("input", {
-    type: "date", class: "typed", "aria-label": "Date", min: "1583-01-01", max: "2999-12-31",
+    type: "date",
+    class: "typed",
+    "aria-label": "Date",
+    min: "1583-01-01",
+    max: "2999-12-31",
     onchange: () => {
       if (isDate(typedDate.value)) app.set({ date: typedDate.value, ...stop });
       else typedDate.value = app.state.date;
     },
   });
-  const makePlay = (/** @type {'day' | 'year'} */ what) => el("button", {
-    type: "button", class: "play", "aria-label": `Play the ${what}`, title: `Play the ${what}`, "aria-pressed": "false",
-    onclick: () => app.set({ playing: app.state.playing === what ? null : what, share: 0 }),
-  });
-  const playDay = makePlay("day"), playYear = makePlay("year");
+  const makePlay = (/** @type {'day' | 'year'} */ what) =>
+    el("button", {
+      type: "button",
+      class: "play",
+      "aria-label": `Play the ${what}`,
+      title: `Play the ${what}`,
+      "aria-pressed": "false",
+      onclick: () => app.set({ playing: app.state.playing === what ? null : what, share: 0 }),
+    });
+  const playDay = makePlay("day"),
+    playYear = makePlay("year");
   const told = el("p", { class: "told", "aria-live": "off" });
-  const months = el("div", { class: "months", "aria-hidden": "true" }, ...MONTHS.map((name) => el("span", {}, name)));
-  const element = el("section", { class: "timebar", "aria-label": "Time and date" },
-    el("div", { class: "line" }, playDay, el("div", { class: "track daytrack" }, time.input), typedTime),
-    el("div", { class: "line" }, playYear, el("div", { class: "track" }, date.input, months), typedDate),
-    told);
+  const months = el(
+    "div",
+    { class: "months", "aria-hidden": "true" },
+    ...MONTHS.map((name) => el("span", {}, name)),
+  );
+  const element = el(
+    "section",
+    { class: "timebar", "aria-label": "Time and date" },
+    el(
+      "div",
+      { class: "line" },
+      playDay,
+      el("div", { class: "track daytrack" }, time.input),
+      typedTime,
+    ),
+    el(
+      "div",
+      { class: "line" },
+      playYear,
+      el("div", { class: "track" }, date.input, months),
+      typedDate,
+    ),
+    told,
+  );
 
   let last = 0;
   /**
@@ -73,16 +146,24 @@ const makeClockBar = (app) => {
    */
   const play = (now) => {
     const { state } = app;
-    if (!state.playing) { last = 0; return false; }
+    if (!state.playing) {
+      last = 0;
+      return false;
+    }
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (isCalm && last && now - last < 500) return true;
     const seconds = last ? Math.min(0.5, (now - last) / 1000) : 0;
     last = now;
     if (state.playing === "day") app.set(passDay(seconds, isCalm));
     else {
-      const days = (isCalm ? 7 : seconds * YEAR_SPEED) + state.share, whole = Math.floor(days);
-      const next = addDays(state.date, whole), year = state.date.slice(0, 4);
-      app.set({ date: next.startsWith(year) ? next : findDate(year, 0), share: isCalm ? 0 : days - whole });
+      const days = (isCalm ? 7 : seconds * YEAR_SPEED) + state.share,
+        whole = Math.floor(days);
+      const next = addDays(state.date, whole),
+        year = state.date.slice(0, 4);
+      app.set({
+        date: next.startsWith(year) ? next : findDate(year, 0),
+        share: isCalm ? 0 : days - whole,
+      });
     }
     return true;
   };
@@ -91,7 +172,8 @@ const makeClockBar = (app) => {
    * @param {number} seconds @param {boolean} isCalm
    */
   const passDay = (seconds, isCalm) => {
-    const { date: on, minutes } = app.state, day = app.daylight.day(on);
+    const { date: on, minutes } = app.state,
+      day = app.daylight.day(on);
     const later = minutes + (isCalm ? 15 : seconds * DAY_SPEED);
     if (!day || !day.up.length) return { minutes: later % 1440 };
     const [first, end] = [day.up[0][0], day.up[day.up.length - 1][1]];
@@ -107,13 +189,17 @@ const makeClockBar = (app) => {
     const shown = tellMinutes(state.minutes);
     if (document.activeElement !== typedTime || state.playing) typedTime.value = shown;
     if (typedDate.value !== state.date) typedDate.value = state.date;
-    for (const [button, what] of /** @type {const} */ ([[playDay, "day"], [playYear, "year"]])) {
+    for (const [button, what] of /** @type {const} */ ([
+      [playDay, "day"],
+      [playYear, "year"],
+    ])) {
       const isOn = state.playing === what;
       if (button.getAttribute("aria-pressed") === String(isOn) && button.firstChild) continue;
       button.setAttribute("aria-pressed", String(isOn));
       fill(button, icon(isOn ? "pause" : "play"), what);
     }
-    const day = app.daylight.day(state.date), { sun } = app;
+    const day = app.daylight.day(state.date),
+      { sun } = app;
     const share = (/** @type {number | null} */ instant, /** @type {number} */ without) =>
       `${(100 * (instant === null ? without : readClock(zone, instant).minutes)) / 1440}%`;
     const isUpAllDay = day !== null && day.rise === null && day.set === null && day.up.length > 0;
@@ -121,14 +207,24 @@ const makeClockBar = (app) => {
     track?.style.setProperty("--rise", share(day?.rise ?? null, isUpAllDay ? 0 : 1440));
     track?.style.setProperty("--set", share(day?.set ?? null, 1440));
     const wind = WINDS[Math.round(sun.azimuth / 22.5) % 16];
-    const edges = !day ? [] : day.rise === null && day.set === null
-      ? [isUpAllDay ? "the sun does not set" : "the sun does not rise"]
-      : [day.rise && `sunrise ${tellClock(zone, day.rise)}`, day.set && `sunset ${tellClock(zone, day.set)}`].filter(Boolean);
-    const place = sun.altitude > 0
-      ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)`
-      : `the sun is ${(-sun.altitude).toFixed(1)}° below the horizon`;
+    const edges = !day
+      ? []
+      : day.rise === null && day.set === null
+        ? [isUpAllDay ? "the sun does not set" : "the sun does not rise"]
+        : [
+            day.rise && `sunrise ${tellClock(zone, day.rise)}`,
+            day.set && `sunset ${tellClock(zone, day.set)}`,
+          ].filter(Boolean);
+    const place =
+      sun.altitude > 0
+        ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)`
+        : `the sun is ${(-sun.altitude).toFixed(1)}° below the horizon`;
     const now = nameZone(zone, app.daylight.instant(state));
-    fill(told, el("strong", {}, `${tellDate(state.date)}, ${shown} ${now}`), ` · ${place} · ${edges.join(", ")}`);
+    fill(
+      told,
+      el("strong", {}, `${tellDate(state.date)}, ${shown} ${now}`),
+      ` · ${place} · ${edges.join(", ")}`,
+    );
   };
   return { element, update, play };
 };
@@ -139,20 +235,55 @@ const makeClockBar = (app) => {
  */
 const makeAngleBar = (app) => {
   const degrees = (/** @type {number} */ value) => `${value.toFixed(0)}°`;
-  const make = (/** @type {string} */ label, /** @type {number} */ max, /** @type {'azimuth' | 'altitude'} */ name) => {
-    const one = slider(label, { min: 0, max, step: 0.5, value: 0 }, (value) => app.set({ [name]: value }), degrees);
+  const make = (
+    /** @type {string} */ label,
+    /** @type {number} */ max,
+    /** @type {'azimuth' | 'altitude'} */ name,
+  ) => {
+    const one = slider(
+      label,
+      { min: 0, max, step: 0.5, value: 0 },
+      (value) => app.set({ [name]: value }),
+      degrees,
+    );
     const typed = el("input", {
-      type: "number", class: "typed", min: 0, max, step: 0.5, "aria-label": `${label} in degrees`,
+      type: "number",
+      class: "typed",
+      min: 0,
+      max,
+      step: 0.5,
+      "aria-label": `${label} in degrees`,
       onchange: () => {
         const value = typed.valueAsNumber;
-        app.set({ [name]: Number.isFinite(value) ? Math.max(0, Math.min(max, value)) : app.state[name] });
+        app.set({
+          [name]: Number.isFinite(value) ? Math.max(0, Math.min(max, value)) : app.state[name],
+        });
       },
     });
-    return { one, typed, name, line: el("div", { class: "line" }, el("span", { class: "name" }, label), el("div", { class: "track" }, one.input), typed) };
+    return {
+      one,
+      typed,
+      name,
+      line: el(
+        "div",
+        { class: "line" },
+        el("span", { class: "name" }, label),
+        el("div", { class: "track" }, one.input),
+        typed,
+      ),
+    };
   };
   const both = [make("Sun's azimuth", 360, "azimuth"), make("Sun's altitude", 90, "altitude")];
-  const element = el("section", { class: "timebar", "aria-label": "The sun" }, ...both.map((one) => one.line),
-    el("p", { class: "told" }, "The file does not say where on earth it stands: give --lat and --lon for dates and times."));
+  const element = el(
+    "section",
+    { class: "timebar", "aria-label": "The sun" },
+    ...both.map((one) => one.line),
+    el(
+      "p",
+      { class: "told" },
+      "The file does not say where on earth it stands: give --lat and --lon for dates and times.",
+    ),
+  );
   /** @param {State} state */
   const update = (state) => {
     for (const { one, typed, name } of both) {

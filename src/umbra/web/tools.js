@@ -9,9 +9,16 @@ import { measure } from "./vectors.js";
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./types.js').Vec3} Vec3 */
 
-/** @param {App} app @param {'hasPath' | 'hasCompass' | 'hasHours' | 'hasEdges'} name @param {string} words */
+/**
+ * @param {App} app
+ * @param {'hasPath' | 'hasCompass' | 'hasHours' | 'hasEdges'} name
+ * @param {string} words
+ */
 const makeSwitch = (app, name, words) => {
-  const input = el("input", { type: "checkbox", onchange: () => app.set({ [name]: input.checked }) });
+  const input = el("input", {
+    type: "checkbox",
+    onchange: () => app.set({ [name]: input.checked }),
+  });
   return { input, name, label: el("label", { class: "switch" }, input, words) };
 };
 
@@ -26,12 +33,28 @@ export const makeHours = (app) => {
   const ramp = el("div", { class: "ramp", "aria-hidden": "true" });
   const stops = hours.ramp.map(([r, g, b]) => `rgb(${r},${g},${b})`);
   ramp.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
-  const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) => el("span", {}, Number((share * hours.most).toFixed(1))));
-  const element = el("details", { open: true }, el("summary", {}, "Hours of the study"), one.label,
-    el("figure", { class: "scale", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` }, ramp,
-      el("div", { class: "ticks", "aria-hidden": "true" }, ...ticks)),
-    el("p", { class: "quiet" }, hours.note));
-  return { element, update: (/** @type {State} */ state) => { one.input.checked = state.hasHours; } };
+  const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) =>
+    el("span", {}, Number((share * hours.most).toFixed(1))),
+  );
+  const element = el(
+    "details",
+    { open: true },
+    el("summary", {}, "Hours of the study"),
+    one.label,
+    el(
+      "figure",
+      { class: "scale", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` },
+      ramp,
+      el("div", { class: "ticks", "aria-hidden": "true" }, ...ticks),
+    ),
+    el("p", { class: "quiet" }, hours.note),
+  );
+  return {
+    element,
+    update: (/** @type {State} */ state) => {
+      one.input.checked = state.hasHours;
+    },
+  };
 };
 
 /**
@@ -40,11 +63,19 @@ export const makeHours = (app) => {
  */
 export const makeDrawn = (app) => {
   const all = [
-    makeSwitch(app, "hasPath", "Sun's path and hours"), makeSwitch(app, "hasCompass", "Compass on the ground"),
+    makeSwitch(app, "hasPath", "Sun's path and hours"),
+    makeSwitch(app, "hasCompass", "Compass on the ground"),
     makeSwitch(app, "hasEdges", "Edges of the model"),
   ];
-  const element = el("details", {}, el("summary", {}, "What is drawn"), ...all.map((one) => one.label));
-  const update = (/** @type {State} */ state) => { for (const { input, name } of all) input.checked = state[name]; };
+  const element = el(
+    "details",
+    {},
+    el("summary", {}, "What is drawn"),
+    ...all.map((one) => one.label),
+  );
+  const update = (/** @type {State} */ state) => {
+    for (const { input, name } of all) input.checked = state[name];
+  };
   return { element, update };
 };
 
@@ -56,17 +87,25 @@ export const findPlane = (app, state) => {
   const { section } = state;
   if (!section) return null;
   const { normal, low, high } = findExtent(app, section.axis);
-  const at = low + (high - low) * section.at, sign = section.flipped ? 1 : -1;
+  const at = low + (high - low) * section.at,
+    sign = section.flipped ? 1 : -1;
   return [sign * normal[0], sign * normal[1], sign * normal[2], -sign * at];
 };
 
 /** @param {App} app @param {import('./state.js').Section['axis']} axis */
 const findExtent = (app, axis) => {
-  const turn = (app.north * Math.PI) / 180, [s, c] = [Math.sin(turn), Math.cos(turn)];
-  const normal = /** @type {Vec3} */ ({ level: [0, 0, 1], north: [s, c, 0], east: [c, -s, 0] }[axis]);
-  let low = Infinity, high = -Infinity;
+  const turn = (app.north * Math.PI) / 180,
+    [s, c] = [Math.sin(turn), Math.cos(turn)];
+  const normal = /** @type {Vec3} */ (
+    { level: [0, 0, 1], north: [s, c, 0], east: [c, -s, 0] }[axis]
+  );
+  let low = Infinity,
+    high = -Infinity;
   for (let k = 0; k < 8; k++) {
-    const sum = [0, 1, 2].reduce((total, i) => total + normal[i] * app.model.bounds[(k >> i) & 1][i], 0);
+    const sum = [0, 1, 2].reduce(
+      (total, i) => total + normal[i] * app.model.bounds[(k >> i) & 1][i],
+      0,
+    );
     [low, high] = [Math.min(low, sum), Math.max(high, sum)];
   }
   return { normal, low, high };
@@ -74,25 +113,64 @@ const findExtent = (app, axis) => {
 
 /** @param {App} app */
 export const makeSection = (app) => {
-  const names = { "": "None", level: "Level, a floor plan", north: "Across, west to east", east: "Along, south to north" };
-  const select = el("select", { "aria-label": "Section", onchange: () => {
-    const axis = AXES.find((one) => one === select.value);
-    app.set({ section: axis ? { axis, at: app.state.section?.at ?? 0.5, flipped: app.state.section?.flipped ?? false } : null });
-  } }, ...Object.entries(names).map(([value, words]) => el("option", { value }, words)));
+  const names = {
+    "": "None",
+    level: "Level, a floor plan",
+    north: "Across, west to east",
+    east: "Along, south to north",
+  };
+  const select = el(
+    "select",
+    {
+      "aria-label": "Section",
+      onchange: () => {
+        const axis = AXES.find((one) => one === select.value);
+        app.set({
+          section: axis
+            ? {
+                axis,
+                at: app.state.section?.at ?? 0.5,
+                flipped: app.state.section?.flipped ?? false,
+              }
+            : null,
+        });
+      },
+    },
+    ...Object.entries(names).map(([value, words]) => el("option", { value }, words)),
+  );
   const change = (/** @type {Partial<import('./state.js').Section>} */ some) => {
     if (app.state.section) app.set({ section: { ...app.state.section, ...some } });
   };
   const tell = (/** @type {number} */ at) => {
     const { section } = app.state;
     if (!section) return "";
-    const { low, high } = findExtent(app, section.axis), metres = at * (high - low);
-    return section.axis === "level" ? `${metres.toFixed(1)} m above the lowest point` : `${metres.toFixed(1)} m from the ${section.axis === "north" ? "south" : "west"}`;
+    const { low, high } = findExtent(app, section.axis),
+      metres = at * (high - low);
+    return section.axis === "level"
+      ? `${metres.toFixed(1)} m above the lowest point`
+      : `${metres.toFixed(1)} m from the ${section.axis === "north" ? "south" : "west"}`;
   };
-  const where = slider("Position of the section", { min: 0, max: 1, step: 0.002, value: 0.5 }, (at) => change({ at }), tell);
-  const flip = el("button", { type: "button", onclick: () => change({ flipped: !app.state.section?.flipped }) }, "Other side");
+  const where = slider(
+    "Position of the section",
+    { min: 0, max: 1, step: 0.002, value: 0.5 },
+    (at) => change({ at }),
+    tell,
+  );
+  const flip = el(
+    "button",
+    { type: "button", onclick: () => change({ flipped: !app.state.section?.flipped }) },
+    "Other side",
+  );
   const told = el("span", { class: "quiet" });
   const more = el("div", { class: "line" }, where.input, flip);
-  const element = el("details", {}, el("summary", {}, "Section"), el("div", { class: "line" }, select), more, told);
+  const element = el(
+    "details",
+    {},
+    el("summary", {}, "Section"),
+    el("div", { class: "line" }, select),
+    more,
+    told,
+  );
   const update = (/** @type {State} */ { section }) => {
     select.value = section?.axis ?? "";
     more.hidden = !section;
@@ -104,20 +182,63 @@ export const makeSection = (app) => {
 
 /** @param {App} app */
 export const makeMeasure = (app) => {
-  const button = el("button", { type: "button", "aria-pressed": "false",
-    onclick: () => app.set({ tool: app.state.tool === "measure" ? "choose" : "measure", begun: null }) }, "Measure a distance");
-  const list = el("ul", { class: "things" }), hint = el("p", { class: "quiet", role: "status" });
+  const button = el(
+    "button",
+    {
+      type: "button",
+      "aria-pressed": "false",
+      onclick: () =>
+        app.set({ tool: app.state.tool === "measure" ? "choose" : "measure", begun: null }),
+    },
+    "Measure a distance",
+  );
+  const list = el("ul", { class: "things" }),
+    hint = el("p", { class: "quiet", role: "status" });
   const element = el("details", {}, el("summary", {}, "Distances"), button, hint, list);
   const update = (/** @type {State} */ { tool, begun, distances }) => {
     button.setAttribute("aria-pressed", String(tool === "measure"));
-    fill(hint, tool !== "measure" ? "" : begun ? "Now the other end." : "Click or tap the first end, or press Enter for the place in the middle.");
-    if (list.childElementCount === distances.length && list.dataset.last === String(distances[distances.length - 1])) return;
+    fill(
+      hint,
+      tool !== "measure"
+        ? ""
+        : begun
+          ? "Now the other end."
+          : "Click or tap the first end, or press Enter for the place in the middle.",
+    );
+    if (
+      list.childElementCount === distances.length &&
+      list.dataset.last === String(distances[distances.length - 1])
+    )
+      return;
     list.dataset.last = String(distances[distances.length - 1]);
-    fill(list, ...distances.map(([from, to], k) => el("li", {},
-      el("span", { class: "label" }, tellLength(measure(from, to)),
-        el("small", {}, `level ${tellLength(Math.hypot(to[0] - from[0], to[1] - from[1]))}, height ${tellLength(Math.abs(to[2] - from[2]))}`)),
-      el("button", { type: "button", "aria-label": `Remove distance ${k + 1}`,
-        onclick: () => app.set({ distances: distances.filter((_, other) => other !== k) }) }, "Remove"))));
+    fill(
+      list,
+      ...distances.map(([from, to], k) =>
+        el(
+          "li",
+          {},
+          el(
+            "span",
+            { class: "label" },
+            tellLength(measure(from, to)),
+            el(
+              "small",
+              {},
+              `level ${tellLength(Math.hypot(to[0] - from[0], to[1] - from[1]))}, height ${tellLength(Math.abs(to[2] - from[2]))}`,
+            ),
+          ),
+          el(
+            "button",
+            {
+              type: "button",
+              "aria-label": `Remove distance ${k + 1}`,
+              onclick: () => app.set({ distances: distances.filter((_, other) => other !== k) }),
+            },
+            "Remove",
+          ),
+        ),
+      ),
+    );
   };
   return { element, update };
 };

@@ -14,7 +14,8 @@
  */
 
 /**
- * Perspective with `fov` (vertical, degrees) or orthographic with `height` (of the picture, metres).
+ * Perspective with `fov` (vertical, degrees) or orthographic with `height` (of the picture,
+ * metres).
  * @typedef {object} Camera
  * @property {Vec3} eye
  * @property {Vec3} target
@@ -37,7 +38,8 @@
  */
 
 /**
- * Results. `plan` is a picture laid from above on the ground plane and, where `onModel`, on all faces
+ * Results. `plan` is a picture laid from above on the ground plane and, where `onModel`, on all
+ * faces
  * that look up; row 0 is its north edge, alpha 0 shows the surface. `patches` are squares on the
  * outward sides of walls and roofs. `dots` are discs at points, in pixels across.
  * @typedef {object} Overlay

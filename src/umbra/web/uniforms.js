@@ -1,6 +1,6 @@
 // The uniforms that all programs share in a view.
 
-import { dot, subtract } from './vectors.js';
+import { dot, subtract } from "./vectors.js";
 
 /** @typedef {import('./renderer.js').Renderer} Renderer */
 /** @typedef {import('./view.js').Sight} Sight */
@@ -19,7 +19,7 @@ export function findUniforms(renderer, sight) {
   const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
   const corners = ground === null || !above ? [] : sight.findGround(ground - sight.eye[2]);
   return {
-    'corners[0]': corners.flat(),
+    "corners[0]": corners.flat(),
     groundSize: corners.length,
     isSection: Boolean(renderer.clip),
     cutsInto: Boolean(renderer.clip) || sight.near <= sight.asked, // the near plane may cut a solid
@@ -36,7 +36,9 @@ export function findUniforms(renderer, sight) {
     haze: Math.max(8 * size, 25 * above),
     share: 1,
     turn: 1,
-    plan: plan ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])] : [0, 0, 0, 0],
+    plan: plan
+      ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])]
+      : [0, 0, 0, 0],
     opacity: overlay?.opacity ?? 1,
     isFlat: overlay?.shaded === false,
     overlay: 0,

@@ -1,6 +1,6 @@
 // A camera in a picture of some pixels: its matrix, its rays, and the planes around what it sees.
 
-import { cross, dot, length, move, scale, subtract, transform, unit } from './vectors.js';
+import { cross, dot, length, move, scale, subtract, transform, unit } from "./vectors.js";
 
 /** @typedef {import('./types.js').Camera} Camera */
 /** @typedef {import('./types.js').Vec3} Vec3 */
@@ -67,7 +67,10 @@ export class Sight {
         const from = this.isPerspective ? this.eye : corner;
         const depth = (ground - from[2]) / way[2];
         // Parallel rays that begin below the ground meet it nowhere; next to them it is at 0.
-        nearest = Math.min(nearest, this.isPerspective && depth < 0 ? Infinity : Math.max(depth, 0));
+        nearest = Math.min(
+          nearest,
+          this.isPerspective && depth < 0 ? Infinity : Math.max(depth, 0),
+        );
         if (!(depth >= 0)) continue;
         farthest = Math.max(farthest, Math.min(depth, end));
       }
@@ -111,7 +114,9 @@ export class Sight {
     });
   }
 
-  /** The planes of the view, (5, 4): near and four sides, inward, widened a little; no far plane. */
+  /**
+   * The planes of the view, (5, 4): near and four sides, inward, widened a little; no far plane.
+   */
   findPlanes() {
     const corner = this.findCorners(this.near)[0];
     const planes = [...this.forward, -dot(this.forward, corner), ...this.findSides(this.near)];
@@ -134,7 +139,10 @@ export class Sight {
     const isOff = Math.abs(rise) > (light[3] ? 1e-9 * Math.max(reach, size) : 1e-12 * reach);
     const ahead = scale(this.forward, rise > 0 || !isOff ? 1 : -1);
     const normals = isOff ? [ahead] : [ahead, scale(ahead, -1)];
-    const middle = scale(corners.reduce((a, b) => move(a, b, 1)), 0.25);
+    const middle = scale(
+      corners.reduce((a, b) => move(a, b, 1)),
+      0.25,
+    );
     edges.forEach((edge, k) => {
       const normal = cross(edge, isOff ? toLight[k] : this.forward);
       const tall = length(normal);

@@ -17,12 +17,13 @@ import { dot, measure, move } from "./vectors.js";
  */
 
 const RADIANS = Math.PI / 180;
-const STEEPEST = 89.9;  // [degrees], so that "up" stays defined
+const STEEPEST = 89.9; // [degrees], so that "up" stays defined
 const MARGIN = 1.06;
 
 /** @param {Viewpoint} view @returns {Axes} unit vectors */
 export const findAxes = (view) => {
-  const turn = view.heading * RADIANS, lift = view.tilt * RADIANS;
+  const turn = view.heading * RADIANS,
+    lift = view.tilt * RADIANS;
   const [s, c, h, v] = [Math.sin(turn), Math.cos(turn), Math.cos(lift), Math.sin(lift)];
   return { right: [c, -s, 0], up: [-s * v, -c * v, h], forward: [s * h, c * h, v] };
 };
@@ -36,7 +37,8 @@ export const findEye = (view) => move(view.target, findAxes(view).forward, -view
  * @returns {Vec3} of any length
  */
 export const findRay = (view, x, y, aspect) => {
-  const { right, up, forward } = findAxes(view), tan = Math.tan((view.fov * RADIANS) / 2);
+  const { right, up, forward } = findAxes(view),
+    tan = Math.tan((view.fov * RADIANS) / 2);
   return move(move(forward, right, x * tan * aspect), up, y * tan);
 };
 
@@ -46,13 +48,19 @@ export const findRay = (view, x, y, aspect) => {
  */
 export const project = (view, place, wide, high) => {
   const { right, up, forward } = findAxes(view);
-  const from = move(place, findEye(view), -1), depth = dot(from, forward);
+  const from = move(place, findEye(view), -1),
+    depth = dot(from, forward);
   if (depth < 1e-3 * view.distance) return null;
   const scale = high / 2 / Math.tan((view.fov * RADIANS) / 2) / depth;
   return { x: wide / 2 + dot(from, right) * scale, y: high / 2 - dot(from, up) * scale, depth };
 };
 
-/** @param {Viewpoint} view @param {number} right @param {number} up [degrees] @returns {Viewpoint} */
+/**
+ * @param {Viewpoint} view
+ * @param {number} right
+ * @param {number} up [degrees]
+ * @returns {Viewpoint}
+ */
 export const turn = (view, right, up) => ({
   ...view,
   heading: (((view.heading + right) % 360) + 360) % 360,
@@ -64,10 +72,15 @@ export const turn = (view, right, up) => ({
  * @param {Viewpoint} view @param {number} right @param {number} up [degrees] @param {Vec3} about
  */
 export const turnAbout = (view, right, up, about) => {
-  const was = findAxes(view), from = move(view.target, about, -1);
-  const turned = turn(view, right, up), is = findAxes(turned);
-  const target = move(move(move(about, is.right, dot(from, was.right)), is.up, dot(from, was.up)),
-    is.forward, dot(from, was.forward));
+  const was = findAxes(view),
+    from = move(view.target, about, -1);
+  const turned = turn(view, right, up),
+    is = findAxes(turned);
+  const target = move(
+    move(move(about, is.right, dot(from, was.right)), is.up, dot(from, was.up)),
+    is.forward,
+    dot(from, was.forward),
+  );
   return { ...turned, target };
 };
 
@@ -87,7 +100,8 @@ export const zoom = (view, times, about = view.target) => ({
  * @param {Viewpoint} view @param {number} right @param {number} up @returns {Viewpoint}
  */
 export const pan = (view, right, up) => {
-  const axes = findAxes(view), size = 2 * view.distance * Math.tan((view.fov * RADIANS) / 2);
+  const axes = findAxes(view),
+    size = 2 * view.distance * Math.tan((view.fov * RADIANS) / 2);
   return { ...view, target: move(move(view.target, axes.right, right * size), axes.up, up * size) };
 };
 
@@ -97,7 +111,8 @@ export const pan = (view, right, up) => {
  * @param {[Vec3, Vec3]} bounds @param {number} aspect width / height @returns {Viewpoint}
  */
 export const frame = (view, bounds, aspect) => {
-  const { right, up, forward } = findAxes(view), tan = Math.tan((view.fov * RADIANS) / 2);
+  const { right, up, forward } = findAxes(view),
+    tan = Math.tan((view.fov * RADIANS) / 2);
   const target = move(bounds[0], move(bounds[1], bounds[0], -1), 0.5);
   let distance = Math.max(measure(bounds[0], bounds[1]) / 4, 1e-3);
   for (let k = 0; k < 8; k++) {
@@ -124,7 +139,8 @@ export const blend = (a, b, t) => {
   };
 };
 
-const SPARSE = 80, NEIGHBOURHOOD = 12; // sizes of the middling object: of a model, of a view's half
+const SPARSE = 80,
+  NEIGHBOURHOOD = 12; // sizes of the middling object: of a model, of a view's half
 
 /**
  * Find the box where most objects stand, of a model in which they would be specks; else null.
@@ -149,7 +165,12 @@ export const findDense = ({ faces, facePart, places, bounds }, owner) => {
     [0, 1].map((k) => Math.floor((box[k] + box[k + 3]) / 2 / reach));
   for (const box of boxes) {
     const [column, row] = squareOf(box);
-    for (const [x, y] of [[0, 0], [-1, 0], [0, -1], [-1, -1]]) {
+    for (const [x, y] of [
+      [0, 0],
+      [-1, 0],
+      [0, -1],
+      [-1, -1],
+    ]) {
       const name = `${column + x},${row + y}`;
       crowd.set(name, (crowd.get(name) ?? 0) + 1);
     }

@@ -4,7 +4,7 @@
 // McGuire's array of twice the vertices. A face adds +1 to the count if it is lit, and -1, in an
 // open component, if it is not; an edge's multiplicity is what its two faces add along it.
 
-import { CULLED, Z_PASS, Z_FAIL_CAP, placeShells } from './placement.js';
+import { CULLED, Z_PASS, Z_FAIL_CAP, placeShells } from "./placement.js";
 
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./placement.js').Throw} Throw */
@@ -53,7 +53,9 @@ export class Faces {
 }
 
 const [NOTHING, LIT, BOTH] = [0, 1, 2];
-/** What a face adds by its rule (row) and the side of it that the light is on: back, neither, front. */
+/**
+ * What a face adds by its rule (row) and the side of it that the light is on: back, neither, front.
+ */
 const ADDS = new Int8Array([0, 0, 0, 0, 0, 1, -1, 0, 1]);
 
 /** The volumes of a model for one light at a time. */
@@ -84,7 +86,8 @@ export class Volumes {
    * @param {Mask} show
    */
   setParts(cast, show) {
-    const { parts, facePart, faceComponent, faceStarts, shellCount, faceCount, isClosed } = this.model;
+    const { parts, facePart, faceComponent, faceStarts, shellCount, faceCount, isClosed } =
+      this.model;
     for (let part = 0; part < parts.length; part++) {
       this.isCasting[part] = !cast || cast[part] ? 1 : 0;
       this.isHidden[part] = !show || show[part] ? 0 : 1;
@@ -96,9 +99,13 @@ export class Volumes {
       if (this.isCasting[facePart[f]]) some[faceComponent[f]] = 1;
       else all[faceComponent[f]] = 0;
     }
-    this.isClosed = isClosed.map((is, k) => is & (all[k] | ~some[k] & 1));
+    this.isClosed = isClosed.map((is, k) => is & (all[k] | (~some[k] & 1)));
     for (let f = 0; f < faceCount; f++) {
-      this.rule[f] = !this.isCasting[facePart[f]] ? NOTHING : this.isClosed[faceComponent[f]] ? LIT : BOTH;
+      this.rule[f] = !this.isCasting[facePart[f]]
+        ? NOTHING
+        : this.isClosed[faceComponent[f]]
+          ? LIT
+          : BOTH;
     }
     for (let shell = 0; shell < shellCount; shell++) {
       this.casts[shell] = 0;

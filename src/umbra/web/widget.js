@@ -17,7 +17,7 @@ import { mount } from "./app.js";
  * @property {(event: string, act: () => void) => void} off
  */
 
-const DELAY = 120;  // from a change to Python [ms]
+const DELAY = 120; // from a change to Python [ms]
 const NAMES = ["date", "time", "azimuth", "altitude", "viewpoint"];
 
 /** @param {number} value @param {number} digits */
@@ -29,15 +29,27 @@ const round = (value, digits) => Number(value.toFixed(digits));
  * @param {State} state
  */
 const describe = (app, state) => {
-  const own = (/** @type {Vec3} */ place) => place.map((value, k) => round(value + app.model.origin[k], 3));
-  const { viewpoint: view, place } = state, object = place && place.part >= 0 ? app.things[app.thingOf[place.part]] : null;
+  const own = (/** @type {Vec3} */ place) =>
+    place.map((value, k) => round(value + app.model.origin[k], 3));
+  const { viewpoint: view, place } = state,
+    object = place && place.part >= 0 ? app.things[app.thingOf[place.part]] : null;
   return {
     date: state.date,
     time: tellMinutes(state.minutes),
     azimuth: round(app.sun.azimuth, 4),
     altitude: round(app.sun.altitude, 4),
-    viewpoint: { target: own(view.target), heading: round(view.heading, 3), tilt: round(view.tilt, 3), distance: round(view.distance, 3), fov: round(view.fov, 3) },
-    place: place && { position: own(place.position), object: object ? object.label : null, in_sun: app.isLit(true) },
+    viewpoint: {
+      target: own(view.target),
+      heading: round(view.heading, 3),
+      tilt: round(view.tilt, 3),
+      distance: round(view.distance, 3),
+      fov: round(view.fov, 3),
+    },
+    place: place && {
+      position: own(place.position),
+      object: object ? object.label : null,
+      in_sun: app.isLit(true),
+    },
   };
 };
 
@@ -60,8 +72,14 @@ const follow = (app, shared) => {
   }
   if (Object.keys(some).length) app.set({ ...some, playing: null, share: 0 });
   const view = shared.get("viewpoint");
-  if (view && Array.isArray(view.target) && JSON.stringify(view) !== JSON.stringify(seen.viewpoint)) {
-    const target = /** @type {Vec3} */ (view.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - app.model.origin[k]));
+  if (
+    view &&
+    Array.isArray(view.target) &&
+    JSON.stringify(view) !== JSON.stringify(seen.viewpoint)
+  ) {
+    const target = /** @type {Vec3} */ (
+      view.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - app.model.origin[k])
+    );
     app.orbit.set({ ...app.orbit.viewpoint, ...view, target });
   }
 };
@@ -75,7 +93,8 @@ export const render = async ({ model: shared, el: cell }) => {
   root.style.height = `${shared.get("height")}px`;
   cell.append(root);
   const block = shared.get("block");
-  let timer = 0, isClosed = false;
+  let timer = 0,
+    isClosed = false;
   /** @type {App | null} */
   let app = null;
   const send = () => {
@@ -86,10 +105,18 @@ export const render = async ({ model: shared, el: cell }) => {
     }
     shared.save_changes();
   };
-  const told = () => { timer ||= setTimeout(send, DELAY); };
-  app = await mount(root, new Uint8Array(block.buffer, block.byteOffset, block.byteLength), shared.get("config"), told);
+  const told = () => {
+    timer ||= setTimeout(send, DELAY);
+  };
+  app = await mount(
+    root,
+    new Uint8Array(block.buffer, block.byteOffset, block.byteLength),
+    shared.get("config"),
+    told,
+  );
   if (!app) return undefined;
-  const shown = app, act = () => follow(shown, shared);
+  const shown = app,
+    act = () => follow(shown, shared);
   act();
   for (const name of NAMES) shared.on(`change:${name}`, act);
   root.dataset.ready = "yes";
