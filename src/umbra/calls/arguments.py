@@ -11,7 +11,7 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Scene
 
-__all__ = ["check_picture_memory", "check_scene", "make_camera"]
+__all__ = ["check_picture_memory", "check_scene", "make_camera", "tell_moved"]
 
 _BYTES, _LIGHT_BYTES = 330, 16  # memory per pixel, and per pixel and light
 
@@ -102,3 +102,13 @@ def check_picture_memory(size: tuple[int, int], lights: int) -> None:
         "would fit"
     )
     raise InputError(msg, bytes=needed)
+
+
+def tell_moved(moved: float, detail: float) -> str:
+    """Describe how far shadows may be off, cast from coarser meshes."""
+    if not moved:
+        return f"note: all shadows are exact: no coarser mesh is within {detail:g} pixels"
+    return (
+        f"note: distant casters are coarser meshes, which are off by up to {moved:.3g} m, and "
+        f"their shadows by up to {detail:g} pixels across the light; detail=0 is exact"
+    )

@@ -204,6 +204,12 @@ class RenderOptions:
     layer_gap: float = _gap()
     mask_scale: int = _mask_scale()
     mask_filter: str = _mask_filter()
+    detail: float = _counting(
+        "number",
+        "With gl: pixels by which hard shadows may be off, cast from coarser meshes where that "
+        "suffices; 0: all are exact.",
+        default=0.0, metavar="PIXELS",
+    )  # fmt: skip
     samples: int = _counting(
         "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
         default=8, least=1, metavar="N",
@@ -245,9 +251,24 @@ class RenderOptions:
         if self.mask_scale != 1 and (not can or self.soft is not None):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
             raise InputError(msg)
+        self._check_detail()
         if self.samples > _MOST_SAMPLES:
             msg = f"a pixel has at most {_MOST_SAMPLES} samples; got {self.samples}"
             raise InputError(msg, option="samples")
+
+    def _check_detail(self) -> None:
+        """Refuse coarser casters where none are."""
+        if not 0.0 <= self.detail < math.inf:
+            msg = f"detail= is a number of pixels, 0 or more; got {self.detail:g}"
+            raise InputError(msg, option="detail")
+        device = find_device(self.device)
+        hard = self.soft is None and self.method in device.methods.volumes
+        if self.detail and not (device.has_levels and hard and self.mask_scale == 1):
+            msg = (
+                "detail= is for hard shadows counted by volumes on gl; give device='gl', and no "
+                "soft=, mask_scale= or mask method"
+            )
+            raise InputError(msg, option="detail")
 
     @property
     def softness(self) -> Softness:

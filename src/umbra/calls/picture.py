@@ -16,6 +16,7 @@ from umbra.calls.arguments import (
     check_picture_memory,
     check_scene,
     make_camera,
+    tell_moved,
 )
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
@@ -110,8 +111,8 @@ def render(
     ground: float | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., style: str = ...,
-    transparent: bool = ..., caption: str = ..., threads: int | None = ...,
+    mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
+    style: str = ..., transparent: bool = ..., caption: str = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(
@@ -120,8 +121,8 @@ def render(
     no_cast: str | Sequence[str] = ..., ground: float | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., style: str = ...,
-    transparent: bool = ..., caption: str = ..., threads: int | None = ...,
+    mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
+    style: str = ..., transparent: bool = ..., caption: str = ..., threads: int | None = ...,
 ) -> NDArray[np.uint8]: ...  # fmt: skip
 def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
@@ -140,6 +141,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     layer_gap: float = 0.4,
     mask_scale: int = 1,
     mask_filter: str = "joint",
+    detail: float = 0.0,
     samples: int = 8,
     style: str = "auto",
     transparent: bool = False,
@@ -184,6 +186,9 @@ def render(  # noqa: PLR0913  (each option by its name)
         On gl: count shadows in a picture smaller by this factor, then enlarge the mask.
     mask_filter : {'joint', 'bilinear', 'nearest'}
         Filter of the enlargement; joint takes only pixels of the same surface.
+    detail : float
+        On gl: pixels by which hard shadows may be off, cast from coarser meshes where that
+        suffices; 0: all are exact.
     samples : int
         Samples per pixel averaged along edges, up to 64; 1 takes the pixel's centre alone.
         Arrays always hold the centres.
@@ -229,8 +234,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     options = RenderOptions(
         cast=cast, no_cast=no_cast, ground=ground, method=method, device=device, soft=soft,
         light_size=light_size, light_samples=light_samples, layer_length=layer_length,
-        layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, samples=samples,
-        style=style, transparent=transparent, caption=caption, threads=threads,
+        layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, detail=detail,
+        samples=samples, style=style, transparent=transparent, caption=caption, threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
@@ -289,7 +294,9 @@ def draw_picture(
     style = choose_style(options.style, scene, is_bare=is_bare)
     ground, shown = choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
     backdrop = Backdrop(scene, options.transparent)
-    frames = device.open_frames(scene, ground, casters=casters, threads=threads, warn=said)
+    frames = device.open_frames(
+        scene, ground, casters=casters, threads=threads, warn=said, detail=options.detail
+    )
     with frames as counter:
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn, is_assumed=ground != options.ground)
@@ -302,6 +309,8 @@ def draw_picture(
         averages = None
         if options.samples > 1:
             averages = average_colors(shown, camera, shadows, layers)
+        if options.detail:
+            tell(tell_moved(counter.moved, options.detail))
 
     def draw() -> NDArray[np.uint8]:
         found = averages or average_colors(shown, camera, shadows, layers)

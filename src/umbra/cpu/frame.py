@@ -86,6 +86,7 @@ class FrameCounter:
     threads: int = 1
     warn: Callable[[str], object] = lambda _: None
     transmits: bool = True
+    moved: float = field(init=False, default=0.0)
     caster: Caster = field(init=False)
     transmitters: Transmitters | None = field(init=False, default=None)
     _surface: _Surface | None = field(init=False, default=None)

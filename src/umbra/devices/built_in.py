@@ -45,6 +45,7 @@ class CpuDevice(CountingDevice):
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
+        detail: float = 0.0,
     ) -> AbstractContextManager[FrameCounts]:
         """Make a counter of frames of a scene, see `CountingDevice`."""
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
@@ -109,7 +110,7 @@ class GlDevice(CountingDevice):
     """OpenGL, on a GPU or in software."""
 
     name, title = "gl", "OpenGL"
-    is_window = enlarges_masks = True
+    is_window = enlarges_masks = has_levels = True
     weakens_light = False
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
@@ -125,8 +126,9 @@ class GlDevice(CountingDevice):
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
+        detail: float = 0.0,
     ) -> AbstractContextManager[FrameCounts]:
         """Make a counter of frames, see `CountingDevice`; OpenGL manages its own threads."""
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 
-        return GlFrameCounter(scene, casters, ground, warn=warn, transmits=transmits)
+        return GlFrameCounter(scene, casters, ground, warn=warn, transmits=transmits, detail=detail)

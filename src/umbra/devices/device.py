@@ -25,6 +25,8 @@ class FrameCounts(Protocol):
 
     scene: "Scene"
     transmitters: "Transmitters | None"
+    moved: float
+    """How far casters of the counts so far are off at most, as coarser meshes [m]."""
 
     def see(self, camera: "Camera") -> "tuple[DepthBuffer, VisibleSurface]":
         """Find the visible surface; transmitting parts are drawn, except in their holes."""
@@ -107,6 +109,8 @@ class CountingDevice(ABC):
     """Whether it draws into the viewer's window; pictures of other devices are copied there."""
     enlarges_masks: ClassVar[bool] = False
     """Whether hard shadows can be counted at a lower resolution than the picture."""
+    has_levels: ClassVar[bool] = False
+    """Whether casters may be coarser meshes."""
     weakens_light: ClassVar[bool] = True
     """Whether canopies can transmit a share of the light."""
 
@@ -129,6 +133,7 @@ class CountingDevice(ABC):
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
+        detail: float = 0.0,
     ) -> AbstractContextManager[FrameCounts]:
         """
         Make a counter of frames of a scene.
@@ -146,4 +151,6 @@ class CountingDevice(ABC):
         transmits : bool
             Whether transmitting parts let light through; otherwise they are opaque, without holes,
             as in a study.
+        detail : float
+            By how many pixels hard shadows may be off, where the device ``has_levels``.
         """

@@ -19,7 +19,7 @@ from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.bounds import move_boxes
 
-__all__ = ["Body", "make_bodies"]
+__all__ = ["Body", "make_bodies", "make_level_body"]
 
 _STILL = np.eye(4)
 MOST_SHELLS = 4096
@@ -255,8 +255,54 @@ def _pose(caster: Caster, vertices: NDArray[np.float64]) -> Caster:
     return replace(caster, vertices=vertices, planes=planes)
 
 
-def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> Body:
-    component_shell = _find_shells(caster)
+def make_level_body(
+    body: Body, faces: NDArray[np.int32], shell: NDArray[np.int32]
+) -> tuple[Body | None, NDArray[np.intp], NDArray[np.intp]]:
+    """
+    Make the body of a coarser mesh on the points of another.
+
+    Parameters
+    ----------
+    body : Body
+    faces : (n, 3) int32
+    shell : (n,) int32
+        The body's shell that each face belongs to.
+
+    Returns
+    -------
+    made : Body or None
+        None if there is no face.
+    shells : (n_shells,) int
+        The shell that each shell of the made body belongs to.
+    merged : (n,) int
+        Shells that were left out, as edges join them now.
+    """
+    merged = np.zeros(0, np.intp)
+    while len(faces):
+        caster = make_caster(body.caster.vertices, faces, shell, is_welded=True)
+        owner = shell[caster.source]
+        first = np.zeros(len(caster.is_closed), np.int32)
+        first[caster.component] = owner
+        mixed = first[caster.component] != owner
+        if not mixed.any():
+            shells, component_shell = np.unique(first, return_inverse=True)
+            made = _make_body(caster, body.groups, faces, component_shell.ravel())
+            made.place(body.transforms)
+            return made, shells.astype(np.intp), merged
+        bad = np.unique(np.concatenate([owner[mixed], first[caster.component][mixed]]))
+        merged = np.concatenate([merged, bad])
+        kept = ~np.isin(shell, bad)
+        faces, shell = faces[kept], shell[kept]
+    return None, np.zeros(0, np.intp), merged
+
+
+def _make_body(
+    caster: Caster,
+    groups: list[Group],
+    soup: NDArray[np.int32],
+    component_shell: NDArray[np.intp] | None = None,
+) -> Body:
+    component_shell = _find_shells(caster) if component_shell is None else component_shell
     shell = component_shell[caster.component]
     edge_shell = shell[caster.edge_faces[:, 0]].astype(np.int32)
     order = np.argsort(edge_shell, kind="stable")

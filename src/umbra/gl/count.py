@@ -123,7 +123,7 @@ class VolumeCounter:
             return
         program = self._prepare(self._in_stencil, plan)
         for draw in plan.draws:
-            program.set(is_cut=draw.is_cut)
+            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
             for each in self._list_passes(plan, draw):
                 state.use(each)
                 if plan.scissor is not None:
@@ -144,7 +144,8 @@ class VolumeCounter:
         for plan in plans:
             if plan.start:
                 state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
-        program = self._find_program() if is_ready else self._prepare(self._in_stencil, plans[0])
+        find = self._find_program if is_ready else self._prepare
+        program = find(self._in_stencil, plans[0])
         draws = [(draw, plan) for plan in plans for draw in plan.draws]
         if len(plans) > 1:
             draws.sort(key=lambda each: (each[0].kind, each[0].is_cut))
@@ -153,7 +154,7 @@ class VolumeCounter:
             if plan is not last:
                 program.set(**plan.uniforms())
                 last = plan
-            program.set(is_cut=draw.is_cut)
+            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
             for how in self._list_passes(plan, draw):
                 state.use(how)
                 if plan.scissor is not None:
@@ -170,7 +171,7 @@ class VolumeCounter:
         floats.fill(state, float(plan.start))
         program = self._prepare(self._in_floats, plan)
         for draw in plan.draws:
-            program.set(front=_FRONT[draw.kind], is_cut=draw.is_cut)
+            program.set(front=_FRONT[draw.kind], is_cut=draw.is_cut, slack=_find_slack(plan, draw))
             state.use(self._find_pass(IN_FLOATS, plan, draw))
             if plan.scissor is not None:
                 state.limit(plan.scissor)
@@ -205,14 +206,14 @@ class VolumeCounter:
             return passes[draw.kind]
         return replace(passes[draw.kind], depth_bounds=depths, depth_clamp=clamps)
 
-    def _find_program(self, programs: Programs | None = None) -> Program:
-        """Choose the program by whether points near a light have their own far ends."""
+    def _find_program(self, programs: Programs, plan: VolumePlan) -> Program:
+        """Choose the program by what the plans of a picture need."""
         needs = self._needs if self._indices.nearby is None else (*self._needs, "HAS_NEARBY")
-        return (programs or self._in_stencil).find(*needs)
+        return programs.find(*needs, *(("HAS_LEVELS",) if any(plan.slack) else ()))
 
     def _prepare(self, programs: Programs, plan: VolumePlan) -> Program:
         """Choose the program for a plan's draws, and set the inputs that they share."""
-        nearby, program = self._indices.nearby, self._find_program(programs)
+        nearby, program = self._indices.nearby, self._find_program(programs, plan)
         self._geometry.bind(program)
         if nearby is not None:
             nearby.bind(_NEARBY_UNIT)
@@ -223,6 +224,11 @@ class VolumeCounter:
     def release(self) -> None:
         """Free the programs and the float target."""
         release_all(self._floats, self._in_stencil, self._in_floats, self._mark)
+
+
+def _find_slack(plan: VolumePlan, draw: Draw) -> NDArray[np.float32]:
+    """Return how far behind its caster a draw's volumes begin."""
+    return np.array(plan.slack if draw.is_coarse else (0.0, 0.0), np.float32)
 
 
 def mark_shadow(state: State, program: Program, picture: Target, **uniforms: object) -> None:

@@ -7,16 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS", "VolumeSelection",
+    "COARSE", "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS",
+    "VolumeSelection",
 ]  # fmt: skip
 
-SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS = (np.uint8(1 << bit) for bit in range(6))
+SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS, COARSE = (np.uint8(1 << bit) for bit in range(7))
 """Bits of `VolumeSelection.flags`."""
 
 DRAWS = (
     ("sides_z_pass", False), ("sides_z_fail", False), ("dark_cap", False),
     ("sides_z_pass", True), ("sides_z_fail", True), ("dark_cap", True),
     ("light_cap", False),
+    ("coarse_z_pass", False), ("coarse_z_fail", False),
+    ("coarse_z_pass", True), ("coarse_z_fail", True),
 )  # fmt: skip
 """Kinds of faces, and whether their volumes are cut, in the order in which they are drawn."""
 
@@ -31,9 +34,12 @@ class VolumeSelection:
     flags : (n_shells,) uint8
         Bits: ``SIDES`` in view; ``Z_FAILS``, counted behind the visible surface rather than in
         front of it; ``CUT``, ends at the floor rather than at infinity; ``FAN``, a fan over the
-        silhouette closes the far end; ``DARK_CAP`` and ``LIGHT_CAPS``, drawn.
+        silhouette closes the far end; ``DARK_CAP`` and ``LIGHT_CAPS``, drawn;
+        ``COARSE``, a level of detail, in no depth buffer: its caps are drawn as its sides.
     case : (n_shells,) int8
         McGuire's; 0 where culled.
+    moved : float
+        How far any corner of the levels of detail moves at most [m].
     start : int
         Count at the near rectangle of the shells counted from there, though of case 2 or 3.
     """
@@ -41,6 +47,7 @@ class VolumeSelection:
     flags: NDArray[np.uint8]
     case: NDArray[np.int8]
     start: int = 0
+    moved: float = 0.0
 
     def find(self, bit: np.uint8) -> NDArray[np.bool_]:
         """Return the shells (n_shells,) whose bit is set."""

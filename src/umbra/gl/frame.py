@@ -9,6 +9,7 @@ d^2 / (2^24 near) at the distance d [m].
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,9 @@ class GlFrameCounter(DeviceUser):
         As in ``VolumeCounter``.
     transmits : bool
         As in ``umbra.cpu.frame.FrameCounter``.
+    detail : float
+        As in `VolumeOptions`, for hard shadows; `moved` is how far any of the casters counted so
+        far is off [m].
     """
 
     def __init__(
@@ -75,9 +79,11 @@ class GlFrameCounter(DeviceUser):
         choices: VolumeOptions | None = None,
         two_sided: bool = True,
         transmits: bool = True,
+        detail: float = 0.0,
     ) -> None:
         self.scene, self.ground, self.warn = scene, ground, warn
-        self.choices = choices or VolumeOptions(narrow=False)
+        self.choices = choices or VolumeOptions(narrow=False, detail=detail)
+        self.moved = 0.0
         super().__init__(device)
         self.triangles = scene.triangles()
         self.transmitters = make_transmitters(scene, casters) if transmits else None
@@ -167,9 +173,11 @@ class GlFrameCounter(DeviceUser):
         """
         projection, target = self._recall(view, camera)
         counter, method = self.masks.choose(method, self.counter)
+        choices = self.choices if counter is self.counter else replace(self.choices, detail=0.0)
         (self.plan,) = self.planner.plan(
-            projection, [light], method, choices=self.choices, warn=self.warn
+            projection, [light], method, choices=choices, warn=self.warn
         )
+        self.moved = max(self.moved, self.plan.statistics.moved)
         with State(self.device) as state:
             counter.count(state, target, self.plan)
         counts = counter.read(target, self.plan)
@@ -199,7 +207,8 @@ class GlFrameCounter(DeviceUser):
         soft = self.soft.choose(method)
         projection, target = self._recall(view, camera)
         middles = [light.light for light in lights]
-        plans = self.planner.plan(projection, middles, choices=self.choices, warn=self.warn)
+        exact = replace(self.choices, detail=0.0)
+        plans = self.planner.plan(projection, middles, choices=exact, warn=self.warn)
         found = []
         soft.begin(projection, lights, plans)
         for number in range(len(lights)):

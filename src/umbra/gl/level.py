@@ -15,6 +15,7 @@ from umbra.gl.casters import Body
 from umbra.gl.flags import DRAWS
 from umbra.scene.mesh import transform_points
 
+_LIGHT_CAP = DRAWS.index(("light_cap", False))
 __all__ = ["find_level_points", "is_level", "split_level"]
 
 
@@ -50,5 +51,5 @@ def split_level(
             inside = is_level_point[triangles >> np.uint32(1)].all(1)
             found[place] = triangles[~inside].ravel()
             if name == "sides_z_fail":
-                found[-1] = np.concatenate([found[-1], triangles[inside].ravel()])
+                found[_LIGHT_CAP] = np.concatenate([found[_LIGHT_CAP], triangles[inside].ravel()])
     return found

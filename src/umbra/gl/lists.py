@@ -5,11 +5,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS
+from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS
 
 __all__ = ["add_draws", "append_draws", "list_cap"]
 
-_LIGHT_CAP = 6  # place of light caps in ``DRAWS``
+_LIGHT_CAP, _COARSE = 6, 7  # places in ``DRAWS`` of light caps, and of levels of detail
 
 
 def list_cap(
@@ -83,9 +83,12 @@ def _list_cap(wanted, face_starts, faces, corners, planes, component, instances,
 
 @njit(cache=True, nogil=True)
 def _find_draw(flags):
-    """Return the place in ``DRAWS`` of a volume's sides, and of its dark cap."""
+    """Return the place in ``DRAWS`` of a volume's sides, of its dark cap, and of its light cap."""
+    if flags & COARSE:
+        draw = _COARSE + (2 if flags & CUT else 0) + (1 if flags & Z_FAILS else 0)
+        return draw, draw, draw
     first = 3 if flags & CUT else 0
-    return first + (1 if flags & Z_FAILS else 0), first + 2
+    return first + (1 if flags & Z_FAILS else 0), first + 2, _LIGHT_CAP
 
 
 @njit(cache=True, nogil=True)
@@ -105,7 +108,7 @@ def add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places
         mine = flags[side_shell[i]]
         if not mine & SIDES:
             continue
-        draw, dark = _find_draw(mine)
+        draw, dark, _ = _find_draw(mine)
         columns = 6 if is_point or mine & CUT else 3
         if writes:
             place = places[draw]
@@ -124,7 +127,7 @@ def add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places
     for i in range(cap_shell.size):
         mine = flags[cap_shell[i]]
         if mine & LIGHT_CAPS:
-            _add_face(cap[i], False, _LIGHT_CAP, writes, counts, places, numbers)
+            _add_face(cap[i], False, _find_draw(mine)[2], writes, counts, places, numbers)
         if mine & DARK_CAP and not mine & FAN:
             _add_face(cap[i], True, _find_draw(mine)[1], writes, counts, places, numbers)
 

@@ -22,12 +22,17 @@ Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
 
 @dataclass(frozen=True)
 class Draw:
-    """Range of the index list to count as ``z_pass``, ``z_fail`` or ``light_cap``."""
+    """
+    Range of the index list to count as ``z_pass``, ``z_fail`` or ``light_cap``.
+
+    Volumes of levels of detail, ``is_coarse``, begin a little behind their casters.
+    """
 
     kind: str
     is_cut: bool
     first: int
     count: int
+    is_coarse: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +52,10 @@ class Statistics:
         Bytes uploaded to the device.
     deepest : int
         Upper bound of the counts.
+    coarse : int
+        Triangles of levels of detail, of all kinds.
+    moved : float
+        How far any corner of these moves at most [m].
     """
 
     shells: int = 0
@@ -59,6 +68,8 @@ class Statistics:
     light_caps: int = 0
     index_bytes: int
     deepest: int
+    coarse: int = 0
+    moved: float = 0.0
 
     @property
     def counts_in(self) -> str:
@@ -90,6 +101,9 @@ class VolumePlan:
     depth_bounds : (float, float), optional
         Window depths of the counted region.
     selection : VolumeSelection, optional
+    slack : (float, float)
+        By how much the volumes of levels of detail begin behind their casters: [m], and more for
+        each metre from the eye.
     volumes : sequence of BodyVolumes
         Volumes from which the draws were selected, made when they are looked up.
     """
@@ -104,6 +118,7 @@ class VolumePlan:
     scissor: tuple[int, int, int, int] | None = None
     depth_bounds: tuple[float, float] | None = None
     selection: VolumeSelection | None = None
+    slack: tuple[float, float] = (0.0, 0.0)
     volumes: Sequence[BodyVolumes] = ()
 
     def uniforms(self) -> dict[str, object]:

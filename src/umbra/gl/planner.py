@@ -18,6 +18,7 @@ from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import KeptLight
 from umbra.gl.level import find_level_points, is_level, split_level
+from umbra.gl.levels import DetailLevel, LevelTable, make_levels
 from umbra.gl.nearby import Nearby
 from umbra.gl.open_components import find_near, find_start
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Statistics, VolumePlan
@@ -25,6 +26,7 @@ from umbra.gl.projection import (
     Projection,
     Rectangle,
     find_clip_ranges,
+    find_pixel,
     find_source,
     make_projection,
     turn_scissor,
@@ -36,11 +38,15 @@ from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
 from umbra.volume.box_tree import BoxTree
-from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["Planner"]
 
 _BELOW = 0.002  # distance from lowest receiver to floor, as a fraction of the scene's size
+_BEHIND = 4.0  # of its largest error a level of detail's volume begins behind its caster
+_KINDS = {
+    "sides_z_pass": Z_PASS, "sides_z_fail": Z_FAIL, "dark_cap": Z_FAIL, "light_cap": LIGHT_CAP,
+    "coarse_z_pass": Z_PASS, "coarse_z_fail": Z_FAIL,
+}  # fmt: skip
 _FEW_FACES = 300_000  # below this, one thread is faster than starting more
 
 
@@ -66,8 +72,10 @@ class Planner:
     Attributes
     ----------
     bodies : list of Body
+    casting : list of Body
+        The same and, once they were asked for, their levels of detail.
     bounds : (n_shells, 2, 3) float64
-        Bounds of all bodies' shells, relative to the scene's origin [m].
+        Bounds of all these bodies' shells, relative to the scene's origin [m].
     tree : BoxTree
         Tree of these boxes.
     indices : Indices
@@ -86,6 +94,8 @@ class Planner:
     _last: tuple[bytes, list[VolumePlan]] | None = None
     _moves: int = 0
     _list: IndexList = field(default_factory=IndexList)
+    _levels: list[list[DetailLevel]] = field(default_factory=list)
+    table: LevelTable | None = None
     tree: BoxTree = field(init=False)
     _has_moved: bool = False
     _idle_boxes: dict[int, tuple[Part, NDArray[np.float64]]] = field(default_factory=dict)
@@ -94,17 +104,26 @@ class Planner:
         chosen = range(len(self.scene.parts)) if self.casters is None else self.casters
         self._idle = sorted(set(range(len(self.scene.parts))) - set(chosen))
         self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
-        self.before = ()
+        self.before, self.casting = (), self.bodies
         self.indices = Indices(self.device, 2 * self.geometry.n_points)
         self._measure()
 
-    def _measure(self) -> None:
-        boxes = [body.world_bounds() for body in self.bodies]
+    def _make_levels(self) -> None:
+        """Make the levels of detail of all bodies; their shells follow those of the bodies."""
+        self._levels = [make_levels(body) for body in self.bodies]
+        self.table = LevelTable.of(self.bodies, self._levels)
+        self._kept = []
+        coarse = [level.body for levels in self._levels for level in levels]
+        self.casting = [*self.bodies, *(body for body in coarse if body is not None)]
+        self._measure(renumbers=True)
+
+    def _measure(self, *, renumbers: bool = False) -> None:
+        boxes = [body.world_bounds() for body in self.casting]
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
         self._starts = np.append(0, np.cumsum([len(box) for box in boxes])).astype(np.intp)
-        most = [np.tile(body.most, len(body.groups)) for body in self.bodies]
+        most = [np.tile(body.most, len(body.groups)) for body in self.casting]
         self._most = np.concatenate([np.zeros(0, np.int64), *most])
-        if self._has_moved:
+        if self._has_moved and not renumbers:
             self.tree.fit(self.bounds)
         else:
             self.tree = BoxTree(self.bounds)
@@ -144,9 +163,16 @@ class Planner:
             posed = {group.parts: group for group in groups}
             for body in self.bodies:
                 body.bend([posed[group.parts] for group in body.groups])
+            self._levels, self.table, self.casting = [], None, self.bodies
         for body in self.bodies:
             body.place(self.geometry.placed[[group.parts[0] for group in body.groups]])
-        self._measure()
+        for body, levels in zip(self.bodies, self._levels, strict=False):
+            for level in levels:
+                if level.body is not None:
+                    level.body.place(body.transforms)
+        if self._levels:
+            self.table = LevelTable.of(self.bodies, self._levels)
+        self._measure(renumbers=bool(groups))
 
     def can_bend(self, groups: Sequence[Group]) -> bool:
         """Return whether all bodies keep their adjacency with the vertices of groups."""
@@ -190,6 +216,8 @@ class Planner:
         shapes = [(light.range, light.half_angle, light.axis is None) for light in lights]
         key += f"{method} {choices} {shapes}".encode()
         if self._last is None or self._last[0] != key or method == "z-pass":
+            if choices.detail > 0.0 and self.table is None:
+                self._make_levels()
             faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
             use_threads(count_cores() if faces > _FEW_FACES else 1)
             origin = self.scene.origin
@@ -197,15 +225,18 @@ class Planner:
             ranges = find_clip_ranges(projection.camera, origin, sources, lights)
             if not choices.narrow:
                 ranges = [(None, None)] * len(lights)
-            near = find_near(self.bodies, self._starts, self.tree, sources)
+            near = find_near(self.casting, self._starts, self.tree, sources)
             for number, (source, mine) in enumerate(zip(sources, near, strict=True)):
                 self._keep(number, projection.asked, source, mine)
             del self._kept[len(lights) :]
             selections = select_lights(
                 self._kept, self.tree, projection, origin,
-                _find_reached(lights, sources, ranges, choices), method=method, choices=choices,
-                floor=self.floor,
+                FoundLights.of(lights, sources, ranges, choices), method=method, choices=choices,
+                floor=self.floor, levels=self.table, ground=self.ground,
             )  # fmt: skip
+            near_slack, slack = (
+                _BEHIND * choices.detail * s for s in find_pixel(projection.camera)
+            )
             for selection in selections:
                 self._warn(selection, method, warn)
             find_together(self._kept, selections, self._starts)
@@ -218,7 +249,7 @@ class Planner:
             self._list.begin(np.dtype(np.uint32) if points else self.indices.dtype)
             plans, first = [], self.geometry.n_points
             for each in zip(self._kept, selections, touched, ranges, strict=True):
-                plans.append(self._plan(projection, *each, first))
+                plans.append(self._plan(projection, *each, first, (near_slack, slack)))
                 first += 0 if each[2] is None else len(each[2].points)
             self.indices.write(
                 self._list.numbers, nearby=np.concatenate(points) if points else None
@@ -244,17 +275,17 @@ class Planner:
         touched: Nearby | None,
         clip_range: tuple[Rectangle | None, tuple[float, float] | None],
         first: int,
+        slack: tuple[float, float],
     ) -> VolumePlan:
         """Plan one light, and list its triangles; its points near it are numbered from first on."""
         source, (corners, depths) = kept.source, clip_range
         draws: list[Draw] = []
-        drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
+        drawn: dict[str, int] = {}
         start, tilt, deepest = 0, np.zeros(2), 0
         if len(selection.shells):
             for name, is_cut, place, count in self._list_draws(kept, selection, touched, first):
-                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
-                draws.append(Draw(kind, is_cut, place, count))
-                drawn[name] += count // 3
+                draws.append(Draw(_KINDS[name], is_cut, place, count, name.startswith("coarse")))
+                drawn[name] = drawn.get(name, 0) + count // 3
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
                 start, tilt = find_start(kept, projection.camera, source, uncut)
@@ -271,6 +302,7 @@ class Planner:
             statistics=statistics,
             scissor=None if corners is None else turn_scissor(corners, projection.camera),
             depth_bounds=depths,
+            slack=slack,
             selection=selection,
             volumes=kept,
         )
@@ -279,17 +311,20 @@ class Planner:
         self, selection: VolumeSelection, draws: list[Draw], drawn: dict[str, int], deepest: int
     ) -> Statistics:
         """Sum up one light's plan."""
-        shells, seen = len(self.bounds), len(selection.shells)
+        seen = len(selection.shells)
+        shells = sum(body.n_shells * len(body.groups) for body in self.bodies)
         cases = np.bincount(selection.case, minlength=4).tolist() if seen else [0] * 4
         return Statistics(
             shells=shells,
             culled=shells - seen,
             cut=int(np.count_nonzero(selection.flags & CUT)) if seen else 0,
             cases=(cases[1], cases[2], cases[3]),
-            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
-            sides_z_pass=drawn["sides_z_pass"],
-            dark_caps=drawn["dark_cap"],
-            light_caps=drawn["light_cap"],
+            sides=drawn.get("sides_z_pass", 0) + drawn.get("sides_z_fail", 0),
+            sides_z_pass=drawn.get("sides_z_pass", 0),
+            dark_caps=drawn.get("dark_cap", 0),
+            light_caps=drawn.get("light_cap", 0),
+            coarse=drawn.get("coarse_z_pass", 0) + drawn.get("coarse_z_fail", 0),
+            moved=selection.moved,
             index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
             deepest=deepest,
         )
@@ -340,7 +375,7 @@ class Planner:
         ):
             return
         origin, moves = self.scene.origin, self._moves
-        kept = KeptLight(self.bodies, self._starts, source, near, camera, origin, moves)
+        kept = KeptLight(self.casting, self._starts, source, near, camera, origin, moves)
         if old is not None:
             kept.follow(old)
         self._kept[number : number + 1] = [kept]
@@ -355,23 +390,3 @@ class Planner:
     def release(self) -> None:
         """Free the list of triangles."""
         self.indices.release()
-
-
-def _find_reached(
-    lights: Sequence[Light],
-    sources: NDArray[np.float64],
-    ranges: Sequence[tuple[Rectangle | None, tuple[float, float] | None]],
-    choices: VolumeOptions,
-) -> FoundLights:
-    """Find what lights can reach, by their ranges and cones if that is permitted."""
-    reaches = np.full(len(lights), np.inf)
-    cones: list[NDArray[np.float64] | None] = [None] * len(lights)
-    if choices.narrow:
-        reaches[:] = [light.range for light in lights]
-        cones = [
-            None
-            if light.axis is None
-            else find_cone_planes(source[:3], light.axis, light.half_angle)
-            for light, source in zip(lights, sources, strict=True)
-        ]
-    return FoundLights(sources, reaches, cones, [corners for corners, _ in ranges])

@@ -28,6 +28,7 @@ __all__ = [
     "Projection",
     "find_clip_range",
     "find_clip_ranges",
+    "find_pixel",
     "find_rays",
     "find_scissors",
     "find_source",
@@ -224,6 +225,14 @@ def _find_depths(
             nearest = min(nearest, (-keys).min())
             furthest = max(furthest, min((-keys).max(), _HORIZON * size))
     return float(nearest), float(furthest)
+
+
+def find_pixel(camera: Camera) -> tuple[float, float]:
+    """Return the size of a pixel [m], and by how much it grows with each metre of distance."""
+    rows = camera.size[1]
+    if camera.height is not None:
+        return camera.height / rows, 0.0
+    return 0.0, float(2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows)
 
 
 def find_rays(projection: Projection) -> dict[str, Any]:

@@ -292,7 +292,7 @@ class Renderer(DeviceUser):
         self.device.gl.Flush()  # a software device draws while volumes are planned
         if not shadows:
             return
-        for plan in self._plan(projection, lights, method):
+        for plan in self._plan(projection, lights, method, exact=counter is not self.counter):
             if plan.scissor is not None and 0 in plan.scissor[2:]:
                 continue
             with self._timed("shadows"):
@@ -319,7 +319,12 @@ class Renderer(DeviceUser):
             self.draw_surface(state)
         self.device.gl.Flush()
         middles = find_middles(lights)
-        plans = self._plan(projection, middles, method) if shadows else [None] * len(lights)
+        exact = bool(softened.areas) or counter is not self.counter
+        plans = (
+            self._plan(projection, middles, method, exact=exact)
+            if shadows
+            else [None] * len(lights)
+        )
         softened.begin(projection, plans)
         spares = counter is self.counter and self.surfaces.has_normals
         lit = ShownLights(lights, plans, counter, softened, self._tables, spares)
@@ -352,9 +357,13 @@ class Renderer(DeviceUser):
         return in_stencil and self.surfaces.has_normals
 
     def _plan(
-        self, projection: Projection, lights: Sequence[Light], method: str
+        self, projection: Projection, lights: Sequence[Light], method: str, *, exact: bool
     ) -> list[VolumePlan]:
-        plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
+        """Plan lights; ``exact`` where their volumes are not for the stencil alone."""
+        choices = self.choices
+        if exact and choices is not None:
+            choices = replace(choices, detail=0.0)
+        plans = self.planner.plan(projection, lights, method, choices=choices, warn=self.warn)
         self.plans, self.statistics = plans, [plan.statistics for plan in plans]
         return plans
 

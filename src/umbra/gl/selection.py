@@ -14,9 +14,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.covered import NearCounts
-from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
-from umbra.gl.projection import Projection, Rectangle
+from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
+from umbra.gl.level import is_level
+from umbra.gl.levels import LevelTable, choose_levels
+from umbra.gl.projection import Projection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
+from umbra.scene import Light
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
 from umbra.volume.box_tree import BoxTree, is_beyond_any
 from umbra.volume.placement import ask_faces, place_box
@@ -26,6 +29,7 @@ from umbra.volume.regions import (
     find_near_rectangle,
     find_view_planes,
 )
+from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["FoundLights", "VolumeOptions", "select_lights"]
 
@@ -41,7 +45,7 @@ _AUTO, _PASS, _FAIL = range(3)
 @dataclass(frozen=True, kw_only=True)
 class VolumeOptions:
     """
-    Permitted simplifications; none changes a count where the light shines.
+    Permitted simplifications; none but ``detail`` changes a count where the light shines.
 
     Parameters
     ----------
@@ -57,6 +61,9 @@ class VolumeOptions:
     narrow : bool
         Count only within the scissor and depth bounds of the light's range and cone.
         Counts elsewhere are undefined, for the light does not shine there.
+    detail : float
+        By how many pixels shadows may be off, cast from coarser meshes (``umbra.gl.levels``);
+        0: none are. This alone changes counts.
     """
 
     cull: bool = True
@@ -64,6 +71,7 @@ class VolumeOptions:
     fans: bool = True
     ask_triangles: bool = True
     narrow: bool = True
+    detail: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +103,27 @@ class FoundLights:
         """Return a single light without a cone."""
         return cls(source[None], np.array([reach]), (None,), (scissor,))
 
+    @classmethod
+    def of(
+        cls,
+        lights: Sequence[Light],
+        sources: NDArray[np.float64],
+        ranges: Sequence[tuple[Rectangle | None, tuple[float, float] | None]],
+        choices: VolumeOptions,
+    ) -> "FoundLights":
+        """Find what lights can reach, by their ranges and cones if that is permitted."""
+        reaches = np.full(len(lights), np.inf)
+        cones: list[NDArray[np.float64] | None] = [None] * len(lights)
+        if choices.narrow:
+            reaches[:] = [light.range for light in lights]
+            cones = [
+                None
+                if light.axis is None
+                else find_cone_planes(source[:3], light.axis, light.half_angle)
+                for light, source in zip(lights, sources, strict=True)
+            ]
+        return cls(sources, reaches, cones, [corners for corners, _ in ranges])
+
 
 def select_lights(
     volumes: Sequence[Sequence[BodyVolumes]],
@@ -106,6 +135,8 @@ def select_lights(
     method: str,
     choices: VolumeOptions,
     floor: float,
+    levels: LevelTable | None = None,
+    ground: float | None = None,
 ) -> list[VolumeSelection]:
     """
     Select the faces to draw for each light.
@@ -125,6 +156,10 @@ def select_lights(
     choices : VolumeOptions
     floor : float
         z below every receiver, relative to the origin [m].
+    levels : LevelTable, optional
+        Of the shells; ``choices.detail`` says which are chosen.
+    ground : float, optional
+        z of a receiving plane, relative to the origin [m].
     """
     n, sources = len(lights.sources), lights.sources
     camera = projection.camera
@@ -147,13 +182,24 @@ def select_lights(
     pyramids, clipped = find_many_regions(projection.clipping, origin, sources, scissors, MARGIN)
     shape = (n, len(tree.bounds))
     flags, case = np.zeros(shape, np.uint8), np.zeros(shape, np.int8)
+    is_coarse = np.zeros(shape[1], np.bool_) if levels is None else levels.is_coarse
     undecided = np.zeros(shape, np.bool_)
     _select(
         tree.bounds, found, sources, (pyramids, clipped, views, far), lights.reaches,
-        np.nan if end is None else end, {"z-pass": _PASS, "z-fail": _FAIL}.get(method, _AUTO),
+        is_coarse, np.nan if end is None else end,
+        {"z-pass": _PASS, "z-fail": _FAIL}.get(method, _AUTO),
         (method in ("auto", "mcguire"), choices.cull, choices.fans, camera.is_perspective),
         flags, case, undecided,
     )  # fmt: skip
+    moved = 0.0
+    if levels is not None:
+        # A light in the ground's plane has sides there: they are told from the ground as they are.
+        detail = np.where([is_level(each, ground) for each in sources], -1.0, choices.detail or -1)
+        moved = choose_levels(
+            tree.bounds, sources, lights.reaches, np.nan if end is None else end,
+            camera.eye - origin, find_pixel(camera), detail, levels.chain, levels.moves,
+            flags, case, undecided,
+        )  # fmt: skip
     starts = [0] * n
     if choices.ask_triangles and method != "z-fail":
         for k in np.flatnonzero(undecided.any(1)).tolist():
@@ -166,11 +212,13 @@ def select_lights(
                 volumes[k], np.flatnonzero(undecided[k]), regions, near, method == "lengyel",
                 flags[k], case[k],
             )  # fmt: skip
-    return [VolumeSelection(*each) for each in zip(flags, case, starts, strict=True)]
+    return [VolumeSelection(*each, moved) for each in zip(flags, case, starts, strict=True)]
 
 
 @njit(cache=True, nogil=True)
-def _select(bounds, found, lights, regions, reaches, floor, method, rules, flags, case, undecided):
+def _select(
+    bounds, found, lights, regions, reaches, is_coarse, floor, method, rules, flags, case, undecided
+):
     """Write flags, cases, and where bounds leave the case undecided, of the found shells."""
     pyramids, clipped, views, far = regions
     drops_caps, culls, fans, is_perspective = rules
@@ -181,7 +229,7 @@ def _select(bounds, found, lights, regions, reaches, floor, method, rules, flags
             if not found[k, i]:
                 continue
             box = bounds[i]
-            bits = SIDES
+            bits = SIDES | COARSE | LIGHT_CAPS if is_coarse[i] else SIDES
             if not np.isnan(floor) and can_box_end(box, light):
                 bits |= CUT
             if method != _FAIL and is_beyond_any(pyramids[k], box):
@@ -232,6 +280,7 @@ def _ask_triangles(
             each = volumes[index]
         body = each.body
         instance, shell = divmod(place - first, body.n_shells)
+        is_coarse = bool(flags[place] & COARSE)
         left -= int(body.face_starts[shell + 1] - body.face_starts[shell])
         if left < 0:
             break
@@ -245,11 +294,11 @@ def _ask_triangles(
         needs_cap = case[place] == 3 and is_seen
         case[place] = 1 if not blocks else 3 if needs_cap else 2
         count = 0 if not blocks else None
-        if blocks and near is not None and flags[place] & Z_FAILS:
+        if blocks and near is not None and not is_coarse and flags[place] & Z_FAILS:
             count = near.find(each, instance, shell, mine)
         if count is not None:
-            flags[place] &= _NOT_FAILS
+            flags[place] &= _NOT_FAILS | (LIGHT_CAPS if is_coarse else 0)
             start += count
-        elif not needs_cap and not keeps_cap:
+        elif not needs_cap and not keeps_cap and not is_coarse:
             flags[place] &= ~LIGHT_CAPS
     return start

@@ -34,6 +34,7 @@ __all__ = [
     "is_outside",
     "is_seen",
     "move_boxes",
+    "throw_box",
 ]
 
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
@@ -160,7 +161,7 @@ def find_shadow_points(
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     points = np.zeros((len(bounds), 16, 4))
     for box, shape in zip(bounds, points, strict=True):
-        _throw(box, light, np.nan if floor is None else float(floor), float(reach), shape)
+        throw_box(box, light, np.nan if floor is None else float(floor), float(reach), shape)
     return points
 
 
@@ -184,7 +185,7 @@ def _find_distance(box, light):
 
 
 @njit(cache=True, nogil=True)
-def _throw(box, light, floor, reach, points):
+def throw_box(box, light, floor, reach, points):
     """Write the points of ``find_shadow_points`` for one box (16, 4); NaN means no floor."""
     for k in range(8):
         for axis in range(3):
@@ -243,7 +244,7 @@ def is_seen(box, light, planes, floor, reach, points):
         if highest >= 0.0:
             continue
         if not is_thrown:
-            _throw(box, light, floor, reach, points)
+            throw_box(box, light, floor, reach, points)
             is_thrown = True
         if _is_beyond(planes[k], points[8:]):
             return False
@@ -268,7 +269,7 @@ def find_box_parts(box, light, planes, far, floor, reach, scratch):
         points[k, 3] = 1.0
     # The part of the box below the floor is not projected: without its section at the floor the
     # hull would miss the projection from just above it.
-    _throw(box, light, floor, np.inf, ends)
+    throw_box(box, light, floor, np.inf, ends)
     is_cut = ends[8, 3] > 0.0
     feet[:] = ends[8:]
     if is_cut and box[0, 2] < floor:

@@ -39,6 +39,10 @@ uniform samplerBuffer nearby;  // place in the scene's frame, way from the light
 uniform int first_nearby;      // point from which on they are meant
 #endif
 
+#ifdef HAS_LEVELS
+uniform vec2 slack;  // how far behind a level of detail its volume begins; for each metre more
+#endif
+
 vec4 find_place(int vertex) {
 #ifdef HAS_NEARBY
     int row = 2 * ((vertex >> 1) - first_nearby);
@@ -55,6 +59,9 @@ vec4 find_place(int vertex) {
     vec3 away = light.w * at - light.xyz;
 #endif
     if ((vertex & FAR_END) == 0) {
+#ifdef HAS_LEVELS
+        at += (slack.x + slack.y * length(at)) * normalize(away);
+#endif
         return vec4(at, 1.0);
     }
     if (is_cut) {

@@ -143,7 +143,8 @@ class SoftMethods:
         choices: VolumeOptions | None = None,
     ) -> None:
         self._planner, self._counter = planner, counter
-        self._softness, self._choices = softness or Softness(), choices
+        self._softness = softness or Softness()
+        self._choices = None if choices is None else replace(choices, detail=0.0)
         self._made: dict[str, Visibility] = {}
 
     def refine(self, softness: Softness) -> None:

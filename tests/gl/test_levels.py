@@ -1,0 +1,153 @@
+"""Coarser casters: every pixel that differs is within the bound of an exact shadow's edge."""
+
+import numpy as np
+import pytest
+from support.gl_judge import ROUNDING
+from support.shapes import merge
+from support.spheres import make_sphere
+
+from umbra.calls.options import RenderOptions
+from umbra.calls.picture import draw_picture
+from umbra.cpu.frame import FrameCounter
+from umbra.errors import InputError
+from umbra.gl.frame import GlFrameCounter
+from umbra.gl.levels import make_levels
+from umbra.gl.selection import VolumeOptions
+from umbra.scene import Camera, directional_light, make_scene, point_light
+from umbra.volume.silhouette import find_silhouettes
+
+LIGHTS = {"sun": directional_light((0.4, 0.3, 0.7)), "lamp": point_light((10, 10, 18))}
+CAMERAS = {
+    "air": Camera((-25, -30, 12), (12, 12, 0), size=(240, 180)),
+    "orthographic": Camera((-25, -30, 22), (12, 12, 0), size=(240, 180), height=40.0),
+    "among them": Camera((3.0, 4.0, 0.4), (12, 12, 1.5), size=(240, 180)),
+}
+BEHIND = 4.0 + 1.0
+"""A coarser volume begins at most so many of its errors behind its caster."""
+
+
+def make_rocks(count=24):
+    """Make bumpy balls of 1,280 faces above the ground."""
+    rng = np.random.default_rng(1)
+    ball = make_sphere(3)
+    vertices, faces = ball.vertices, ball.faces
+    found = []
+    for _ in range(count):
+        ways = rng.normal(size=(6, 3)) * 2.5
+        bumps = 1.0 + 0.05 * np.sin(vertices @ ways.T + rng.uniform(0, 6, 6)).sum(1)
+        place = [*rng.uniform(-8, 32, 2), rng.uniform(1.5, 3.0)]
+        found.append((bumps[:, None] * vertices * rng.uniform(0.7, 1.2) + place, faces))
+    return merge(*found)
+
+
+def measure_to_edges(caster, light, points):
+    """Give how near the ways from points to a light pass each's nearest silhouette edge [m]."""
+    ((_, found),) = find_silhouettes(caster, light[None])
+    a, b = caster.vertices[caster.edges[found.codes[: found.starts[1]] >> 2]].transpose(1, 0, 2)
+    nearest = []
+    for point in points:
+        way = light[:3] - light[3] * point
+        way /= np.linalg.norm(way)
+        # Distance of lines, where both feet are on the edge and before the point, else of ends.
+        along, apart = b - a, point - a
+        normal = np.cross(along, way)
+        square = np.maximum((normal**2).sum(1), 1e-300)
+        part = np.clip((np.cross(apart, way) * normal).sum(1) / square, 0.0, 1.0)
+        on_edge = a + part[:, None] * along
+        forth = np.maximum((on_edge - point) @ way, 0.0)
+        nearest.append(np.linalg.norm(point + forth[:, None] * way - on_edge, axis=1).min())
+    return np.array(nearest)
+
+
+@pytest.fixture(scope="module")
+def rocks():
+    return make_scene(*make_rocks())
+
+
+@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("view", CAMERAS)
+def test_pixels_differ_only_near_edges(device, rocks, view, light):
+    camera, light = CAMERAS[view], LIGHTS[light]
+    cpu = FrameCounter(rocks, ground=0.0)
+    seen, frame = cpu.see(camera)
+    exact = cpu.count(seen, camera, light)
+    place = light.local(rocks.origin)
+    changed = []
+    for detail in 0.0, 4.0, 8.0:
+        with GlFrameCounter(rocks, ground=0.0, device=device, detail=detail) as ours:
+            theirs, _ = ours.see(camera)
+            counts = ours.count(theirs, camera, light)
+            statistics = ours.plan.statistics
+        differs = (counts != exact) & (theirs.face == seen.face)
+        points = frame.position[differs] - rocks.origin
+        assert statistics.moved == ours.moved
+        assert (statistics.moved > 0) == (detail > 0)
+        assert (statistics.coarse > 0) == (detail > 0)
+        if detail == 0:
+            assert len(points) <= 3  # within 1/128 pixel of edges, as ever
+            continue
+        changed.append(len(points))
+        bound = statistics.moved + ROUNDING * 100.0
+        apart = measure_to_edges(cpu.caster, place, points)
+        beside = np.linalg.norm(points[:, None] - cpu.caster.vertices, axis=-1).min(1)
+        far = (apart > bound) & (beside > BEHIND * bound)
+        assert not far.any(), (points[far][:3], apart[far][:3], beside[far][:3], bound)
+        # On the casters themselves light stays light, but for few pixels.
+        wrong = frame.lit(counts, light) != frame.lit(exact, light)
+        assert np.count_nonzero(wrong & differs & (seen.face >= 0)) <= 0.002 * differs.size
+    assert changed[-1] > 10
+
+
+def test_no_detail_is_exact_after_levels_were_made(device, rocks):
+    camera, light = CAMERAS["air"], LIGHTS["sun"]
+    with GlFrameCounter(rocks, ground=0.0, device=device) as ours:
+        view, _ = ours.see(camera)
+        exact = ours.count(view, camera, light)
+        ours.choices = VolumeOptions(narrow=False, detail=8.0)
+        coarse = ours.count(view, camera, light)
+        assert (coarse != exact).any()
+        drawn = ours.plan.statistics
+        ours.choices = VolumeOptions(narrow=False)
+        np.testing.assert_array_equal(ours.count(view, camera, light), exact)
+        assert drawn.sides + drawn.coarse < 0.6 * ours.plan.statistics.sides
+
+
+def test_levels_are_closed_and_move_no_corner_farther_than_said(device, rocks):
+    with GlFrameCounter(rocks, device=device) as ours:
+        (body,) = ours.planner.bodies
+        levels = make_levels(body)
+    assert len(levels) >= 1
+    counts = [len(body.caster.faces)]
+    shell = np.repeat(np.arange(body.n_shells), np.diff(body.face_starts))
+    for level in levels:
+        caster, made = level.body.caster, level.body
+        assert caster.is_closed.all()
+        counts.append(len(caster.faces))
+        for number, owner in enumerate(level.shells):
+            fine = body.caster.faces[body.faces[shell == owner]]
+            mine = made.faces[made.face_starts[number] : made.face_starts[number + 1]]
+            kept = np.unique(caster.faces[mine])
+            assert set(kept.tolist()) <= set(np.unique(fine).tolist())
+            corners = body.caster.vertices[np.unique(fine)]
+            apart = np.linalg.norm(corners[:, None] - caster.vertices[kept], axis=-1).min(1)
+            assert apart.max() <= level.moves[owner] + 1e-12
+    assert (np.diff(counts) < 0).all()
+
+
+def test_options_say_where_there_are_no_levels():
+    with pytest.raises(InputError, match="give device='gl'"):
+        RenderOptions(detail=1.0)
+    for other in {"soft": "wedges"}, {"mask_scale": 2}, {"method": "alpha"}:
+        with pytest.raises(InputError, match="detail= is for hard shadows"):
+            RenderOptions(device="gl", detail=1.0, **other)
+    with pytest.raises(InputError, match="0 or more; got -1"):
+        RenderOptions(device="gl", detail=-1.0)
+    assert RenderOptions(device="gl", detail=1.0).detail == 1.0
+
+
+def test_picture_says_how_far_casters_are_off(shared_device, rocks):
+    camera, lines = CAMERAS["air"], []
+    options = RenderOptions(device="gl", detail=4.0, samples=1, ground=0.0)
+    draw_picture(rocks, camera, [LIGHTS["sun"]], options, lines.append, tell=lines.append)
+    assert len(lines) == 1
+    assert "coarser meshes, which are off by up to 1.4" in lines[0]
