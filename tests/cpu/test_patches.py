@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.raycaster import RayCaster
+from support.patches import FLOOR, check, make_suns, prepare
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, turned
 
 import umbra.cpu.patch_count
@@ -18,25 +18,7 @@ from umbra.receivers.samples import sample_surfaces
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster
 
-EDGE = 1e-6
 NOON = np.array([[0.0, -0.6, 0.8]])
-FLOOR = sheet([(-10, -10, 0), (10, -10, 0), (10, 10, 0), (-10, 10, 0)])
-
-
-def prepare(mesh, spacing):
-    scene = make_scene(*mesh)
-    samples = sample_surfaces(scene, spacing)
-    seen = scene.triangles()
-    caster = make_caster(seen.vertices, seen.faces)
-    tree = make_face_tree(caster)
-    patches = make_patches(samples, tree)
-    return samples, patches, PatchCounter(patches, EdgeBinner(caster), tree), tree, scene
-
-
-def make_suns(rng, n, lowest=0.01):
-    azimuth, up = rng.uniform(0, 2 * np.pi, n), rng.uniform(lowest, 1.0, n)
-    flat = np.sqrt(1 - up**2)
-    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), up], 1)
 
 
 def count_on_floor(mesh, suns, spacing=0.5):
@@ -106,38 +88,6 @@ def test_a_patch_crossed_by_many_rims_agrees_with_rays(spacing):
     masks = counter.masks(suns)
     truth = find_hidden(tree, samples.points, samples.normals, suns)
     np.testing.assert_array_equal(masks, truth)
-
-
-def check(mesh, suns, spacing):
-    """Compare with rays and the ray caster; give how many are in cast shadow, and lit."""
-    samples, _, counter, tree, scene = prepare(mesh, spacing)
-    masks = counter.masks(suns)
-    steps = np.zeros(len(samples.points), np.int32)
-    counter.add_steps(suns, steps)
-    np.testing.assert_array_equal(steps, masks.sum(0, dtype=np.int32))
-    truth = find_hidden(tree, samples.points, samples.normals, suns)
-    caster = scene.triangles()
-    rays, open_rule = RayCaster(caster.vertices, caster.faces), np.zeros(len(caster.faces), bool)
-    for sun, mask, asked in zip(suns, masks, truth):
-        differ = np.flatnonzero(mask != asked)
-        points, normals = samples.points[differ], samples.normals[differ]
-        light, none = np.append(sun, 0.0), np.full(len(differ), -1)
-        assert (normals @ sun > 0).all()  # attached shadow never differs
-        if len(differ):
-            far = rays.distance_to_shadow_edges(points, normals, none, light, open_rule)
-            assert (far <= EDGE).all()
-        facing = np.flatnonzero(samples.normals @ sun > 0)
-        none = np.full(len(facing), -1)
-        pierced = rays.count(samples.points[facing], none, light, light, open_rule, 1e-9)
-        differ = facing[pierced.any != (mask[facing] > 0)]
-        if len(differ):
-            far = rays.distance_to_shadow_edges(
-                samples.points[differ], samples.normals[differ], none[: len(differ)], light,
-                open_rule,
-            )  # fmt: skip
-            assert (far <= EDGE).all()
-    facing = samples.normals @ suns.T > 0
-    return (masks.T[facing] > 0).sum(), (masks.T[facing] == 0).sum()
 
 
 @pytest.mark.parametrize("name", list(SCENES))

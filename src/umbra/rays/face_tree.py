@@ -18,6 +18,8 @@ TOUCH = 2.0**-46
 Distance within which a point lies on a plane, relative to the largest coordinate. A sample of a
 face is off its plane by some 2^-50.
 """
+_NEEDLE = 2.0**-50  # of length^3 / twice the area: how far rounding tilts a face's plane,
+_MOST_TILTED = 2.0**-30  # at most [m]
 _BINS = 16
 _BALANCED = 48  # below this depth nodes are halved, to bound the stack of a search
 
@@ -41,7 +43,9 @@ class FaceTree(NamedTuple):
         Their index in the caster.
     normals : (n_faces, 4) float64
         Unit normals, and the distance within which a point lies on the face's plane, by rounding of
-        float64 at these coordinates [m].
+        float64 at these coordinates, more for needles [m].
+    touch : float
+        The same, but for needles [m].
     """
 
     boxes: NDArray[np.float32]
@@ -50,6 +54,7 @@ class FaceTree(NamedTuple):
     ids: NDArray[np.int32]
     source: NDArray[np.intp]
     normals: NDArray[np.float64]
+    touch: float
 
 
 def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
@@ -68,6 +73,8 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     order, halves, children = halve_boxes(low, high)
     most = np.abs(corners).max(initial=0.0)
     touch = TOUCH * max(most, farthest)
+    longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(1, initial=0.0)
+    tilted = np.minimum(_NEEDLE * longest**3 / length[kept], _MOST_TILTED)
     # A repeated ray starts above the faces on which its point lies: see ``hidden``.
     margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * touch)
     boxes, links = _join(halves, children, margin)
@@ -77,7 +84,8 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
         kept[order],
-        np.hstack([(planes[kept] / length[kept, None])[order], np.full((len(kept), 1), touch)]),
+        np.hstack([planes[kept] / length[kept, None], np.maximum(touch, tilted)[:, None]])[order],
+        float(touch),
     )
 
 

@@ -126,7 +126,7 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
 @borrowing
 def _search_beside(p, n, d, tree, stack, light):
     """Find a face between a place beside a point and the light, which is always certain."""
-    scale = max(1.0, 2.0 * tree.normals[0, 3] / _ABOVE)
+    scale = max(1.0, 2.0 * tree.touch / _ABOVE)
     face, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, light, p, scale)
     return face
 
@@ -141,7 +141,7 @@ def list_hiding(p, n, d, tree, stack, found):
     count, is_sure = _search(p, n, d, tree, stack, None, None, 0.0, found)
     if is_sure:
         return count
-    scale = max(1.0, 2.0 * tree.normals[0, 3] / _ABOVE)
+    scale = max(1.0, 2.0 * tree.touch / _ABOVE)
     count, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, None, p, scale, found)
     return count
 
