@@ -9,6 +9,7 @@ from support.shapes import box, city, moved
 
 import umbra
 from umbra.receivers import plan as study_module
+from umbra.receivers import single as points_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.accumulators.exact import find_runs
@@ -133,6 +134,22 @@ def test_threads_tiles_and_masks_change_nothing(town, monkeypatch):
     np.testing.assert_array_equal(one.in_shadow, steps.in_shadow)
     assert one.attrs["exact_tolerance_seconds"] == 1
     assert "exact_tolerance_seconds" not in steps.attrs
+
+
+def test_surfaces_change_when_rays_find_it(town, monkeypatch):
+    options = {"date": HOURS["date"], "start": "09:00", "end": "12:00", "every": "30min"}
+    options |= {"receivers": "surfaces", "spacing": 1.1, "exact": True, "spells": True}
+    counted = umbra.shadow_study(town, VIENNA, **options)
+    monkeypatch.setattr(points_module, "MANY_SUNS", 10**9)
+    asked = umbra.shadow_study(town, VIENNA, **options)
+    # A change is bracketed by both alike, but where float64 cannot tell at one of its ends.
+    for name in ("first_sun", "last_sun"):
+        apart = np.abs(counted[name].values - asked[name].values)
+        np.testing.assert_array_equal(np.isnat(counted[name]), np.isnat(asked[name]))
+        assert (apart[~np.isnat(apart)] <= SECOND).all()
+    np.testing.assert_array_equal(counted.sun_spells, asked.sun_spells)
+    np.testing.assert_allclose(counted.sun_hours, asked.sun_hours, atol=1 / 3600)
+    assert int(counted.sun_spells.max()) >= 2
 
 
 def test_a_tolerance_out_of_reach_is_refused(town):
