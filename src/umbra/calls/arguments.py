@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from numpy.typing import ArrayLike
 
@@ -104,11 +105,12 @@ def check_picture_memory(size: tuple[int, int], lights: int) -> None:
     raise InputError(msg, bytes=needed)
 
 
-def tell_moved(moved: float, detail: float) -> str:
-    """Describe how far shadows may be off, cast from coarser meshes."""
-    if not moved:
-        return f"note: all shadows are exact: no coarser mesh is within {detail:g} pixels"
-    return (
-        f"note: distant casters are coarser meshes, which are off by up to {moved:.3g} m, and "
-        f"their shadows by up to {detail:g} pixels across the light; detail=0 is exact"
-    )
+def tell_moved(tell: Callable[[str], object], moved: float, detail: float) -> None:
+    """Tell how far shadows may be off, if they are cast from coarser meshes."""
+    if detail and not moved:
+        tell(f"note: all shadows are exact: no coarser mesh is within {detail:g} pixels")
+    elif detail:
+        tell(
+            f"note: distant casters are coarser meshes, which are off by up to {moved:.3g} m, and "
+            f"their shadows by up to {detail:g} pixels across the light; detail=0 is exact"
+        )

@@ -12,12 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls.arguments import (
-    check_picture_memory,
-    check_scene,
-    make_camera,
-    tell_moved,
-)
+from umbra.calls.arguments import check_picture_memory, check_scene, make_camera, tell_moved
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import InputError
@@ -309,8 +304,7 @@ def draw_picture(
         averages = None
         if options.samples > 1:
             averages = average_colors(shown, camera, shadows, layers)
-        if options.detail:
-            tell(tell_moved(counter.moved, options.detail))
+        tell_moved(tell, counter.moved, options.detail)
 
     def draw() -> NDArray[np.uint8]:
         found = averages or average_colors(shown, camera, shadows, layers)
