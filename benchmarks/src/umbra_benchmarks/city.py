@@ -22,6 +22,7 @@ from umbra.tiles.prepare import prepare_city
 from umbra.tiles.run import Engine
 from umbra.tiles.store import CityStore
 from umbra_benchmarks.city_files import Written, write_city
+from umbra_benchmarks.city_marks import CITY, HEAD, CityMark, measure_marks
 from umbra_benchmarks.city_model import City
 from umbra_benchmarks.measure import Spent
 from umbra_benchmarks.report import (
@@ -123,6 +124,8 @@ class CityReport(BenchmarkReport):
         Most memory of this process [byte].
     one, two : Spent
         A run on one worker and on two.
+    marks : list of CityMark
+        A year on a plan, and the sky on walls and roofs.
     """
 
     constants: dict[str, Constants]
@@ -133,6 +136,7 @@ class CityReport(BenchmarkReport):
     memory: float
     one: Spent
     two: Spent
+    marks: list[CityMark]
 
     @property
     def efficiency(self) -> tuple[float, float]:
@@ -157,7 +161,7 @@ class CityReport(BenchmarkReport):
             reading_seconds_a_megabyte=self.reading._asdict(), tiles=self.tiles,
             catalogue_bytes_a_triangle=self.bytes_a_triangle, files=vars(self.files),
             memory_bytes=self.memory, efficiency={"wall": wall, "processor": processor},
-            core_hours=regions,
+            core_hours=regions, marks=[{**vars(one), "hours": one.hours} for one in self.marks],
         )  # fmt: skip
 
     def to_table(self) -> str:
@@ -191,6 +195,8 @@ class CityReport(BenchmarkReport):
             f"{self.bytes_a_triangle:.0f} bytes a triangle. Memory of a process: "
             f"{self.memory / 1e9:.2f} GB at most. Efficiency of two workers: {wall:.2f} by the "
             f"clock, {processor:.2f} by processor time.\n\n{lay_out_table(wanted, rows)}"
+            f"\n\nA city of {CITY:.0f} km², extrapolated from random tiles, one core:\n\n"
+            f"{lay_out_table(HEAD, [one.to_row() for one in self.marks])}"
         )
 
 
@@ -226,9 +232,15 @@ def bench_city(run: BenchmarkRun) -> CityReport:
         run.say("one worker, two workers")
         job, _ = _prepare(dense.parent / "files", dense, _KINDS[-1], cell)
         one, two = (_time_workers(job, n, count) for n in (1, 2))
+        marks = Path(folder) / "marks"
+        (marks / "start").mkdir(parents=True)
+        shutil.move(dense / CATALOGUE, marks / "start" / CATALOGUE)
+        found = measure_marks(
+            dense.parent / "files", marks, count=2 * count, cell=cell, no_cast=_NO_CAST, say=run.say
+        )
         return CityReport(
             run, {kind: _fit(each) for kind, each in measured.items()}, reading[0], size, files,
-            count, _find_memory(), one, two,
+            count, _find_memory(), one, two, found,
         )  # fmt: skip
 
 
