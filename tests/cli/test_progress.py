@@ -35,6 +35,18 @@ def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, monkeyp
     assert capsys.readouterr().err == ""  # nothing after the end
 
 
+def test_no_time_is_guessed_before_anything_is_done(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "_EVERY", 0.05)
+    with show_progress(quiet=False) as stages:
+        stages.advance(0, 1, "finding lines", "views")
+        time.sleep(0.08)
+        stages.advance(0, 40, "drawing", "pictures")
+        time.sleep(0.05)
+    assert capsys.readouterr().err.splitlines()[:2] == [
+        "umbra: finding lines", "umbra: drawing: 0 of 40 pictures",
+    ]  # fmt: skip
+
+
 def test_a_short_run_and_a_quiet_one_tell_nothing(capsys, monkeypatch):
     assert 10 <= progress._EVERY <= 30
     with show_progress(quiet=False) as stages:

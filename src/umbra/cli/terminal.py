@@ -194,12 +194,15 @@ class _Logged(Stages):
                 echo(f"umbra: {self._show()}", err=True)
 
     def _show(self) -> str:
-        if self._done is None:
+        done, everything, unit = self._done or (0, 1, "")
+        if everything == 1:
             return self._stage
-        done, everything, unit = self._done
-        left = (time.monotonic() - self._begun) * (everything / max(done, 1) - 1)
+        words = f"{self._stage}: {done} of {everything} {unit}"
+        if not done:
+            return words
+        left = (time.monotonic() - self._begun) * (everything / done - 1)
         minutes, seconds = divmod(int(left), 60)
-        return f"{self._stage}: {done} of {everything} {unit}, {minutes}:{seconds:02} left"
+        return f"{words}, {minutes}:{seconds:02} left"
 
 
 class _Watched(Stages):
@@ -265,7 +268,7 @@ def _make_bar() -> Any:
         max_refresh = 0.5
 
         def render(self, task: Task) -> Text:
-            if task.total is None:
+            if task.total is None or task.total == 1:
                 return Text("")
             words = f"{task.completed:.0f} of {task.total:.0f} {task.fields['unit']}"
             if task.time_remaining is not None:
