@@ -105,6 +105,20 @@ def test_a_staircase_counts_every_one_of_its_300_steps():
         np.testing.assert_array_equal(counts[0], [[0, 0] + [300] * 9 + [last]] * 10)
 
 
+def test_a_sloping_side_many_cells_wide_meets_a_slope():
+    # The wall's top rises with the ground: its shadow is a band, 300 cells long, on the slope.
+    rise = np.array([0.0, 0.0, 0.1])
+    wall, faces = box((0, 0, 0.5), (30, 0.2, 3))
+    wall = wall + wall[:, :1] * rise
+    ground = np.array([[-1.0, -1, 0], [31, -1, 0], [31, 9, 0], [-1, 9, 0]])
+    ground = ground + ground[:, :1] * rise
+    mesh = merge((wall, faces), (ground, np.array([[0, 1, 2], [0, 2, 3]])))
+    grid = Grid(0.013, -0.48, 0.1, 0.05, 300, 120)
+    verdicts, counts = judge_field(mesh, grid, [(0.02, -0.9, 0.8), (-0.3, -1, 0.6), (0, -1, 1)])
+    verdicts.check()
+    assert (counts.any(1).sum(1) > 250).all()
+
+
 @pytest.mark.parametrize("way", [judge_plane, judge_field])
 def test_more_layers_than_int16_holds(way):
     mesh = stack_of_triangles(40_000)
