@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.cities import DAY
+from support.cities import DAY, write_city
 
 import umbra
 from umbra.tiles import count, sun_groups
@@ -39,6 +39,20 @@ def test_tiles_hold_the_bytes_of_one_study(city, tmp_path, receivers, more):
         made = umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options)
         compare(made.dataset.load(), whole)
         assert made.facts["merged_objects"] == 3
+
+
+def test_like_houses_of_one_name_stay_two(tmp_path):
+    x, y = 84950, 446950
+    west, east = tmp_path / "west.city.json", tmp_path / "east.city.json"
+    write_city(west, [("house", x, y, 0, 9, 9, 5, 0), ("shed", x + 90, y, 0, 3, 3, 2, 0)])
+    gate = ("gate", x - 20, y, 0, 1, 9, 3, 0)  # either file's houses lie in the other's bounds
+    write_city(
+        east, [("house", x + 40, y, 0, 9, 9, 5, 0), ("shed", x + 90, y, 0, 3, 3, 2, 0), gate]
+    )
+    made = umbra.city_study(
+        [west, east], out=tmp_path / "out", tiles=50, receivers="ground", cell=1.0, **DAY
+    )
+    assert made.facts["merged_objects"] == 1  # the shed, which stands in both files
 
 
 @pytest.mark.parametrize("more", [{}, {"masks": True, "date": "2026-12-21,2026-06-21"}])
