@@ -56,6 +56,17 @@ def test_hours_cast_are_those_of_the_caster_alone(block, receivers):
     assert 0 < float(result.sole_hours.sum()) < float(result.cast_hours.sum())
 
 
+def test_points_without_a_normal_face_every_light(block):
+    points = np.array([(x, y, 0.5) for x in (-6.0, 1.3, 9.7) for y in (-3.0, 4.1, 13.2)])
+    result = umbra.shadow_study(
+        block, VIENNA, **DAY, receivers="points", points=points, who=["*", "house *"]
+    )
+    assert result.shadow_hours.max() > 0
+    np.testing.assert_allclose(result.cast_hours.sel(caster="*"), result.shadow_hours, atol=1e-5)
+    some = result.cast_hours.sel(caster="house *")
+    assert 0 < float(some.sum()) <= float(result.shadow_hours.sum())
+
+
 def test_groups_may_overlap_and_hold_all(block):
     result = run(block, who=["house *", "house 4", "RoofSurface", "*"])
     everything = result.sel(caster="*")

@@ -101,6 +101,7 @@ def add_shares(
     where : (n,) int64
         Column of each receiver in ``cast`` and ``sole``.
     normals : (n, 3) float64
+        NaN where a point faces every light.
     suns : (n_suns, 3) float64
     weights : (2, n_suns) float64
         Duration of each light [h], and the share of it that canopies transmit.
@@ -123,7 +124,8 @@ def add_shares(
                 facing = 0.0
                 for j in range(3):
                     facing += normals[c, j] * suns[k, j]
-                if facing > 0.0 and (some >> k) & 1:  # attached shadow is due to no caster
+                # Attached shadow is due to no caster; a point without a normal (NaN) has none.
+                if not facing <= 0.0 and (some >> k) & 1:
                     _add_light(
                         bits, pieces, c, k, n_groups, weights, membership.is_weak, work, where[c],
                         cast, sole,
