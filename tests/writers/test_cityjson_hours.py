@@ -38,8 +38,8 @@ def write_houses(path):
     return path
 
 
-def run(path, **more):
-    scene = umbra.read(path)
+def run(*paths, **more):
+    scene = umbra.read(*paths)
     options = {**DAY, "receivers": "surfaces", "spacing": 1.0, **more}
     return umbra.shadow_study(scene, umbra.find_site(scene), **options)
 
@@ -131,3 +131,22 @@ def test_a_file_that_changed_or_is_no_cityjson_is_named(tmp_path):
     )
     with pytest.raises(umbra.InputError, match=r"CityJSON files of a study, and box.obj is OBJ"):
         study.write(tmp_path / "out", "cityjson", pictures=False)
+
+
+@pytest.mark.parametrize("layers", [("", ""), ("p:q=", "p_q="), ("one=", "one=")])
+def test_files_of_one_layer_and_of_like_names_are_kept_apart(tmp_path, layers):
+    paths = []
+    for folder, height in (("a", 6.0), ("b", 30.0)):
+        (tmp_path / folder).mkdir()
+        houses = [("house", 85000.0 + 100 * len(paths), 447000.0, 0.0, 12.0, 8.0, height, 0.0)]
+        paths.append(write_city(tmp_path / folder / "city.json", houses))
+    study = run(*(f"{layer}{path}" for layer, path in zip(layers, paths, strict=True)))
+    names = write_formats(Job(study.result, tmp_path, say=lambda _: None), ["cityjson"])
+    assert len(set(names)) == 2
+    data = study.dataset
+    owner = data.surface_part.values
+    for part, name in enumerate(names):
+        city = json.loads((tmp_path / name).read_text())
+        attributes = city["CityObjects"]["house"]["attributes"]
+        area = data.surface_area.values[owner == part].sum()
+        assert attributes["measured_area"] == pytest.approx(area, abs=1e-2)

@@ -9,7 +9,7 @@ such as a floor, gets none.
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -40,7 +40,7 @@ __all__ = [
     "check_source",
     "find_cityjson",
     "group_objects",
-    "name_file",
+    "name_targets",
 ]
 
 _NEAR = 1e-4
@@ -69,10 +69,14 @@ class MeasuredObject:
     columns: Mapping[str, NDArray]
 
 
-def name_file(layer: str, form: str) -> str:
-    """Name the file of a layer with hours."""
-    stem = re.sub(r'[/\\:*?"<>|]', "_", f"hours_{layer}" if layer else "hours")
-    return f"{stem}.city.{'jsonl' if form.startswith('CityJSONSeq') else 'json'}"
+def name_targets(sources: Sequence[Source]) -> list[str]:
+    """Name the file of each source with hours by its layer; files that share one are numbered."""
+    unique, names = UniqueNames(), []
+    for source in sources:
+        stem = re.sub(r'[/\\:*?"<>|]', "_", f"hours_{source.layer}" if source.layer else "hours")
+        ending = "jsonl" if source.format.startswith("CityJSONSeq") else "json"
+        names.append(f"{unique.add(stem)}.city.{ending}")
+    return names
 
 
 def find_cityjson(sources: Sequence[Source]) -> list[Source]:
@@ -153,7 +157,12 @@ def group_objects(
     return found
 
 
-def add_hours(source: Path, target: Path, objects: Mapping[str, MeasuredObject]) -> list[str]:
+def add_hours(
+    source: Path,
+    target: Path,
+    objects: Mapping[str, MeasuredObject],
+    before: UniqueNames | None = None,
+) -> list[str]:
     """
     Write a CityJSON file, or a sequence, again with hours as attributes.
 
@@ -162,6 +171,8 @@ def add_hours(source: Path, target: Path, objects: Mapping[str, MeasuredObject])
     source, target : Path
     objects : mapping
         By the names of the study's parts.
+    before : UniqueNames, optional
+        Names of the objects in earlier files of the layer, which the study's parts differ from.
 
     Returns
     -------
@@ -170,13 +181,17 @@ def add_hours(source: Path, target: Path, objects: Mapping[str, MeasuredObject])
     """
     documents = parse_documents(source.read_bytes(), source)
     counts: Counter[str] = Counter()
-    names = UniqueNames()
+    own = UniqueNames()
+    before = UniqueNames() if before is None else before
     transform, templates = None, Templates(None)
     for document in documents:
         if document.get("type") == "CityJSON":
             transform = document.get("transform")
             templates = Templates(document.get("geometry-templates"))
-        _add_to_document(document, transform, templates, objects, names, counts)
+        _add_to_document(
+            document, transform, templates, objects,
+            lambda word: before.add(own.add(word)), counts,
+        )  # fmt: skip
     with target.open("wb") as file:
         file.write(b"\n".join(map(orjson.dumps, documents)) + b"\n")
     return [f"{count:,} {what}" for what, count in counts.items()]
@@ -187,7 +202,7 @@ def _add_to_document(
     transform: Any,
     templates: Templates,
     objects: Mapping[str, MeasuredObject],
-    names: UniqueNames,
+    name_part: Callable[[str], str],
     counts: Counter[str],
 ) -> None:
     """Add attributes to the objects of a document."""
@@ -196,7 +211,7 @@ def _add_to_document(
     chosen = choose_geometries(things, templates.shapes, raw, Counter())
     measured: list[tuple[Choice, MeasuredObject]] = []
     for name, choice in chosen.items():
-        own = objects.get(names.add(name))
+        own = objects.get(name_part(name))
         if own is None:
             counts["objects were not measured"] += 1
             continue

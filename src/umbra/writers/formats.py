@@ -271,12 +271,13 @@ def _write_geoparquet(job: Job) -> list[str]:
 def _write_cityjson(job: Job) -> list[str]:
     import numpy as np  # noqa: PLC0415
 
+    from umbra.readers.model import UniqueNames  # noqa: PLC0415
     from umbra.writers.cityjson_hours import (  # noqa: PLC0415
         add_hours,
         check_source,
         find_cityjson,
         group_objects,
-        name_file,
+        name_targets,
     )
     from umbra.writers.vectors.surface_table import find_surface_figures  # noqa: PLC0415
 
@@ -286,8 +287,10 @@ def _write_cityjson(job: Job) -> list[str]:
     owners = [scene.parts[part] for part in samples.part.tolist()]
     layers = np.array([part.layer for part in owners])
     names = np.array([part.name for part in owners])
-    written = []
-    for source in find_cityjson(scene.sources):
+    sources = find_cityjson(scene.sources)
+    before = {source.layer: UniqueNames() for source in sources}
+    written = name_targets(sources)
+    for source, name in zip(sources, written, strict=True):
         mine = np.flatnonzero(layers == source.layer)
         cut = np.isin(samples.owner, mine)
         objects = group_objects(
@@ -295,10 +298,9 @@ def _write_cityjson(job: Job) -> list[str]:
             np.searchsorted(mine, samples.owner[cut]),
             {name: values[mine] for name, values in columns.items()},
         )  # fmt: skip
-        name = name_file(source.layer, source.format)
-        for note in add_hours(check_source(source), job.folder / name, objects):
+        notes = add_hours(check_source(source), job.folder / name, objects, before[source.layer])
+        for note in notes:
             job.say(f"note: {name}: {note}")
-        written.append(name)
     return written
 
 

@@ -13,7 +13,7 @@ from umbra.writers.cityjson_hours import (
     check_source,
     find_cityjson,
     group_objects,
-    name_file,
+    name_targets,
 )
 
 __all__ = ["write_city_attributes"]
@@ -39,9 +39,10 @@ def write_city_attributes(
     """
     files = {id(one.sources[0]): one for one in result.catalogue.files}
     written = []
-    for source in find_cityjson([one.sources[0] for one in files.values()]):
+    sources = find_cityjson([one.sources[0] for one in files.values()])
+    for source, name in zip(sources, name_targets(sources), strict=True):
         file = files[id(source)]
-        path = result.folder / _FOLDER / name_file(file.layer, source.format)
+        path = result.folder / _FOLDER / name
         with replace_file(path) as beside:
             notes = add_hours(check_source(source), beside, _find_objects(result, file.number))
         for note in notes:
