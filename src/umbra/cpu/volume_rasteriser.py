@@ -11,7 +11,9 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.rays.depth import STRIPE, bound
+from umbra.cpu.nearer import add_where_nearer
+from umbra.kernels import inlined
+from umbra.rays.depth import STRIPE
 
 __all__ = ["LANES", "add_sides", "find_nearest_tiles"]
 
@@ -93,6 +95,63 @@ def _go(p, way, far):
     return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2], p[3] + far * way[3]
 
 
+@inlined
+def _widen(bounds, p, onward):
+    """Widen bounds in the picture, and the nearest key, by a corner and the line to the next."""
+    low_x, low_y, high_x, high_y, nearest = bounds
+    if p[2] > 0.0:
+        inverse = 1.0 / p[2]
+        x = p[0] * inverse
+        y = p[1] * inverse
+        low_x = min(low_x, x)
+        high_x = max(high_x, x)
+        low_y = min(low_y, y)
+        high_y = max(high_y, y)
+        nearest = max(nearest, p[3] * inverse)
+    if (p[2] > 0.0) != (onward[2] > 0.0):
+        # The side leaves the half space in front of the eye in this direction.
+        share = p[2] / (p[2] - onward[2])
+        x = p[0] + share * (onward[0] - p[0])
+        y = p[1] + share * (onward[1] - p[1])
+        nearest = np.inf
+        if x >= 0.0:
+            high_x = np.inf
+        if x <= 0.0:
+            low_x = -np.inf
+        if y >= 0.0:
+            high_y = np.inf
+        if y <= 0.0:
+            low_y = -np.inf
+    return low_x, low_y, high_x, high_y, nearest
+
+
+@inlined
+def _bound(quads, out, t, line, side, span):
+    """
+    Bound a quad's rows of pixels by the half plane side * line >= 0.
+
+    Writes x >= p + q y as the t-th left bound, or x < p + q y as the right one; returns the span
+    of rows, narrowed if the line is horizontal.
+    """
+    first_row, end_row = span
+    a, b, c = line
+    quads[out, 2 * t] = quads[out, 19]
+    quads[out, 2 * t + 1] = 0.0
+    quads[out, 8 + 2 * t] = quads[out, 20]
+    quads[out, 9 + 2 * t] = 0.0
+    if a != 0.0:
+        k = 2 * t if a * side > 0.0 else 8 + 2 * t
+        quads[out, k] = -c / a
+        quads[out, k + 1] = -b / a
+    elif b * side > 0.0:
+        first_row = max(first_row, np.ceil(-c / b))
+    elif b != 0.0:
+        end_row = min(end_row, np.ceil(-c / b))
+    elif c * side < 0.0:
+        end_row = first_row
+    return first_row, end_row
+
+
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled):
     """Turn edges into bounds and key planes; drop sides that cannot change a count."""
@@ -101,7 +160,6 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
     origin = (matrix[0, 3], matrix[1, 3], matrix[2, 3], matrix[3, 3])
     nowhere = (0.0, 0.0, 0.0, 0.0)
     for chunk in prange(chunks):
-        span = np.empty(2)
         out = chunk * length
         for q in range(chunk * length, min(codes.size, chunk * length + length)):
             code = codes[q]
@@ -130,7 +188,6 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             if det == 0.0:
                 continue  # seen edge-on
             side = 1.0 if det > 0.0 else -1.0
-            n_lines = 3
             p2, p3 = away0, away1
             if goes_down and floor > -np.inf:
                 far0 = max(0.0, (z0 - floor) / -down0)
@@ -140,44 +197,21 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                     p2 = _go(p0, away0, far0)
                     p3 = _go(p1, away1, far1)
                     line3 = _cross(p2, p3)
-                    n_lines = 4
             # Bounds in the picture, and the nearest key.
-            low_x = low_y = np.inf
-            high_x = high_y = nearest = -np.inf
-            for p, onward in ((p0, p1), (p1, p3), (p3, p2), (p2, p0)):
-                wi = p[2]
-                wj = onward[2]
-                if wi > 0.0:
-                    x = p[0] / wi
-                    y = p[1] / wi
-                    low_x = min(low_x, x)
-                    high_x = max(high_x, x)
-                    low_y = min(low_y, y)
-                    high_y = max(high_y, y)
-                    nearest = max(nearest, p[3] / wi)
-                if (wi > 0.0) != (wj > 0.0):
-                    # The side leaves the half space in front of the eye in this direction.
-                    a = wi / (wi - wj) if wi != wj else 0.0
-                    x = p[0] + a * (onward[0] - p[0])
-                    y = p[1] + a * (onward[1] - p[1])
-                    nearest = np.inf
-                    if x >= 0.0:
-                        high_x = np.inf
-                    if x <= 0.0:
-                        low_x = -np.inf
-                    if y >= 0.0:
-                        high_y = np.inf
-                    if y <= 0.0:
-                        low_y = -np.inf
+            bounds = (np.inf, np.inf, -np.inf, -np.inf, -np.inf)
+            bounds = _widen(bounds, p0, p1)
+            bounds = _widen(bounds, p1, p3)
+            bounds = _widen(bounds, p3, p2)
+            low_x, low_y, high_x, high_y, nearest = _widen(bounds, p2, p0)
             if not (high_y >= 0.0 and low_y <= rows - 1 and high_x >= 0.0 and low_x <= cols - 1):
                 continue
-            span[0] = np.floor(max(low_y, 0.0))
-            span[1] = min(np.ceil(min(high_y, np.float64(rows))) + 1.0, np.float64(rows))
+            first_row = np.floor(max(low_y, 0.0))
+            end_row = min(np.ceil(min(high_y, np.float64(rows))) + 1.0, np.float64(rows))
             # Is it wholly behind the farthest surface of every tile that it touches?
             tx0 = np.int64(max(low_x - 1.0, 0.0)) // TILE
             tx1 = np.int64(min(high_x + 1.0, cols - 1.0)) // TILE
-            ty0 = np.int64(span[0]) // TILE
-            ty1 = (np.int64(span[1]) - 1) // TILE
+            ty0 = np.int64(first_row) // TILE
+            ty1 = (np.int64(end_row) - 1) // TILE
             hidden = nearest < np.inf
             limit = nearest + 1e-9 * abs(nearest)
             ty = ty0
@@ -188,25 +222,15 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 ty += 1
             if hidden:
                 continue
-            record = quads[out]
             # Lines that nearly coincide may cross anywhere: stay within the corners.
-            least = np.floor(max(low_x, 0.0))
-            most = np.ceil(min(high_x, np.float64(cols - 1))) + 1.0
-            record[19] = least
-            record[20] = most
-            for t in range(4):
-                record[2 * t] = least
-                record[2 * t + 1] = 0.0
-                record[8 + 2 * t] = most
-                record[9 + 2 * t] = 0.0
-            lines = (line0, line1, line2, line3)
-            for t in range(n_lines):
-                line = lines[t]
-                bound(
-                    line[0], line[1], line[2], side if t % 2 == 0 else -side,
-                    record[2 * t : 2 * t + 2], record[8 + 2 * t : 10 + 2 * t], span,
-                )  # fmt: skip
-            if span[0] >= span[1]:
+            quads[out, 19] = np.floor(max(low_x, 0.0))
+            quads[out, 20] = np.ceil(min(high_x, np.float64(cols - 1))) + 1.0
+            span = (first_row, end_row)
+            span = _bound(quads, out, 0, line0, side, span)
+            span = _bound(quads, out, 1, line1, -side, span)
+            span = _bound(quads, out, 2, line2, side, span)
+            first_row, end_row = _bound(quads, out, 3, line3, -side, span)
+            if first_row >= end_row:
                 continue
             # The key on the side's plane, from differences: the side passes close to receivers.
             edge = _go(p1, p0, -1.0)  # their difference
@@ -214,12 +238,13 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             part1 = _cross(away0, p0)
             part2 = _cross(p0, edge)
             for k in range(3):
-                record[16 + k] = (p0[3] * part0[k] + edge[3] * part1[k] + away0[3] * part2[k]) / det
+                key = p0[3] * part0[k] + edge[3] * part1[k] + away0[3] * part2[k]
+                quads[out, 16 + k] = key / det
             m = np.int64(weight[e]) >> ((code >> 1) & 1)
             if (code & 1 == 0) != (side < 0.0):
                 m = -m
-            spans[out, 0] = np.int64(span[0])
-            spans[out, 1] = np.int64(span[1])
+            spans[out, 0] = np.int64(first_row)
+            spans[out, 1] = np.int64(end_row)
             spans[out, 2] = m
             out += 1
         filled[chunk] = out - chunk * length
@@ -258,15 +283,20 @@ def _list_by_stripe(spans, starts, filled, stripes):
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(quads, spans, places, listed, keys, counts):
     """Fill all sides, one stripe at a time, so that the stripe's surface stays in the cache."""
+    width = np.uint64(keys.shape[1])  # unsigned indices need no test of their sign
     for stripe in prange(places.size - 1):
+        flat, sums = keys.reshape(-1), counts.reshape(-1)
         top = stripe * STRIPE
+        start = np.uint64(top) * width
         first = np.zeros(STRIPE, np.int32)
-        end = np.zeros(STRIPE, np.int32)
+        wide = np.zeros(STRIPE, np.int32)
+        near = np.zeros(STRIPE)
         for q in range(places[stripe], places[stripe + 1]):
             i = listed[q]
-            m = spans[i, 2]
+            m = counts.dtype.type(spans[i, 2])
             b = quads[i]
-            # First and last column of each row of the stripe, all at once.
+            slope = b[16]
+            # First column, width and first key of each row of the stripe, all at once.
             widest = np.int32(0)
             for j in range(STRIPE):
                 y = np.float64(top + j)
@@ -277,26 +307,31 @@ def _fill(quads, spans, places, listed, keys, counts):
                     min(b[8] + b[9] * y, b[10] + b[11] * y),
                     min(b[12] + b[13] * y, b[14] + b[15] * y),
                 )
-                first[j] = np.int32(np.ceil(min(max(left, b[19]), b[20])))
-                end[j] = np.int32(np.ceil(min(max(right, b[19]), b[20])))
-                widest = max(widest, end[j] - first[j])
-            slope = b[16]
-            for r in range(max(spans[i, 0], top), min(spans[i, 1], top + STRIPE)):
-                c = np.int64(first[r - top])
-                rest = np.int64(end[r - top]) - c
-                at = b[17] * r + b[18]
-                side = at + slope * c
-                if widest <= 1:
-                    counts[r, c] += m if (keys[r, c] < side) & (rest > 0) else 0
-                    continue
-                # A row without pixels runs once: cheaper than a mispredicted branch.
-                while True:
-                    k = keys[r, c : c + LANES]
-                    n = counts[r, c : c + LANES]
-                    for lane in range(LANES):
-                        n[lane] += m if (k[lane] < side + slope * lane) & (lane < rest) else 0
-                    c += LANES
-                    rest -= LANES
-                    if rest <= 0:
-                        break
-                    side = at + slope * c
+                column = np.ceil(min(max(left, b[19]), b[20]))
+                first[j] = np.int32(column)
+                wide[j] = np.int32(np.ceil(min(max(right, b[19]), b[20]))) - np.int32(column)
+                widest = max(widest, wide[j])
+                near[j] = b[17] * y + b[18] + slope * column
+            j0 = np.uint64(max(spans[i, 0] - top, 0))
+            j1 = np.uint64(min(spans[i, 1] - top, STRIPE))
+            # Rows without pixels are compared, too: cheaper than a mispredicted branch.
+            if widest <= 0:
+                continue
+            if widest <= 8:
+                for j in range(j0, j1):
+                    at = start + j * width + np.uint64(first[j])
+                    add_where_nearer(8, flat, sums, at, near[j], slope, wide[j], m)
+            elif widest <= 16:
+                for j in range(j0, j1):
+                    at = start + j * width + np.uint64(first[j])
+                    add_where_nearer(16, flat, sums, at, near[j], slope, wide[j], m)
+            else:
+                for j in range(j0, j1):
+                    at = start + j * width + np.uint64(first[j])
+                    add_where_nearer(32, flat, sums, at, near[j], slope, wide[j], m)
+                    base = b[17] * np.float64(np.uint64(top) + j) + b[18]
+                    for done in range(32, wide[j], 32):
+                        side = base + slope * (first[j] + done)
+                        ahead = at + np.uint64(done)
+                        rest = wide[j] - np.int32(done)
+                        add_where_nearer(32, flat, sums, ahead, side, slope, rest, m)
