@@ -219,6 +219,8 @@ def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
         (["--out", "a.png", "--light", "0,0,8", "--up", "0,0,1", "--eye", "0,0,9"], "looks along"),
         (["--out", "a.png", "--light", "0,0,8", "--up", "z"], "the file's own axis is --axis-up"),
         (["--out", "a.png", "--spot", "0,0,8,0,0,8,20"], "--spot 0,0,8,0,0,8,20: a spot light"),
+        (["--arrays", "table.obj"], "'table.obj' would be arrays of NumPy; name it table.npz"),
+        (["--out", "a.png", "--arrays", "a.png"], "would be arrays of NumPy; name it a.npz"),
         (["--out", "table.obj/a.png", "--light", "0,0,8"], "not a folder"),
     ],
 )

@@ -69,6 +69,17 @@ def test_quiet_says_nothing(study, tmp_path):
     assert study(*HALF_DAY, "--quiet", "--json").json()["hours"] == 4
 
 
+def test_offsets_tell_a_repeated_time_apart(study, tmp_path):
+    """The night when clocks go back: 02:30 CET is an hour after 02:30 CEST."""
+    day = "2026-10-25"
+    study("--from", "02:30+01:00", "--to", "09:00", "--at", "02:30+02:00 08:30", day=day)
+    first = open_result(tmp_path / "out").time[0]
+    assert str(first.values)[:19] == "2026-10-25T01:37:30"
+    said = study("--from", "02:30+05:00", "--to", "09:00", day=day).refusal()
+    assert "+02:00 or +01:00" in said
+    assert "25:00" in study("--at", "25:00", "--from", "02:30+01:00", day=day).refusal()
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [

@@ -92,6 +92,8 @@ def test_a_file_whose_name_has_an_equals_sign_is_a_file(obj, monkeypatch):
     assert umbra.read(path).parts[0].layer == ""
     with pytest.raises(InputError, match=r"c\.obj: no such file"):
         umbra.read("new=c.obj")
+    with pytest.raises(InputError, match="the name of a file is empty"):
+        umbra.read("")
     with pytest.raises(InputError, match="names a layer without a file"):
         umbra.read("new=")
 

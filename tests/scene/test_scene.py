@@ -79,8 +79,9 @@ def test_patterns_choose_who_casts():
     assert scene.groups().tolist() == [0, 0, 1]
     with pytest.raises(InputError, match="'barn' matches no part; the file has RoofSurface"):
         scene.select(cast=["barn"])
-    with pytest.raises(InputError, match="matches no part"):
-        scene.select(no_cast=["Tower"])
+    for none in ("Tower", ""):
+        with pytest.raises(InputError, match=f"no_cast='{none}' matches no part"):
+            scene.select(no_cast=[none])
 
 
 def test_what_is_no_mesh_is_refused():

@@ -165,6 +165,9 @@ SLIPS = {
     "a wrong date": ("[03-21, 2025-12-21]", "[03-21, 21.12.]", "line 7.*a date is written 03-21"),
     "no such date": ("[03-21, 2025-12-21]", "2025-02-29", "line 7.*a date is written"),
     "a wrong duration": ("at_least: 2h", "at_least: two hours", "line 11.*'two hours' is not"),
+    "a wrong time": ("to: 17:00", "to: 27:00", "line 6.*check 1.*end 27:00 is not on the clock"),
+    "a wrong step": ("every: 15min", "every: 0min", "line 10.*'every' '0min' is not longer"),
+    "a long step": ("every: 15min", "every: 9h", "check 1: the step 9h is longer"),
     "a wrong share": ("share: 50", "share: 120", "'share' must be above 0"),
     "a share of text": ("share: 50", "share: half", "line 12.*must be a number; got 'half'"),
     "a wrong area": (

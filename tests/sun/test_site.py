@@ -6,7 +6,7 @@ import pytest
 from umbra.errors import InputError
 from umbra.scene import make_scene
 from umbra.sun import Site, find_site
-from umbra.sun.site import find_zone
+from umbra.sun.site import find_zone, tell_moved
 
 TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
@@ -152,3 +152,15 @@ def test_no_site_known(facts, given, options):
 def test_a_site_is_found_for_anything_with_the_three_facts():
     place = SimpleNamespace(latitude=1.0, longitude=2.0, true_north=None)
     assert find_site(place, zone="UTC") == Site(1, 2, "UTC")
+
+
+def test_a_site_far_from_the_files_is_told():
+    london = scene(latitude=51.5, longitude=-0.13)
+    assert tell_moved(london, find_site(london)) == []
+    assert tell_moved(london, find_site(london, latitude=51.6)) == []
+    assert tell_moved(scene(), Site(51.5, -0.13)) == []
+    (told,) = tell_moved(london, find_site(london, latitude=-0.13, longitude=51.5))
+    # A quarter of a turn is 90 degrees, or 10,008 km.
+    (quarter,) = tell_moved(scene(latitude=0.0, longitude=170.0), Site(0.0, -100.0))
+    assert "-0.1300°, 51.5000°, as given, lies 7," in told
+    assert "lies 10,008 km from 0.0000°, 170.0000°" in quarter

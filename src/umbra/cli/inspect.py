@@ -51,7 +51,7 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     if scene.latitude is not None and scene.longitude is not None:
         place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
         if scene.elevation is not None:
-            place += f", {scene.elevation:g} m above the sea"
+            place += f", {scene.elevation + 0.0:g} m above the sea"
         if scene.true_north is not None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
         echo(f"{crs}: {place}")

@@ -122,6 +122,9 @@ def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
     if out is not None and _find_kind(out) not in {"png", *VECTORS}:
         msg = f"'{out}' would be a PNG, SVG or PDF; name it {out.with_suffix('.png')}"
         raise InputError(msg)
+    if arrays is not None and arrays.suffix.lower() != ".npz":  # a slip would replace a model
+        msg = f"'{arrays}' would be arrays of NumPy; name it {arrays.with_suffix('.npz')}"
+        raise InputError(msg)
     return [path for path in (out, arrays) if path is not None]
 
 

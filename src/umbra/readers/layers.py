@@ -51,6 +51,9 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
     """
     named: list[tuple[str, Path]] = []
     for given in paths:
+        if not os.fspath(given):
+            msg = "the name of a file is empty, as that of a variable that is not set; name a model"
+            raise InputError(msg)
         found = NAMED.fullmatch(given) if isinstance(given, str) else None
         if found and not Path(os.fspath(given)).exists():
             named.append((found[1].strip(), Path(found[2])))

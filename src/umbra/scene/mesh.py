@@ -180,7 +180,8 @@ class Part:
             Upper and lower case count.
         """
         words = (self.name, self.kind, self.layer, self.full_name, *self.tags)
-        return any(fnmatchcase(word, pattern) for word in words)
+        # An empty pattern, as of a variable that is not set, is not that of parts without a kind.
+        return bool(pattern) and any(fnmatchcase(word, pattern) for word in words)
 
     @property
     def color(self) -> Color:

@@ -241,10 +241,13 @@ class StudyOptions:
         from umbra.casters import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
+        from umbra.sun.local_time import has_offset  # noqa: PLC0415
 
-        # UTC has no missing or repeated times: what fails here fails in every zone.
+        # UTC has no missing or repeated times: what fails here fails in every zone. Offsets
+        # are checked at the site.
         days, every = parse_dates(self.date, self.every_days), self.every
-        check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
+        if not has_offset(self.start) and not has_offset(self.end):
+            check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
             parse_duration(self.min_spell, "least spell", "min_spell")
         if isinstance(self.under, str):

@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.sun.local_time import find_instant, parse_date
+from umbra.sun.local_time import find_instant, has_offset, parse_date
 from umbra.sun.site import find_zone
 
 __all__ = [
     "ROUND",
     "Stamps",
     "Steps",
+    "check_stamps",
     "check_steps",
     "find_round_stamps",
     "find_stamps",
@@ -193,11 +194,21 @@ def _clock_text(when: dt.datetime) -> str:
     return when.replace(tzinfo=None).isoformat()
 
 
+def check_stamps(times: Sequence[str]) -> None:
+    """Refuse clock times that no zone has; those with an offset are checked at the site."""
+    for word in _split(times):
+        if not has_offset(word):
+            find_instant(dt.date(2000, 1, 1), word, zoneinfo.ZoneInfo("UTC"), "time of at=")
+
+
+def _split(times: Sequence[str]) -> list[str]:
+    return [word for text in times for word in str(text).replace(",", " ").split()]
+
+
 def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
     """Find the instants at which a date's clock shows some times, ``09:00,12:00``, in any order."""
-    words = [word for text in times for word in str(text).replace(",", " ").split()]
     clock = zoneinfo.ZoneInfo(zone)
-    found = {find_instant(day, word, clock, "time of at=") for word in words}
+    found = {find_instant(day, word, clock, "time of at=") for word in _split(times)}
     naive = [when.replace(tzinfo=None) for when in sorted(found)]
     return Stamps(stamps=np.array(naive, "datetime64[us]"), zone=zone)
 

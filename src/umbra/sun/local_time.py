@@ -16,7 +16,7 @@ import numpy as np
 
 from umbra.errors import InputError
 
-__all__ = ["find_instant", "parse_date", "parse_dates"]
+__all__ = ["find_instant", "has_offset", "parse_date", "parse_dates"]
 
 # The calendar is Gregorian since October 1582; pvlib's Delta T ends with the year 3000, which
 # the last evening of 2999 reaches in UTC.
@@ -113,6 +113,12 @@ def find_instant(date: dt.date, time: str | dt.time, zone: ZoneInfo, what: str) 
         f"({first.tzname()}, the first) or {choices[1]} ({second.tzname()}, the second)"
     )
     raise InputError(msg, time=text, choices=choices)
+
+
+def has_offset(time: str | dt.time) -> bool:
+    """Return whether a clock time names its offset from UTC, which only some zones have."""
+    match = TIME.fullmatch(str(time).strip())
+    return bool(match and match[4])
 
 
 def _parse_time(

@@ -11,11 +11,12 @@ from umbra.errors import InputError
 if TYPE_CHECKING:
     from umbra.scene import Scene
 
-__all__ = ["Site", "find_site", "find_zone"]
+__all__ = ["Site", "find_site", "find_zone", "tell_moved"]
 
 # Names that the database holds and that are no civil time of a place: the copies
 # with and without leap seconds, and aliases that depend on the machine.
 _ALIKE = 0.6  # names that share more may be meant
+_FAR = 1.0  # degrees between a given site and the file's that are worth a word
 _NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
 
 
@@ -117,6 +118,24 @@ def find_site(
         elevation=0.0 if elevation is None else elevation,
         true_north=0.0 if true_north is None else true_north,
     )
+
+
+def tell_moved(scene: "Scene", site: Site) -> list[str]:
+    """Report a site far from the one that the file states, as of swapped coordinates; or none."""
+    if scene.latitude is None or scene.longitude is None:
+        return []
+    a, b = math.radians(scene.latitude), math.radians(site.latitude)
+    turn = math.radians(site.longitude - scene.longitude)
+    cosine = math.sin(a) * math.sin(b) + math.cos(a) * math.cos(b) * math.cos(turn)
+    apart = math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
+    if apart < _FAR:
+        return []
+    told = (
+        f"the site {site.latitude:.4f}°, {site.longitude:.4f}°, as given, lies "
+        f"{apart * 111.2:,.0f} km from {scene.latitude:.4f}°, {scene.longitude:.4f}°, where the "
+        "file says the model is; leave latitude= and longitude= out if that is not meant"
+    )
+    return [told]
 
 
 def find_zone(name: str) -> zoneinfo.ZoneInfo:

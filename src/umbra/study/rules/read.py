@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from umbra.errors import InputError
-from umbra.sun.clock import parse_duration
+from umbra.sun.clock import make_steps, parse_duration
+from umbra.sun.local_time import has_offset
 
 __all__ = ["MEASURES", "Block", "Check", "Place", "Rules", "load_block", "read_rules"]
 
@@ -274,12 +275,13 @@ def _read_check(block: Block) -> Check:
         block.refuse(f"'share' must be above 0 and at most 100 [%]; got {share:g}")
     if places and block.has("share"):
         block.refuse("'share' is for areas; named places are judged one by one")
+    start, end, every = _read_times(block)
     return Check(
         name=block.text("name"),
         dates=tuple(_read_date(block, node) for node in block.items("dates")),
-        start=block.text("from", "00:00"),
-        end=block.text("to", "24:00"),
-        every=block.text("every", "5min"),
+        start=start,
+        end=end,
+        every=every,
         min_altitude=block.number("min_altitude", 0.0),
         measure=measure,
         min_spell=_read_duration(block, "min_spell") if block.has("min_spell") else dt.timedelta(),
@@ -297,6 +299,20 @@ def _choose(block: Block, key: str, words: tuple[str, ...], default: str) -> str
         block.refuse(f"'{key}' must be one of {', '.join(words)}; got '{word}'",
                          block.values[key])  # fmt: skip
     return word
+
+
+def _read_times(block: Block) -> tuple[str, str, str]:
+    """Read a check's start, end and step; those with an offset are checked at the site."""
+    times = block.text("from", "00:00"), block.text("to", "24:00"), block.text("every", "5min")
+    if block.has("every"):
+        _read_duration(block, "every")
+    if not any(map(has_offset, times[:2])):
+        try:
+            make_steps("2001-01-01", *times, "UTC")
+        except InputError as error:
+            message = str(error)
+            block.refuse(f"{block.what}: {message}")
+    return times
 
 
 def _read_duration(block: Block, key: str, *, may_be_none: bool = False) -> dt.timedelta:
