@@ -107,6 +107,45 @@ def test_the_compiler_loads_without_linear_algebra_which_can_be_loaded_later():
     subprocess.run([sys.executable, "-c", LOAD], check=True)
 
 
+KERNELS = """
+import numpy as np
+from numba import njit, prange
+
+@njit(cache=True)
+def square(values):
+    made = np.empty_like(values)
+    for k in range(len(values)):
+        made[k] = values[k] ** 2
+    return made
+
+@njit(cache=True, parallel=True)
+def add(values):
+    total = 0.0
+    for k in prange(len(values)):
+        total += values[k]
+    return total
+"""
+USE = """
+import sys
+from umbra.machine import load_compiler
+load_compiler()
+import kernels, numba, numpy as np
+print(kernels.add(kernels.square(np.arange(4.0))), "numba.np.linalg" in sys.modules)
+assert numba.njit(lambda n: np.linalg.det(np.eye(n)))(2) == 1  # now the compiler is needed
+"""
+
+
+def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", USE], cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    ]
+    assert told == ["14.0 True\n", "14.0 False\n"]
+
+
 def test_threads_by_tbb_are_found_in_another_environment_too(tmp_path):
     if (
         "TBB"

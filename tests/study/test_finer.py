@@ -73,13 +73,13 @@ def test_lines_and_labels_come_from_finer_hours_and_paint_stays():
         for hours in (None, fine)
     )
     lines = [
-        np.concatenate([path.vertices for artist in sheet.figure.findobj(LineCollection)
+        np.concatenate([path.vertices for artist in sheet.leaf.findobj(LineCollection)
                         for path in artist.get_paths()])
         for sheet in (one, other)
     ]  # fmt: skip
     assert lines[0].shape != lines[1].shape
     images = [
-        [artist.image for artist in sheet.figure.artists if hasattr(artist, "image")]
+        [artist.image for artist in sheet.leaf.artists if hasattr(artist, "image")]
         for sheet in (one, other)
     ]
     assert all((a == b).all() for a, b in zip(*images, strict=True))

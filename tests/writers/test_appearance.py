@@ -59,8 +59,7 @@ def test_lines_run_where_one_house_ends_before_another(south):
 def test_a_facade_keeps_the_legend_s_colours_and_the_sky_is_no_value(south):
     plan, _ = look_at(south)
     sheet = make_hours_sheet(plan, [DayMap(south.shadow_hours)], south.up_hours)
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
+    pixels = sheet.leaf.render()[::-1].astype(float)
 
     def read(x, y):
         across, up = sheet.place((x, y)) * DOTS_PER_INCH
@@ -121,7 +120,7 @@ def test_no_contour_runs_along_an_edge(south):
 
     def count(on):
         sheet = make_hours_sheet(on, [DayMap(hours)], 2.0)
-        labels = [t for t in sheet.figure.findobj(Text) if t.get_text().endswith(" h")]
+        labels = [t for t in sheet.leaf.findobj(Text) if t.get_text().endswith(" h")]
         return len([t for t in labels if t.get_path_effects()])
 
     assert count(plain) > 0  # from house to house hours leap

@@ -84,7 +84,7 @@ def test_all_maps_are_of_one_scale_and_named():
         maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))
     sheet = make_elevations_sheet(arrangement, maps, 8.0)
     panels = sheet.panels
-    texts = {text.get_text() for text in sheet.figure.findobj(Text)}
+    texts = {text.get_text() for text in sheet.leaf.findobj(Text)}
     named = {"Plan", *(f"{side} elevation" for side in SIDES)}
     assert {*named, "1:200", "house, plan and elevations", "N", "hours in shadow", "4 h"} <= texts
     assert any("1:200 on A3 (420 x 297 mm)" in text for text in texts)
@@ -93,8 +93,7 @@ def test_all_maps_are_of_one_scale_and_named():
         assert cols * find_pixel(arrangement) == pytest.approx(w, abs=0.02)
         assert rows * find_pixel(arrangement) == pytest.approx(h, abs=0.02)
         np.testing.assert_allclose(panel.map_box[2], w * 1000 / 200 / 25.4, atol=0.01)
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
+    pixels = sheet.leaf.render()[::-1].astype(float)
     assert pixels.shape[:2] == (round(297 / 25.4 * 150), round(420 / 25.4 * 150 + 0.5))
     ramp = shade_ramp() * 255
     for panel, expected in zip(

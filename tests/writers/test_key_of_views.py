@@ -26,12 +26,11 @@ CROWN[20:40, 30:50] = True
 
 
 def find_texts(sheet):
-    return " ".join(text.get_text() for text in sheet.figure.findobj(Text))
+    return " ".join(text.get_text() for text in sheet.leaf.findobj(Text))
 
 
 def read_map(sheet):
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
+    pixels = sheet.leaf.render()[::-1] / 255
     x, y, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
     return pixels[y : y + h, x : x + w]
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
-from matplotlib.image import FigureImage
 from matplotlib.text import Text
 from PIL import Image
 
@@ -79,20 +78,19 @@ def clock(n):
 
 def check_layout(sheet):
     """Every text and image lies on the paper; no two of them share a place."""
-    figure = sheet.figure
-    renderer = figure.canvas.get_renderer()
-    width, height = figure.bbox.width, figure.bbox.height
+    renderer = sheet.leaf.make_renderer()
+    width, height = renderer.get_canvas_width_height()
     boxes = []
-    texts = figure.findobj(Text)
+    texts = sheet.leaf.findobj(Text)
     for text in texts:
         if text.get_text():
             box = text.get_window_extent(renderer)
             boxes.append((text.get_text(), box.x0, box.y0, box.x1, box.y1))
     x, y, w, h = (v * DOTS_PER_INCH for v in sheet.map_box)
-    for image in figure.findobj(FigureImage):
-        rows, cols = image.get_size()
-        boxes.append(("image", image.ox, image.oy, image.ox + cols, image.oy + rows))
-    for filled in figure.findobj(PolyCollection):
+    for pixels in (one for one in sheet.leaf.artists if hasattr(one, "image")):
+        (left, bottom), (rows, cols) = pixels.place, pixels.image.shape[:2]
+        boxes.append(("image", left, bottom, left + cols, bottom + rows))
+    for filled in sheet.leaf.findobj(PolyCollection):
         for polygon in filled.get_paths():
             if len(polygon.vertices) == 5:  # a rectangle, closed; not the arrow
                 (x0, y0), (x1, y1) = polygon.vertices.min(0), polygon.vertices.max(0)
@@ -139,9 +137,9 @@ def test_profiles_are_laid_out_well_in_every_shape(shape, n, words):
 
 def test_a_title_is_whole_and_its_dollars_are_dollars():
     sheet = lay_out(make_plan(words=LONG), 0.5)
-    texts = [t.get_text() for t in sheet.figure.findobj(Text)]
+    texts = [t.get_text() for t in sheet.leaf.findobj(Text)]
     assert LONG["title"] in "".join(texts)
-    assert not any(t.get_parse_math() for t in sheet.figure.findobj(Text) if t.get_text())
+    assert not any(t.get_parse_math() for t in sheet.leaf.findobj(Text) if t.get_text())
 
 
 @pytest.mark.parametrize(("max_hours", "ticks"), [(0.75, "45 min"), (2.5, "2 h"), (24, "24 h")])
@@ -178,7 +176,7 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
     with Image.open(tmp_path / "hours.png") as image:
         assert image.format == "PNG"
         assert image.mode == "RGB"
-        assert np.allclose(image.size, sheet.figure.bbox.size)
+        assert image.size == sheet.leaf.make_renderer().get_canvas_width_height()
         assert image.info["dpi"] == pytest.approx((150, 150), abs=0.1)
     west, east, north_west = ((5.0, 5.0), (35.0, 5.0), (5.0, 28.0))
     np.testing.assert_allclose(read_pixel(tmp_path / "hours.png", sheet, *west), ramp[0], atol=1)
@@ -232,7 +230,7 @@ def test_the_legend_shows_the_colours_of_single_stamps():
     sheet = make_profile_sheet(plan, [DayShadows(make_shadows(plan, n), clock(n))])
     swatches = [
         artist.get_facecolor()[:, :3]
-        for artist in sheet.figure.artists
+        for artist in sheet.leaf.artists
         if isinstance(artist, PolyCollection) and len(artist.get_paths()) == n
     ]
     assert len(swatches) == 1
@@ -274,8 +272,7 @@ def test_several_dates_have_a_panel_each(shape, n):
     assert {*dates, "09:00", "11:00", "N", "local time (CET/CEST)"} <= texts
     assert not {"x [m]", "y [m]"} & texts
     assert len(panels) == len({panel.map_box[:2] for panel in panels}) == n
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3]
+    pixels = sheet.leaf.render()[::-1]
     for k, panel in enumerate(panels):  # each shows its own date's shadows
         rows, cols = panel.map_size
         left, bottom = (round(v * DOTS_PER_INCH) for v in panel.map_box[:2])
@@ -302,9 +299,9 @@ def test_arrays_must_fit_the_plan(wrong):
 
 def test_the_arrow_points_to_true_north():
     sheet = lay_out(make_plan(north=90), 0.5)
-    letter = next(t for t in sheet.figure.findobj(Text) if t.get_text() == "N")
+    letter = next(t for t in sheet.leaf.findobj(Text) if t.get_text() == "N")
     upright = lay_out(make_plan(north=0), 0.5)
-    above = next(t for t in upright.figure.findobj(Text) if t.get_text() == "N")
+    above = next(t for t in upright.leaf.findobj(Text) if t.get_text() == "N")
     (x0, y0), (x1, y1) = letter.get_position(), above.get_position()
     assert x0 - x1 == pytest.approx(0.29)  # clockwise: to the right
     assert y1 - y0 == pytest.approx(0.29)
@@ -356,9 +353,7 @@ def test_contours_end_at_hidden_cells_and_do_not_follow_them():
 
 def find_labels(sheet):
     return [
-        t
-        for t in sheet.figure.findobj(Text)
-        if t.get_text().endswith(" h") and t.get_path_effects()
+        t for t in sheet.leaf.findobj(Text) if t.get_text().endswith(" h") and t.get_path_effects()
     ]
 
 
@@ -490,7 +485,7 @@ def test_points_have_the_colours_of_their_hours_and_their_names(tmp_path):
         found = read_pixel(tmp_path / "points.png", sheet, x, y)
         np.testing.assert_allclose(found, ramp[index], atol=2)
     discs = next(
-        artist for artist in sheet.figure.artists
+        artist for artist in sheet.leaf.artists
         if isinstance(artist, PolyCollection) and len(artist.get_paths()) == 5
     )  # fmt: skip
     middles = np.array([path.vertices[:-1].mean(0) for path in discs.get_paths()])
@@ -510,7 +505,7 @@ def test_many_points_have_no_labels():
     sheet = make_points_sheet(
         plan, Places(points, normals), [DayMap(np.ones(500, np.float32))], 8.0
     )
-    assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.figure.findobj(Text)))
+    assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.leaf.findobj(Text)))
     few = make_points_sheet(
         plan, Places(points[:9], normals[:9]), [DayMap(np.ones(9, np.float32))], 8.0
     )
@@ -530,8 +525,7 @@ def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
     texts = check_layout(sheet)
     assert {*(day.title for day in days), "hours in shadow", "8 h", "newly under 2 h"} <= texts
     assert sum(text.startswith("sunrise 07:42") for text in texts) == 1  # the same for each here
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
+    pixels = sheet.leaf.render()[::-1].astype(float)
     ramp = 255 * shade_ramp()
     for k, panel in enumerate(panels):
         x, y, w, h = panel.map_box
@@ -553,8 +547,7 @@ def test_what_is_newly_under_is_hatched_where_it_is_and_told_in_the_key():
             on_roofs(plan), [DayMap(lost, hatched=hatched)], 8.0, hatch="newly under 2 h"
         )
         assert any("newly under 2 h" in text for text in check_layout(sheet))
-        sheet.figure.canvas.draw()
-        drawn.append(np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float))
+        drawn.append(sheet.leaf.render()[::-1].astype(float))
     left, bottom = (round(v * DOTS_PER_INCH) for v in sheet.map_box[:2])
     rows, cols = sheet.map_size
     plain, hatch = (d[bottom : bottom + rows, left : left + cols].mean(-1) for d in drawn)
@@ -583,11 +576,10 @@ def test_what_is_proposed_is_named_and_outlined_in_red():
     )
     texts = check_layout(sheet)
     assert "outlined in red: proposed" in texts
-    key = " ".join(t.get_text() for t in sheet.figure.findobj(Text))
+    key = " ".join(t.get_text() for t in sheet.leaf.findobj(Text))
     assert "hours of sun lost to" in key
     assert "Church-nave" in key
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(int)
+    pixels = sheet.leaf.render()[::-1].astype(int)
     across, up = (round(v) for v in sheet.place((150.0, 115.0)) * DOTS_PER_INCH)
     border = pixels[up, across - 4 : across + 5]
     assert (border[:, 0] - border[:, 2]).max() > 120  # red at its western wall

@@ -85,8 +85,7 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     assert appearance.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
     plan = Plan(plan.x, plan.y, plan.building_height, appearance=appearance)
     sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, hours))], 8.0)
-    sheet.figure.canvas.draw()
-    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
+    pixels = sheet.leaf.render()[::-1] / 255
     left, bottom, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
     inner = pixels[bottom + 3 : bottom + h - 3, left + 3 : left + w - 3]
     for space in SPACES:
@@ -107,7 +106,7 @@ def test_contours_end_at_the_creases_of_a_plan():
         own = Plan(plan.x, plan.y, plan.building_height, appearance=appearance, roofs_cover=False)
         sheet = make_hours_sheet(own, [DayMap(hours)], 8.0)
         return sum(text.get_text() == "4 h" and bool(text.get_path_effects())
-                   for text in sheet.figure.texts + sheet.figure.artists
+                   for text in sheet.leaf.artists
                    if hasattr(text, "get_text"))  # fmt: skip
 
     assert count(None) > 0  # along the ridge and the eaves

@@ -39,7 +39,7 @@ def find_dots(panel):
     x0, x1, y0, y1 = panel.plan.extent
     x, y, w, h = panel.map_box
     dots = []
-    for artist in panel.figure.findobj(PolyCollection):
+    for artist in panel.leaf.findobj(PolyCollection):
         corners = artist.get_paths()[0].vertices
         if len(artist.get_paths()) == 1 and len(corners) > 12:
             at = (corners.min(0) + corners.max(0)) / 2
@@ -49,10 +49,10 @@ def find_dots(panel):
 
 def find_labels(panel):
     """Give the boxes of the labels on a map [pixel], by their texts."""
-    renderer = panel.figure.canvas.get_renderer()
+    renderer = panel.leaf.make_renderer()
     x, y, w, h = (v * DOTS_PER_INCH for v in panel.map_box)
     found = {}
-    for text in panel.figure.findobj(Text):
+    for text in panel.leaf.findobj(Text):
         at = text.get_window_extent(renderer)
         if text.get_text() and x <= at.x0 and at.x1 <= x + w and y <= at.y0 and at.y1 <= y + h:
             assert text.get_text() not in found
@@ -182,7 +182,7 @@ def test_few_stamps_are_all_outlined_and_many_by_the_hour():
         sheet = make_profile_sheet(plan, [DayShadows(masks, clock(n), np.array([EAST] * n))])
         drawn = [
             artist
-            for artist in sheet.figure.findobj(LineCollection)
+            for artist in sheet.leaf.findobj(LineCollection)
             if to_rgb(artist.get_color()[0]) == to_rgb(SHADOW_OUTLINE)
         ]
         assert len(drawn) == lines

@@ -21,7 +21,7 @@ def test_svg_has_its_type_as_type(tmp_path):
     make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0).save(tmp_path / "hours.svg")
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "hours.svg").read_text())
     sheet = make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0)
-    expected = [text.get_text() for text in sheet.figure.findobj(Text) if text.get_text()]
+    expected = [text.get_text() for text in sheet.leaf.findobj(Text) if text.get_text()]
     assert sorted(t.replace("&amp;", "&") for t in texts) == sorted(expected)
     assert "4 h" in texts  # on its halo
 
@@ -74,15 +74,14 @@ def test_hours_of_sun_keep_a_place_its_colour():
     x, y, w, _ = (round(v * DOTS_PER_INCH) for v in shadow.map_box)
     pixels = []
     for sheet in (shadow, sun):
-        sheet.figure.canvas.draw()
-        pixels.append(np.asarray(sheet.figure.canvas.buffer_rgba())[::-1][y + 5, x : x + w, :3])
+        pixels.append(sheet.leaf.render()[::-1][y + 5, x : x + w])
     # The lines lie at the same whole hours here; all sun has a border of its own.
     assert (pixels[0] != pixels[1]).any(1).mean() < 0.01
-    texts = {text.get_text(): text for text in sun.figure.findobj(Text)}
+    texts = {text.get_text(): text for text in sun.leaf.findobj(Text)}
     assert "hours of sun" in texts
     assert "hours in shadow" not in texts
     across = {}
-    for text in sun.figure.findobj(Text):
+    for text in sun.leaf.findobj(Text):
         if text.get_path_effects():
             across[text.get_text()] = text.get_position()[0]
     assert across["1 h"] > across["7 h"]  # shadow grows to the right

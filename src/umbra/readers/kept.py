@@ -8,7 +8,6 @@ the scene and checked for changes. Only text formats, which are slow to parse, a
 
 from collections.abc import Callable
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -83,6 +82,8 @@ def _are_current(beside: "Beside", files: Files, choices: ReadChoices) -> bool:
 
 def _find_versions() -> str:
     """Name the versions of umbra, of its readers' files and of the packages that read."""
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - only for a cache
+
     words = [__version__]
     house = Path(__file__).parents[1]
     for path in sorted(

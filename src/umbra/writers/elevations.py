@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from umbra.writers.contours import find_swatches
 from umbra.writers.hours import draw_hours_key, fill_hours
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
-from umbra.writers.paper import INK, SMALL, SUBTITLE, Panel, make_figure, measure, to_pixels
+from umbra.writers.paper import INK, SMALL, SUBTITLE, Leaf, Panel, measure, to_pixels
 from umbra.writers.plan import DOTS_PER_INCH, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
@@ -113,7 +113,7 @@ def make_elevations_sheet(
     [h]; ``what`` names the hours in the key, by default hours in shadow or in the sun.
     """
     width, height = (to_pixels(side) for side in PAPER)
-    figure = make_figure(width, height)
+    leaf = Leaf(width, height)
     first = maps[0][1]
     scale = f"1:{arrangement.scale:,} on A3 (420 x 297 mm)".replace(",", "\u2009")
     words = Words.of(
@@ -123,7 +123,7 @@ def make_elevations_sheet(
     top = height - max(words.head, HEAD)
     panels = []
     for (caption, plan, hours), (x, y) in zip(maps, arrangement.corners, strict=True):
-        panel = _make_panel(figure, plan, (MARGIN + AXIS + x, top - CAPTION - y), arrangement)
+        panel = _make_panel(leaf, plan, (MARGIN + AXIS + x, top - CAPTION - y), arrangement)
         panel.write(panel.map_box[0], top - CAPTION - y + 0.08, caption, SUBTITLE, weight="bold")
         fill_hours(panel, hours, max_hours, show)
         _draw_axes(panel)
@@ -141,7 +141,7 @@ def make_elevations_sheet(
     return sheet
 
 
-def _make_panel(figure: object, plan: Plan, corner: Size, arrangement: Arrangement) -> Panel:
+def _make_panel(leaf: Leaf, plan: Plan, corner: Size, arrangement: Arrangement) -> Panel:
     """Make a map of true size below and right of a corner [inch]."""
     x0, x1, y0, y1 = plan.extent
     cols, rows = (
@@ -149,7 +149,7 @@ def _make_panel(figure: object, plan: Plan, corner: Size, arrangement: Arrangeme
     )
     w, h = cols / DOTS_PER_INCH, rows / DOTS_PER_INCH
     x, y = (round(v * DOTS_PER_INCH) / DOTS_PER_INCH for v in (corner[0], corner[1] - h))
-    return Panel(figure, plan, (x, y, w, h), (rows, cols))  # type: ignore[arg-type]
+    return Panel(leaf, plan, (x, y, w, h), (rows, cols))
 
 
 def _draw_axes(panel: Panel) -> None:

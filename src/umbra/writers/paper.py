@@ -2,7 +2,7 @@
 The paper of a picture and the maps on it.
 
 Everything is placed in inches from the lower left corner, by measured text, with
-matplotlib's figure and its canvases alone: no pyplot, no axes, no style that a user's
+matplotlib's artists and renderers alone: no pyplot, no axes, no style that a user's
 matplotlibrc could turn, and no pixel of the map resampled once more.
 """
 
@@ -17,14 +17,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import RendererBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Stroke
 from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
+from matplotlib.transforms import Affine2D, Bbox, TransformedBbox
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.writers.pixels import write_png
@@ -39,10 +39,10 @@ __all__ = [
     "SMALL",
     "SUBTITLE",
     "TITLE",
+    "Leaf",
     "Panel",
     "Paper",
     "find_font",
-    "make_figure",
     "measure",
     "to_pixels",
     "wrap",
@@ -128,11 +128,59 @@ class _Letters(Text):
         self.set_path_effects(halo)
 
 
-def make_figure(width: float, height: float) -> Figure:
-    """Return white paper of whole pixels [inch]."""
-    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
+class Leaf(Artist):
+    """
+    White paper of whole pixels, and what is drawn on it.
+
+    Its artists take it for their figure: matplotlib's own would load axes, which takes as long as
+    drawing half a picture.
+
+    Parameters
+    ----------
+    width, height : float
+        Inches.
+    """
+
+    def __init__(self, width: float, height: float) -> None:
+        super().__init__()
+        self.width, self.height = width, height
+        self.artists: list[Artist] = []
+        self.dpi: float = DOTS_PER_INCH
+        self.dpi_scale_trans = Affine2D().scale(self.dpi)
+        self.bbox = TransformedBbox(Bbox.from_bounds(0, 0, width, height), self.dpi_scale_trans)
+
+    def get_figure(self, root: bool = False) -> Any:
+        """Return itself, whose resolution its artists ask for."""
+        return self
+
+    def get_children(self) -> list[Artist]:
+        """Return the artists."""
+        return self.artists
+
+    def add(self, artist: Artist) -> None:
+        """Add an artist."""
+        artist.set_figure(self)  # type: ignore[arg-type]
+        self.artists.append(artist)
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the artists, in pixels, or in points as PDF and SVG measure."""
+        self.dpi = float(renderer.points_to_pixels(72))  # type: ignore[arg-type]
+        self.dpi_scale_trans.clear().scale(self.dpi)
+        for artist in sorted(self.artists, key=Artist.get_zorder):
+            artist.draw(renderer)
+
+    def make_renderer(self) -> RendererAgg:
+        """Return a renderer to its pixels, which are white."""
+        size = (int(self.width * DOTS_PER_INCH), int(self.height * DOTS_PER_INCH))
+        renderer = RendererAgg(*size, DOTS_PER_INCH)
+        np.asarray(renderer.buffer_rgba())[:] = 255
+        return renderer
+
+    def render(self) -> NDArray[np.uint8]:
+        """Return its pixels (rows, cols, 3), row 0 the top."""
+        renderer = self.make_renderer()
+        self.draw(renderer)
+        return np.asarray(renderer.buffer_rgba())[..., :3]
 
 
 def to_pixels(length: float) -> float:
@@ -142,9 +190,9 @@ def to_pixels(length: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Paper:
-    """Paper of a figure, with drawing methods in inches."""
+    """Paper with drawing methods in inches."""
 
-    figure: Figure
+    leaf: Leaf
 
     def write(self, x: float, y: float, text: str, size: float = SMALL, **style: object) -> Text:
         """Write one line of type at a place [inch]."""
@@ -153,19 +201,19 @@ class Paper:
         style = {"color": INK, "ha": "left", "va": "baseline", "usetex": False, **style}
         written = _Letters(x, y, text, fontproperties=find_font(size, weight), **style)  # type: ignore[arg-type]
         written.set_parse_math(False)  # a dollar in a file's name is a dollar
-        written.set_transform(self.figure.dpi_scale_trans)
+        written.set_transform(self.leaf.dpi_scale_trans)
         if halo is not None:
             written.set_path_effects([Stroke(linewidth=2.2, foreground=halo)])
-        self.figure.add_artist(written)
+        self.leaf.add(written)
         return written
 
     def rule(self, lines: list, color: object = INK, width: float = 0.6) -> LineCollection:
         """Draw polylines, each (n, 2) [inch]."""
         artist = LineCollection(
-            lines, colors=color, linewidths=width, transform=self.figure.dpi_scale_trans
+            lines, colors=color, linewidths=width, transform=self.leaf.dpi_scale_trans
         )
         artist.set_capstyle("butt")
-        self.figure.add_artist(artist)
+        self.leaf.add(artist)
         return artist
 
     def fill(
@@ -177,9 +225,9 @@ class Paper:
             facecolors=colors,
             edgecolors=edge,
             linewidths=width,
-            transform=self.figure.dpi_scale_trans,
+            transform=self.leaf.dpi_scale_trans,
         )
-        self.figure.add_artist(artist)
+        self.leaf.add(artist)
         return artist
 
     def paste(self, image: NDArray, x: float, y: float) -> None:
@@ -187,21 +235,32 @@ class Paper:
         if image.dtype != np.uint8:
             image = (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
         place = (round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH))
-        self.figure.add_artist(_Pixels(image, place))
+        self.leaf.add(_Pixels(image, place))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Draw it all and write a PNG, a PDF or an SVG, by the path's ending."""
         ending = Path(path).suffix.lower()
         if ending in {".pdf", ".svg"}:
-            undated = {"CreationDate": None} if ending == ".pdf" else {"Date": None}
-            with mpl.rc_context():
-                mpl.rcdefaults()
-                mpl.rcParams.update(_VECTORS)
-                self.figure.savefig(path, format=ending[1:], facecolor="white", metadata=undated)
-            return
-        canvas = self.figure.canvas
-        canvas.draw()
-        write_png(path, np.asarray(canvas.buffer_rgba())[..., :3], DOTS_PER_INCH)  # type: ignore[attr-defined]
+            _save_vectors(self.leaf, path, ending[1:])
+        else:
+            write_png(path, self.leaf.render(), DOTS_PER_INCH)
+
+
+def _save_vectors(leaf: Leaf, path: str | os.PathLike[str], ending: str) -> None:
+    """Write a PDF or an SVG."""
+    from matplotlib.figure import Figure  # noqa: PLC0415  (PNG needs none)
+
+    class Bound(Artist):
+        def draw(self, renderer: RendererBase) -> None:
+            leaf.draw(renderer)
+
+    undated = {"CreationDate": None} if ending == "pdf" else {"Date": None}
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_VECTORS)
+        figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
+        figure.add_artist(Bound())
+        figure.savefig(path, format=ending, facecolor="white", metadata=undated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +282,7 @@ class Panel(Paper):
         """Draw polylines, each (n, 2) [inch], that end at the map's frame."""
         x, y, w, h = self.map_box
         artist = self.rule(lines, color, width)
-        artist.set_clip_path(Rectangle((x, y), w, h, transform=self.figure.dpi_scale_trans))
+        artist.set_clip_path(Rectangle((x, y), w, h, transform=self.leaf.dpi_scale_trans))
 
     def write_over(self, reason: str) -> None:
         """Write the reason for an empty map across it."""

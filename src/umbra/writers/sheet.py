@@ -13,9 +13,9 @@ from umbra.writers.paper import (
     SMALL,
     SUBTITLE,
     TITLE,
+    Leaf,
     Panel,
     Paper,
-    make_figure,
     measure,
     to_pixels,
     wrap,
@@ -46,7 +46,7 @@ class Sheet(Panel):
     def of_panels(cls, panels: Sequence[Panel], key_box: tuple[float, float, float, float]) -> Self:
         """Return a sheet of several maps, the first of which is its own."""
         one = panels[0]
-        return cls(one.figure, one.plan, one.map_box, one.map_size, key_box, False, panels)
+        return cls(one.leaf, one.plan, one.map_box, one.map_size, key_box, False, panels)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Words:
 
     def draw(self, paper: Paper) -> None:
         """Write them at the head and the foot of the paper."""
-        y = paper.figure.get_figheight() - MARGIN + 0.05
+        y = paper.leaf.height - MARGIN + 0.05
         for lines, size, weight, color in (
             (self.title, TITLE, "bold", INK),
             (self.subtitle, SUBTITLE, "normal", QUIET),
@@ -120,12 +120,12 @@ def _lay_out_one(plan: Plan, key_height: float) -> Sheet:
     bottom = strip + ((key_height + 0.2) if is_wide else 0) + (0.42 if has_axes else 0.1)
     left, bottom = to_pixels(left), to_pixels(bottom)
     height = bottom + h + words.head
-    figure = make_figure(to_pixels(width), to_pixels(height))
+    leaf = Leaf(to_pixels(width), to_pixels(height))
     if is_wide:
         key_box = (left + 3.0, strip, w - 3.0 - 0.8, key_height)
     else:
         key_box = (left + w + 0.32, bottom + 0.6, KEY_WIDTH, h - 0.6 - 0.85)
-    sheet = Sheet(figure, plan, (left, bottom, w, h), map_size, key_box, is_wide)
+    sheet = Sheet(leaf, plan, (left, bottom, w, h), map_size, key_box, is_wide)
 
     words.draw(sheet)
     draw_frame(sheet, x_ticks, y_ticks, label_width)
@@ -171,7 +171,7 @@ def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]
     words = Words.of(plan, width - 2 * MARGIN)
     bottom = to_pixels(words.foot + 0.1)
     height = to_pixels(bottom + maps_height + words.head)
-    figure = make_figure(width, height)
+    leaf = Leaf(width, height)
     map_size = round(h * DOTS_PER_INCH), round(w * DOTS_PER_INCH)
     left = to_pixels(MARGIN)
     panels = []
@@ -179,7 +179,7 @@ def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]
         row, col = divmod(k, cols)
         x = to_pixels(left + col * (w + GAP))
         y = to_pixels(height - words.head - (row + 1) * (h + caption_height) - row * GAP)
-        panel = Panel(figure, plan, (x, y, w, h), map_size)
+        panel = Panel(leaf, plan, (x, y, w, h), map_size)
         draw_frame(panel, [], [], 0)
         for n_line, line in enumerate(reversed(told[k])):
             panel.write(x, y + h + 0.07 + n_line * SMALL * LINE, line, SMALL, color=QUIET)
