@@ -154,7 +154,8 @@ def test_web_measures_frames_and_names_npm_where_it_is_missing(monkeypatch, tmp_
 
 def test_startup_measures_whole_processes():
     found = json.loads(run("startup", "--json").stdout)
-    assert found["peak_bytes"] >= found["read_bytes"] > 1e7
+    # Counting takes a compiler and rasters; and neither is the memory of the tests' own process.
+    assert found["peak_bytes"] > found["read_bytes"] + 2e7 > 3e7
     assert found["above_mesh_bytes"] == found["peak_bytes"] - found["read_bytes"]
     rest = found["study_seconds"] - found["read_seconds"] - found["count_seconds"]
     assert found["rest_seconds"] == pytest.approx(rest)

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,15 @@ begun = time.perf_counter()
 scene = read(sys.argv[1])
 print(time.perf_counter() - begun)
 """
+# A process's peak is at first that of the process that started it, here a small one.
+_WATCH = """
+import os, subprocess, sys, time
+begun = time.perf_counter()
+_, status, used = os.wait4(subprocess.Popen(sys.argv[1:]).pid, 0)
+seconds = time.perf_counter() - begun
+print()
+print(os.waitstatus_to_exitcode(status), seconds, used.ru_utime + used.ru_stime, used.ru_maxrss)
+"""
 
 
 @dataclass(frozen=True)
@@ -47,7 +55,7 @@ class Startup(BenchmarkReport):
     count_seconds : float
         Counting, as the study itself says [s].
     peak_bytes : int
-        Most memory of a study of ``large``² cells.
+        Most memory of the largest process of a study of ``large``² cells.
     read_bytes : int
         Most memory of a process that reads the file and ends.
     large : int
@@ -158,21 +166,16 @@ def _run(program: str, arguments: list[str]) -> _Process:
     """Run Python in a process of its own and see what it takes."""
     # Compiled modules are kept, as they are by default: else Python compiles all anew each time.
     variables = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        begun = time.perf_counter()
-        child = subprocess.Popen(
-            make_command(program, *arguments), cwd=HOME, stdout=out, stderr=err, env=variables
-        )
-        _, status, used = os.wait4(child.pid, 0)
-        seconds = time.perf_counter() - begun
-        child.returncode = os.waitstatus_to_exitcode(status)
-        out.seek(0)
-        err.seek(0)
-        if child.returncode:
-            msg = f"umbra {arguments[0]} failed: {err.read().strip().splitlines()[-1]}"
-            raise UmbraError(msg)
-        unit = 1 if sys.platform == "darwin" else 1024
-        return _Process(seconds, used.ru_utime + used.ru_stime, used.ru_maxrss * unit, out.read())
+    watched = [sys.executable, "-I", "-c", _WATCH, *make_command(program, *arguments)]
+    done = subprocess.run(
+        watched, cwd=HOME, capture_output=True, text=True, env=variables, check=True
+    )
+    text, told = done.stdout.rstrip("\n").rsplit("\n", 1)
+    status, seconds, busy, peak = (float(word) for word in told.split())
+    if status:
+        msg = f"umbra {arguments[0]} failed: {done.stderr.strip().splitlines()[-1]}"
+        raise UmbraError(msg)
+    return _Process(seconds, busy, int(peak) * (1 if sys.platform == "darwin" else 1024), text)
 
 
 def write_obj(path: Path, model: SquareModel) -> None:
