@@ -45,7 +45,7 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 	@touch $@
 
 # The tests use every extra; each is named once, in pyproject.toml.
-WITH_test := --editable '.[cad,city,citygml,dxf,gis,gl,gltf,ifc,notebook,video,view]' --editable './benchmarks[embree]'
+WITH_test := --editable '.[cad,city,citygml,dxf,gis,gl,gltf,ifc,notebook,vectors,video,view]' --editable './benchmarks[embree]'
 
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"

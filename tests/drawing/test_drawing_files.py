@@ -1,6 +1,7 @@
 """Files of drawings: SVG and PDF, their layers, colours and words."""
 
 import re
+import sys
 import xml.etree.ElementTree as ET
 import zlib
 
@@ -142,3 +143,9 @@ def test_a_near_plane_in_the_model_and_an_empty_view_are_told(scene):
     away = umbra.make_camera(solid, eye=(1, -4, 3), target=(1, -9, 3), size=(40, 30))
     with pytest.warns(UserWarning, match="nothing of the model is seen; leave out eye="):
         assert umbra.draw_vectors(solid, away, SUN, ground=0).seen.lines.segments.size == 0
+
+
+def test_a_missing_package_is_named_by_its_extra(scene, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyclipr", None)
+    with pytest.raises(umbra.InputError, match=r"needs pyclipr.*'umbra-shadows\[vectors\]'"):
+        umbra.draw_vectors(scene, umbra.make_camera(scene), SUN)

@@ -265,7 +265,7 @@ def shadow_polygons(
     """
     check_scene(scene)
     for package in ("shapely", "pyclipr"):
-        import_package(package, "shadow_polygons")
+        import_package(package, "shadow_polygons", "gis")
     directions = _find_directions(sun)
     chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
     if not isinstance(plane, Real) or not np.isfinite(plane):

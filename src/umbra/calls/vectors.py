@@ -167,7 +167,7 @@ def draw_seen(
     from umbra.calls.colors import color_page  # noqa: PLC0415
     from umbra.calls.styles import choose_style  # noqa: PLC0415
 
-    import_package("pyclipr", "a drawing as vectors")
+    import_package("pyclipr", "a drawing as vectors", "vectors")
     _check(scene, options, shadows)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)

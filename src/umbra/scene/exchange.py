@@ -128,12 +128,13 @@ class Exchange:
         return found
 
 
-def import_package(name: str, what: str) -> Any:
-    """Import an optional package; an InputError states how to install it."""
+def import_package(name: str, what: str, extra: str = "") -> Any:
+    """Import an optional package; an InputError states how to install it, or its extra."""
     try:
         return import_module(name)
     except ImportError as error:
-        msg = f"{what} needs {name}, which is not installed; install it with: pip install {name}"
+        wanted = f"'umbra-shadows[{extra}]'" if extra else name
+        msg = f"{what} needs {name}, which is not installed; install it with: pip install {wanted}"
         raise InputError(msg, package=name) from error
 
 
