@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
-from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
+from umbra.cpu.volume_rasteriser import LANES, count_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.methods import METHODS, Softness
@@ -161,9 +161,9 @@ class FrameCounter:
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
         caster = casting.opened(eye.start.enclosed | cut_open)
         start = eye.start.count(caster.is_closed)
-        caps = make_light_cap(caster, place, near_faces)
-        before = np.zeros((1, 1), np.int32)
-        if len(caps.multiplicity) and method != "z-fail":
+        before: NDArray[np.int32] | np.int32 = np.int32(0)  # caps that the near plane cuts off
+        if len(near_faces) and method != "z-fail":
+            caps = make_light_cap(caster, place, near_faces)
             before = count_polygons(caps, eye.matrix, near, camera.size, nearer=True)
         if method == "z-pass":
             self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
@@ -179,9 +179,9 @@ class FrameCounter:
             else:
                 floor = self._find_floor(camera)
                 counts = self._in_front(caster, view, eye.matrix, place, floor)
-            if method != "z-pass" and (start or before.any()):
+            if method != "z-pass" and (start or np.any(before)):
                 counts = counts + (start + before)
-            if not start and not len(caps.multiplicity):
+            if not start and not np.ndim(before):
                 return counts  # no side was counted where nothing is seen
         return counts * (view.face != NOTHING)
 
@@ -269,20 +269,13 @@ class FrameCounter:
         self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, floor: float
     ) -> NDArray:
         """Count the sides in front of the visible surface, in int16 if the counts fit."""
-        rows, cols = view.key.shape
         if self._surface is None or self._surface.view is not view:
             self._surface = _Surface.of(view)  # the same for every light
-        keys, tiles = self._surface.keys, self._surface.tiles
         ((_, found),) = find_silhouettes(caster, light[None])
-        codes = found.codes[: found.starts[1]]
-        for dtype in (np.int16, np.int32):
-            counts = np.zeros((rows, cols + LANES), dtype)
-            if add_sides(
-                counts, keys, tiles, self.ends, codes, caster.weight, matrix, light, floor,
-                self.threads,
-            ):  # fmt: skip
-                break
-        return counts[:, :cols]
+        return count_sides(
+            self._surface.keys, self._surface.tiles, self.ends, found.codes[: found.starts[1]],
+            caster.weight, matrix, light, floor, self.threads,
+        )  # fmt: skip
 
     def _find_floor(self, camera: Camera) -> float:
         """Return a height below which neither receivers nor the eye lie; -inf if there is none."""

@@ -15,7 +15,7 @@ from umbra.cpu.nearer import add_where_nearer
 from umbra.kernels import inlined
 from umbra.rays.depth import STRIPE
 
-__all__ = ["LANES", "add_sides", "find_nearest_tiles"]
+__all__ = ["LANES", "count_sides", "find_nearest_tiles"]
 
 LANES = 32
 TILE = 32
@@ -35,8 +35,7 @@ def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.minimum.reduceat(strips, np.arange(0, cols, TILE), axis=1)
 
 
-def add_sides(
-    counts: NDArray,
+def count_sides(
     keys: NDArray[np.float64],
     tiles: NDArray[np.float64],
     ends: NDArray[np.float64],
@@ -46,26 +45,49 @@ def add_sides(
     light: NDArray[np.float64],
     floor: float,
     threads: int,
-) -> bool:
+) -> NDArray[np.signedinteger]:
     """
-    Add the sides in front of the visible surface to ``counts``; False if they might overflow.
+    Sum the multiplicities of the sides in front of the visible surface, in int16 if they fit.
 
-    On overflow nothing is added. ``counts`` and ``keys`` are (rows, cols + LANES); ``ends``
-    (n_edges, 6), ``codes`` a silhouette as in ``Silhouettes``; neither receivers nor the eye lie
-    below ``floor``: -inf leaves sides infinite.
+    ``keys`` are (rows, cols + LANES), ``ends`` (n_edges, 6), ``codes`` a silhouette as in
+    ``Silhouettes``; neither receivers nor the eye lie below ``floor``: -inf leaves sides infinite.
     """
-    rows, cols = keys.shape[0], keys.shape[1] - LANES
-    quads = np.zeros((len(codes), _COLUMNS))
-    spans = np.zeros((len(codes), 3), np.int64)
     chunks = max(1, min(threads * 4, len(codes) // 512))
+    quads, spans, places, listed, deepest = _list_sides(
+        ends, codes, weight, matrix, light, floor, tiles, keys, chunks
+    )
+    narrow = deepest <= np.iinfo(np.int16).max
+    kind = np.zeros(0, np.int16 if narrow else np.int32)
+    return _fill(quads, spans, places, listed, keys, kind)[:, : keys.shape[1] - LANES]
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _list_sides(ends, codes, weight, matrix, light, floor, tiles, keys, chunks):
+    """Return the sides that can change a count, those of each stripe, and a bound on counts."""
+    rows, cols = keys.shape[0], keys.shape[1] - LANES
+    quads = np.empty((codes.size, _COLUMNS))
+    spans = np.empty((codes.size, 3), np.int64)
     filled = np.zeros(chunks, np.int64)
     _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled)
-    starts = np.arange(chunks) * ((len(codes) + chunks - 1) // chunks)
-    if _deepest(spans, starts, filled, rows) > np.iinfo(counts.dtype).max:
-        return False
-    places, listed = _list_by_stripe(spans, starts, filled, (rows + STRIPE - 1) // STRIPE)
-    _fill(quads, spans, places, listed, keys, counts)
-    return True
+    # Offsets in the list of stripes, and the largest sum of multiplicities that share a row.
+    length = (codes.size + chunks - 1) // chunks
+    places = np.zeros((rows + STRIPE - 1) // STRIPE + 1, np.int64)
+    load = np.zeros(rows + 1, np.int64)
+    for chunk in range(chunks):
+        for i in range(chunk * length, chunk * length + filled[chunk]):
+            load[spans[i, 0]] += abs(spans[i, 2])
+            load[spans[i, 1]] -= abs(spans[i, 2])
+            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
+                places[stripe + 1] += 1
+    places = np.cumsum(places)
+    listed = np.empty(places[-1], np.int32)
+    cursor = places.copy()
+    for chunk in range(chunks):
+        for i in range(chunk * length, chunk * length + filled[chunk]):
+            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
+                listed[cursor[stripe]] = i
+                cursor[stripe] += 1
+    return quads, spans, places, listed, np.cumsum(load).max()
 
 
 @njit(cache=True, nogil=True)
@@ -250,43 +272,19 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
         filled[chunk] = out - chunk * length
 
 
-@njit(cache=True, nogil=True)
-def _deepest(spans, starts, filled, rows):
-    """Bound all counts by the largest sum of multiplicities that share a row."""
-    load = np.zeros(rows + 1, np.int64)
-    for chunk in range(starts.size):
-        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
-            load[spans[i, 0]] += abs(spans[i, 2])
-            load[spans[i, 1]] -= abs(spans[i, 2])
-    return np.cumsum(load).max()
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _list_by_stripe(spans, starts, filled, stripes):
-    """List the sides of each stripe of rows; return offsets and the list."""
-    places = np.zeros(stripes + 1, np.int64)
-    for chunk in range(starts.size):
-        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
-            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
-                places[stripe + 1] += 1
-    places = np.cumsum(places)
-    listed = np.zeros(places[-1], np.int32)
-    cursor = places.copy()
-    for chunk in range(starts.size):
-        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
-            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
-                listed[cursor[stripe]] = i
-                cursor[stripe] += 1
-    return places, listed
-
-
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill(quads, spans, places, listed, keys, counts):
-    """Fill all sides, one stripe at a time, so that the stripe's surface stays in the cache."""
+def _fill(quads, spans, places, listed, keys, kind):
+    """
+    Return sums of the type of ``kind``, (rows, cols + LANES).
+
+    All sides are filled one stripe at a time, so that the stripe's surface stays in the cache.
+    """
+    counts = np.empty(keys.shape, kind.dtype)
     width = np.uint64(keys.shape[1])  # unsigned indices need no test of their sign
     for stripe in prange(places.size - 1):
         flat, sums = keys.reshape(-1), counts.reshape(-1)
         top = stripe * STRIPE
+        counts[top : top + STRIPE] = 0
         start = np.uint64(top) * width
         first = np.zeros(STRIPE, np.int32)
         wide = np.zeros(STRIPE, np.int32)
@@ -335,3 +333,4 @@ def _fill(quads, spans, places, listed, keys, counts):
                         ahead = at + np.uint64(done)
                         rest = wide[j] - np.int32(done)
                         add_where_nearer(32, flat, sums, ahead, side, slope, rest, m)
+    return counts

@@ -9,11 +9,13 @@ differ. The anchor reports this, so that the eye can be moved by a negligible di
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import inlined
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 
@@ -45,6 +47,11 @@ class FaceBlocks:
     """
 
     bounds: NDArray[np.float64]
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest coordinate; 0 without faces."""
+        return float(np.abs(self.bounds).max(initial=0.0))
 
     @classmethod
     def of(cls, caster: Caster) -> "FaceBlocks":
@@ -130,23 +137,21 @@ def _side(a, b, start, way):
     )
 
 
-@njit(cache=True, nogil=True)
-def _misses(box, start, way, finite):
+@inlined
+def _misses(boxes, block, start, way, inverse, far):
     """Return whether the ray surely misses a box; in doubt it does not."""
     near = 0.0
-    far = 1.0 if finite else np.inf
     for k in range(3):
-        margin = 1e-9 * (1.0 + abs(box[k]) + abs(box[k + 3]) + abs(start[k]))
-        low = box[k] - margin - start[k]
-        high = box[k + 3] + margin - start[k]
+        low, high = boxes[block, k], boxes[block, k + 3]
+        margin = 1e-9 * (1.0 + abs(low) + abs(high) + abs(start[k]))
+        low -= margin + start[k]
+        high += margin - start[k]
         if way[k] == 0.0:
             if low > 0.0 or high < 0.0:
                 return True
         else:
-            t0 = low / way[k]
-            t1 = high / way[k]
-            near = max(near, min(t0, t1))
-            far = min(far, max(t0, t1))
+            near = max(near, min(low * inverse[k], high * inverse[k]))
+            far = min(far, max(low * inverse[k], high * inverse[k]))
     return near > far * (1.0 + 1e-9)
 
 
@@ -178,8 +183,12 @@ def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, 
     """Count crossed faces; False if the ray passes an edge or starts in a face, within rounding."""
     clean = True
     end = light[:3] if eye[3] else eye[:3]
+    inverse = np.zeros(3)
+    for k in range(3):
+        inverse[k] = 1.0 / way[k] if way[k] != 0.0 else 0.0
+    far = 1.0 if finite else np.inf
     for block in range(boxes.shape[0]):
-        if _misses(boxes[block], start, way, finite):
+        if _misses(boxes, block, start, way, inverse, far):
             continue
         for f in range(block * BLOCK, min(faces.shape[0], block * BLOCK + BLOCK)):
             at_light = 0.0
@@ -275,7 +284,7 @@ def find_eye_count(
     """
     apex = camera.apex(origin)
     right, up, _ = camera.axes()
-    size = 1.0 + max(np.abs(apex[:3]).max(), np.abs(blocks.bounds).max(initial=0.0))
+    size = 1.0 + max(np.abs(apex[:3]).max(), blocks.largest)
     for attempt in range(8):
         aside = 1e-10 * attempt * np.array([0.83, 0.56])
         if camera.height is None:
@@ -298,13 +307,27 @@ def find_faces_before(
     """Find the casting faces in front of the near plane, at least in part: not drawn there."""
     forward = camera.axes()[2]
     at = (camera.eye - origin) @ forward
-    corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # the box's nearest corner
-    nearest = blocks.bounds[:, corner] @ forward - at
-    some = np.flatnonzero(nearest < camera.near)
+    some = _find_blocks_before(blocks.bounds, forward, at + camera.near)
+    if not len(some):
+        return some
     faces = (some[:, None] * BLOCK + np.arange(BLOCK)).ravel()
     faces = faces[faces < len(caster.faces)]
     depth = (caster.vertices[caster.faces[faces]] @ forward).min(1) - at
     return faces[depth < camera.near]
+
+
+@njit(cache=True, nogil=True)
+def _find_blocks_before(bounds, forward, limit):
+    """Find the boxes whose nearest corner lies before a plane across the view."""
+    found = np.empty(bounds.shape[0], np.intp)
+    n = 0
+    for block in range(bounds.shape[0]):
+        nearest = 0.0
+        for k in range(3):
+            nearest += forward[k] * bounds[block, k if forward[k] > 0.0 else k + 3]
+        found[n] = block
+        n += nearest < limit
+    return found[:n].copy()
 
 
 def find_around(

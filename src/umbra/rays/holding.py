@@ -49,12 +49,12 @@ def find_holders(
         return np.zeros(0, np.intp)
     place = light[:3] / light[3]
     world = float(np.abs(origin).max())
-    coarse = world + float(np.abs(place).max())
-    margin = np.zeros(0)
-    if among is None:
-        margin = HOLDS * (coarse + np.abs(blocks.bounds).max(1))
-    faces, apart, largest = _find_near(caster, blocks, place, margin, among)
-    size = np.maximum(largest, np.abs(place).max()) + world
+    coarse = float(np.abs(place).max())
+    margin = HOLDS * (world + coarse)
+    faces, apart, largest = _find_near(caster, blocks, place, margin, HOLDS, among)
+    if not len(faces):
+        return faces
+    size = np.maximum(largest, coarse) + world
     return np.sort(faces[apart <= HOLDS * size])
 
 
@@ -66,7 +66,7 @@ def find_near_faces(
     among: NDArray[np.intp] | None = None,
 ) -> NDArray[np.intp]:
     """Find the faces within reach of a point light in the caster's frame, nearest first."""
-    faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach), among)
+    faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], reach, 0.0, among)
     order = np.argsort(apart, kind="stable")
     return faces[order[: np.count_nonzero(apart <= reach)]]
 
@@ -75,19 +75,41 @@ def _find_near(
     caster: Caster,
     blocks: FaceBlocks,
     place: NDArray[np.float64],
-    margin: NDArray[np.float64],
+    margin: float,
+    share: float,
     among: NDArray[np.intp] | None,
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """Find the faces of blocks near a point, their distances and their largest coordinates."""
+    """
+    Find the faces near a point, their distances and their largest coordinates.
+
+    Those ``among`` faces, or of blocks within ``margin`` and ``share`` of their coordinates.
+    """
     if among is None:
-        low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
-        margin = margin[..., None]
-        near = ((place >= low - margin) & (place <= high + margin)).all(1)
-        among = (np.flatnonzero(near)[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+        near = _find_blocks(blocks.bounds, place, margin, share)
+        among = (near[:, None] * BLOCK + np.arange(BLOCK)).ravel() if len(near) else near
     faces = among[among < len(caster.faces)]
     apart, largest = np.zeros((2, len(faces)))
-    _measure(caster.vertices, caster.faces, faces, place, apart, largest)
+    if len(faces):
+        _measure(caster.vertices, caster.faces, faces, place, apart, largest)
     return faces, apart, largest
+
+
+@njit(cache=True, nogil=True)
+def _find_blocks(bounds, place, margin, share):
+    """Find the boxes within ``margin`` of a point, and ``share`` of their largest coordinate."""
+    found = np.empty(bounds.shape[0], np.intp)
+    n = 0
+    for block in range(bounds.shape[0]):
+        size = 0.0
+        for k in range(6):
+            size = max(size, abs(bounds[block, k]))
+        reach = margin + share * size
+        is_near = True
+        for k in range(3):
+            is_near &= bounds[block, k] - reach <= place[k] <= bounds[block, k + 3] + reach
+        found[n] = block
+        n += is_near
+    return found[:n].copy()
 
 
 @njit(cache=True, nogil=True)
