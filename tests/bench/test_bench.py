@@ -142,7 +142,7 @@ def test_web_measures_frames_and_names_npm_where_it_is_missing(monkeypatch, tmp_
         pytest.skip("there is no Chromium on this machine")
     found = json.loads(run("web", "--peer", "none", "--json").stdout)
     assert found["triangles"] == 480
-    assert set(found["frames"]) == {"ours", "ours_moving"}
+    assert set(found["frames"]) == {"ours", "ours_moving", "ours_coarser"}
     for side in found["frames"].values():
         assert side["wall"] > side["script"] > 0
         assert side["busy"] is None or side["busy"] > 0

@@ -10,7 +10,7 @@ from support.web import describe_camera, describe_light
 
 from umbra.cpu.frame import FrameCounter
 from umbra.rays.depth import GROUND
-from umbra.scene import Camera, Mesh, Part, directional_light
+from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.scene import Scene
 from umbra.web.pack import quantise
 
@@ -130,6 +130,21 @@ def test_glass_is_seen_through_and_casts_as_before(picture, scene):
     assert np.count_nonzero(found[0]) > 100
     assert np.abs(inks[0][0] - inks[1][0]).max() > 10  # the plate
     assert np.abs(inks[0][1] - inks[1][1]).max() == 0  # the ground in the sun
+
+
+@pytest.mark.parametrize("light", [SUN, point_light((0, 0, 9))])
+def test_a_sheet_is_lit_alike_whichever_way_it_is_wound(picture, light):
+    corners = np.array([(-4, -4, 5), (4, -4, 5), (4, 4, 5), (-4, 4, 5)], float)
+    inks = []
+    for faces in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]):
+        sheet = make_scene(corners, np.array(faces))
+        rounded = quantise(sheet)
+        picture.load(sheet, SIZE, samples=1)
+        picture.set("Camera", describe_camera(CAMERA, rounded))
+        picture.set("Lights", [describe_light(light, rounded)])
+        inks.append(read_at(picture, 0, 0, 5))
+    assert np.abs(inks[0] - inks[1]).max() <= 1
+    assert inks[0].min() > 150
 
 
 def test_a_lost_context_is_restored_and_draws_the_same(shown):

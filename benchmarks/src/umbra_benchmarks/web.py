@@ -31,8 +31,13 @@ _LISTEN = (
 )
 """A module's own errors are rejections that nobody awaits."""
 _FRAMES = 3  # of a turn
-_SAMPLES = {"ours": "4 samples a pixel", "ours_moving": "1 sample a pixel, while things move",
-            "three": "three.js, 4 samples, shadow map of 2048²"}  # fmt: skip
+_SIDES = {
+    "ours": ("4 samples a pixel", 4, 1.0),
+    "ours_moving": ("1 sample a pixel, while things move", 1, 1.0),
+    "ours_coarser": ("and 3/4 of the columns and rows, if that is slow", 1, 0.75),
+    "three": ("three.js, 4 samples, shadow map of 2048²", 4, 1.0),
+}
+"""Of each side: what it draws, samples a pixel, and pixels along an edge; as ``pace.js`` has it."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ class Web(BenchmarkReport):
     Parameters
     ----------
     sides : dict of Frames
-        ``ours``, ``ours_moving`` and, where it was measured, ``three``.
+        By their names in ``_SIDES``; ``three`` where it was measured.
     triangles : int
     size : (int, int)
         Of the picture [pixels].
@@ -94,7 +99,7 @@ class Web(BenchmarkReport):
             share = ""
             if three is not None and three.busy and side.busy:
                 share = f"{side.busy / three.busy:.2f}"
-            lines.append([_SAMPLES[name], f"{side.wall:,.0f} ms", busy, share, f"{side.rate:.1f}",
+            lines.append([_SIDES[name][0], f"{side.wall:,.0f} ms", busy, share, f"{side.rate:.1f}",
                           f"{side.script:.1f} ms"])  # fmt: skip
         head = ["frame", "clock", "processors", "times three.js", "frames a second", "JavaScript"]
         return (
@@ -135,14 +140,15 @@ def bench_web(run: BenchmarkRun) -> Web:
             pages["three"] = _write_page(Path(folder), "three", three, data)
         with Browser() as ours, Browser() as theirs:
             ours.open(pages["ours"], *size)
-            turns = {"ours": (ours, 4), "ours_moving": (ours, 1)}
+            turns = {name: ours for name in _SIDES if name != "three"}
             if three is not None:
                 theirs.open(pages["three"], *size)
-                turns["three"] = theirs, 4
+                turns["three"] = theirs
             for _ in range(run.repeat + 1):
-                for name, (browser, samples) in turns.items():
+                for name, browser in turns.items():
+                    _, samples, scale = _SIDES[name]
                     begun = browser.find_busy()
-                    wall, script = browser.ask(f"frames({_FRAMES}, {samples})")
+                    wall, script = browser.ask(f"frames({_FRAMES}, {samples}, {scale})")
                     ended = browser.find_busy()
                     busy = None
                     if begun is not None and ended is not None:
@@ -189,7 +195,7 @@ def _find_three(run: BenchmarkRun) -> str:
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(
                 [npm, "pack", f"three@{THREE}", "--pack-destination", folder, "--silent"],
-                capture_output=True, text=True, check=False,
+                capture_output=True, text=True, check=False, cwd=folder,
             )  # fmt: skip
             packed = next(Path(folder).glob("*.tgz"), None)
             if done.returncode or packed is None:

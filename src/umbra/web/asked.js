@@ -1,6 +1,7 @@
 // What one asks of a picture: what is seen at a place, and how many volumes hold each pixel.
 
 import { Target } from "./device.js";
+import { SKYLIGHT } from "./passes.js";
 import { findUniforms } from "./uniforms.js";
 import { dot, move, scale } from "./vectors.js";
 
@@ -71,9 +72,8 @@ export function readCounts(renderer, light, times) {
   gl.disable(gl.SCISSOR_TEST);
   gl.viewport(0, 0, columns, rows);
   renderer.clear();
-  passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
-  if (stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip)))
-    stage.listLit();
+  passes.drawSurfaces(stage, common, SKYLIGHT);
+  stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip));
   stage.shadows.count(sight, common);
   const bytes = passes.readStencil(columns, rows);
   target.delete();

@@ -1,9 +1,14 @@
 // How finely to draw: while things move on a slow machine with fewer samples, then with fewer
 // pixels, and finely at rest.
 
-/** Samples of a fine picture; one sample; one sample at half the resolution. */
-const LEVELS = 3;
-const SLOW = [80, 200]; // a frame of a level that takes longer gives way to the next [ms]
+/** Samples a pixel and pixels along an edge, from a fine picture to the coarsest. */
+export const LEVELS = [
+  { samples: 4, scale: 1 },
+  { samples: 1, scale: 1 },
+  { samples: 1, scale: 0.75 },
+  { samples: 1, scale: 0.5 },
+];
+const SLOW = [80, 200, 200]; // a frame of a level that takes longer gives way to the next [ms]
 const MOVING = 1500; // frames that begin so soon after each other are a motion [ms]
 const REST = 250; // after the last coarse frame all is drawn finely [ms]
 const LOOK = 10; // between looks whether a frame is drawn [ms]
@@ -16,7 +21,7 @@ export class Pace {
     this.timer = 0;
     this.looking = 0;
     /** what the last frame of each level took [ms] */
-    this.costs = new Float64Array(LEVELS);
+    this.costs = new Float64Array(LEVELS.length);
   }
 
   /**
@@ -28,7 +33,7 @@ export class Pace {
     this.last = now;
     clearTimeout(this.timer);
     let level = 0;
-    while (isMoving && level < LEVELS - 1 && this.costs[level] > SLOW[level]) level += 1;
+    while (isMoving && level < SLOW.length && this.costs[level] > SLOW[level]) level += 1;
     if (level) {
       this.timer = setTimeout(() => {
         this.last = -Infinity; // at rest

@@ -1,6 +1,7 @@
 // The passes of a view besides its shadow volumes: surfaces, what is lit, sky, results, creases.
 
-import { CAP, CREASE, CUT, ENCODE, FILL, GROUND, RICH_SURFACE, SKY, SURFACE } from "./shaders.js";
+import { CAP, CREASE, CUT, ENCODE, FILL, GROUND, RICH_GROUND, RICH_SURFACE } from "./shaders.js";
+import { SKY, SURFACE } from "./shaders.js";
 import { Lines } from "./lines.js";
 import { Overlays } from "./overlays.js";
 import { WEAKEST } from "./selection.js";
@@ -14,6 +15,10 @@ import { cross, dot, move, scale, subtract, unit } from "./vectors.js";
 /** @typedef {import('./view.js').Sight} Sight */
 
 const INK = [0.045, 0.05, 0.065, 1]; // of what a section cuts, linear
+const NO_PLAN = [0, 0, 0, 0];
+
+/** The light of the sky alone. */
+export const SKYLIGHT = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 };
 
 /** Draws into the framebuffer that is bound. */
 export class Passes {
@@ -27,25 +32,64 @@ export class Passes {
   }
 
   /**
-   * Draw the surfaces and their depth.
+   * Draw the surfaces under the sky and a light, as if nothing cast a shadow, and their depth.
    * @param {Selection} stage
    * @param {Record<string, any>} common
    * @param {Record<string, any>} light
    */
   drawSurfaces(stage, common, light) {
-    const { device, overlays } = this;
+    const { device } = this;
     const { gl } = device;
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
-    gl.disable(gl.CULL_FACE);
     gl.enable(gl.DEPTH_TEST);
     gl.depthMask(true);
     gl.depthFunc(device.nearer);
+    this.drawFaces(stage, common, light);
+  }
+
+  /**
+   * Draw surfaces under the sky alone where the stencil is not 0.
+   * @param {Selection} stage
+   * @param {Record<string, any>} common
+   */
+  drawShadow(stage, common) {
+    const { device } = this;
+    const { gl } = device;
+    gl.stencilFunc(gl.NOTEQUAL, 0, 255);
+    gl.depthFunc(device.notFarther);
+    this.drawFaces(stage, common, SKYLIGHT);
+  }
+
+  /**
+   * Add a further light where the stencil is 0.
+   * @param {Selection} stage
+   * @param {Record<string, any>} common
+   * @param {Record<string, any>} light
+   */
+  addLight(stage, common, light) {
+    const { device } = this;
+    const { gl } = device;
+    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.depthFunc(device.notFarther);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
+    this.drawFaces(stage, common, { ...light, share: 0 });
+    gl.disable(gl.BLEND);
+  }
+
+  /**
+   * Draw faces and ground, tested and blended as is set.
+   * @param {Selection} stage
+   * @param {Record<string, any>} common
+   * @param {Record<string, any>} light
+   */
+  drawFaces(stage, common, light) {
+    const { device, overlays } = this;
+    const { gl } = device;
     gl.bindTexture(gl.TEXTURE_2D, overlays.texture);
-    const onModel = overlays.overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    device
-      .use(this.findSurface(light, common.isSection))
-      .set({ ...common, ...light, plan: onModel });
+    const plan = overlays.overlay?.plan?.onModel ? common.plan : NO_PLAN;
+    this.useSurface({ ...common, ...light, plan });
     gl.bindVertexArray(stage.all);
     const solid = common.cutsInto ? 0 : stage.solid;
     gl.enable(gl.CULL_FACE);
@@ -53,11 +97,20 @@ export class Passes {
     gl.drawElements(gl.TRIANGLES, solid, gl.UNSIGNED_INT, 0);
     gl.disable(gl.CULL_FACE);
     gl.drawElements(gl.TRIANGLES, stage.count - solid, gl.UNSIGNED_INT, 4 * solid);
-    if (common.groundSize) {
-      device.use(GROUND).set({ ...common, ...light });
-      gl.bindVertexArray(this.nothing);
-      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
-    }
+    if (!common.groundSize) return;
+    const isRich = light.range > 0 || common.plan[2] > 0;
+    device.use(isRich ? RICH_GROUND : GROUND).set({ ...common, ...light });
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
+  }
+
+  /**
+   * Use the program of the faces: a simple one where it can do.
+   * @param {Record<string, any>} uniforms
+   */
+  useSurface(uniforms) {
+    const isRich = uniforms.range > 0 || uniforms.isSection || uniforms.plan[2] > 0;
+    this.device.use(isRich ? RICH_SURFACE : SURFACE).set(uniforms);
   }
 
   /**
@@ -109,63 +162,11 @@ export class Passes {
     gl.depthFunc(device.nearer);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    const sky = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0, share: lights.length ? 2 : 1 };
     gl.bindTexture(gl.TEXTURE_2D, this.overlays.blank);
-    device
-      .use(this.findSurface(sky, common.isSection))
-      .set({ ...common, ...sky, plan: [0, 0, 0, 0] });
+    this.useSurface({ ...common, ...SKYLIGHT, share: lights.length ? 2 : 1, plan: NO_PLAN });
     gl.bindVertexArray(stage.panes);
     gl.drawElements(gl.TRIANGLES, stage.paneCount, gl.UNSIGNED_INT, 0);
     gl.disable(gl.BLEND);
-  }
-
-  /**
-   * Draw what a light shines on where the stencil is 0.
-   * @param {Selection} stage
-   * @param {Record<string, any>} common
-   * @param {Record<string, any>} light
-   */
-  drawLit(stage, common, light) {
-    const { device, overlays } = this;
-    const { gl } = device;
-    gl.stencilFunc(gl.EQUAL, 0, 255);
-    gl.depthFunc(device.notFarther);
-    if (light.share === 0) {
-      gl.enable(gl.BLEND);
-      gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
-    }
-    gl.bindTexture(gl.TEXTURE_2D, overlays.texture);
-    const onModel = overlays.overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
-    const program = device
-      .use(this.findSurface(light, common.isSection))
-      .set({ ...common, ...light, plan: onModel });
-    gl.bindVertexArray(stage.lit);
-    gl.enable(gl.CULL_FACE);
-    gl.cullFace(gl.BACK);
-    gl.drawElements(gl.TRIANGLES, stage.front, gl.UNSIGNED_INT, 0);
-    if (stage.back) {
-      program.set({ turn: -1 });
-      gl.cullFace(gl.FRONT);
-      gl.drawElements(gl.TRIANGLES, stage.back, gl.UNSIGNED_INT, 4 * stage.front);
-    }
-    gl.disable(gl.CULL_FACE);
-    if (common.groundSize) {
-      device.use(GROUND).set({ ...common, ...light });
-      gl.bindVertexArray(this.nothing);
-      gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
-    }
-    gl.disable(gl.BLEND);
-  }
-
-  /**
-   * The program of the faces: a simple one where it can do.
-   * @param {Record<string, any>} light
-   * @param {boolean} isCut
-   */
-  findSurface(light, isCut) {
-    return light.range > 0 || isCut || this.overlays.overlay?.plan?.onModel
-      ? RICH_SURFACE
-      : SURFACE;
   }
 
   /**

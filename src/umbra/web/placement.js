@@ -1,7 +1,7 @@
 // How each shell's shadow volume is counted: McGuire's cases, by bounds (umbra.volume.placement).
 
-import { findGap } from './boxes.js';
-import { isBeyond } from './view.js';
+import { findGap } from "./boxes.js";
+import { isBeyond } from "./view.js";
 
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./view.js').Sight} Sight */
@@ -25,14 +25,28 @@ export const Z_FAIL_CAP = 3;
  */
 
 /**
+ * Find the shells that lie out of view, beyond one of its planes.
+ * @param {Model} model
+ * @param {number[]} view
+ */
+export function findUnseen({ shells, shellCount }, view) {
+  const unseen = new Uint8Array(shellCount);
+  for (let shell = 0; shell < shellCount; shell++) {
+    unseen[shell] = Number(isBeyond(view, shells, 6 * shell));
+  }
+  return unseen;
+}
+
+/**
  * Find the case of every shell, into `cases`.
  * @param {Model} model
  * @param {Sight} sight
  * @param {Throw} thrown
  * @param {Uint8Array} casts whether each shell casts
+ * @param {Uint8Array} unseen whether each is out of view
  * @param {Uint8Array} cases
  */
-export function placeShells(model, sight, thrown, casts, cases) {
+export function placeShells(model, sight, thrown, casts, unseen, cases) {
   const { shells, shellCount, blocks, blockStarts } = model;
   const view = sight.findPlanes();
   const pyramid = sight.findPyramid(thrown.light);
@@ -41,7 +55,7 @@ export function placeShells(model, sight, thrown, casts, cases) {
     cases[shell] = CULLED;
     if (!casts[shell]) continue;
     if (thrown.light[3] && findGap(shells, shell, thrown.light) > thrown.range) continue;
-    const isUnseen = isBeyond(view, shells, at);
+    const isUnseen = unseen[shell] === 1;
     if (isUnseen && isThrownAside(view, shells, at, thrown)) continue;
     cases[shell] = Z_PASS;
     if (isBeyond(pyramid, shells, at)) continue;

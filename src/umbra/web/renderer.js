@@ -10,12 +10,13 @@
 //   surfaces.js  what is drawn: faces, creases
 //   device.js    WebGL2 itself; shaders.js: its programs
 //
-// A view is drawn dark; then, for each light, volumes are counted in the stencil, and the faces
-// that the light shines on are drawn again where the count is 0.
+// A view is drawn as if nothing cast a shadow; then the first light's volumes are counted in the
+// stencil, and faces are drawn again without its light where the count is not 0. Each further light
+// is counted, too, and added where its count is 0.
 
 import { pickPlace, readCounts } from "./asked.js";
 import { Device, Target } from "./device.js";
-import { Passes } from "./passes.js";
+import { Passes, SKYLIGHT } from "./passes.js";
 import { Selection } from "./selection.js";
 import { findPlace } from "./shadows.js";
 import { findCreases, makeBuffers, makeSurfaces } from "./surfaces.js";
@@ -67,7 +68,7 @@ export class Renderer {
     /** @type {(() => void) | null} called when it is restored: draw again */
     this.onrestored = null;
     /** @type {Statistics} */
-    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: "stencil" };
+    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0 };
     this.samples = options.samples ?? 4;
     /** @type {Light[]} */
     this.lights = [];
@@ -186,7 +187,7 @@ export class Renderer {
     // bits.
     const format = this.style.background ? gl.RGB10_A2 : gl.SRGB8_ALPHA8;
     const target = this.findTarget(samples, format);
-    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: "stencil" };
+    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0 };
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.enable(gl.SCISSOR_TEST);
     for (const view of this.views) this.drawView(view);
@@ -290,27 +291,19 @@ export class Renderer {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
 
-    // The sky's light alone, and depth.
-    passes.drawSurfaces(stage, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    const shone = lights.map((light) => this.describe(light, sight));
+    passes.drawSurfaces(stage, common, shone[0] ?? SKYLIGHT);
     if (this.clip) passes.drawCaps(stage, common, this.clip, this.size, move(...this.model.bounds));
     if (style.background) passes.drawSky(sight, style);
-
-    let share = 1; // of the sky's light: the first light is drawn over it, others are added
     lights.forEach((light, k) => {
-      const place = findPlace(light);
-      const isNew = stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
-      if (isNew) stage.listLit();
+      stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
       const within = stage.shadows.findScissor(sight);
       if (within) this.narrow(viewport, scissor, within);
       if (k > 0) this.clearStencil();
       stage.shadows.count(sight, common);
-      const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(lights.length));
-      const tint = (light.color ?? [1, 1, 1]).map((c) => strength * c);
-      const range = "position" in light ? (light.range ?? 1e9) : 0;
-      const toLight = place[3] ? [...subtract(place, sight.eye), 1] : place;
-      passes.drawLit(stage, common, { light: toLight, tint, range, share });
+      if (k > 0) passes.addLight(stage, common, shone[k]);
+      else passes.drawShadow(stage, common);
       if (within) gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
-      share = 0;
       this.statistics.casters += stage.shadows.casters;
       this.statistics.behind += stage.shadows.behind;
       this.statistics.sides +=
@@ -320,6 +313,21 @@ export class Renderer {
     if (stage.paneCount) passes.drawPanes(stage, common, lights);
     passes.drawOver(stage, sight, common, style);
     passes.lines.draw(this.lines, sight, common, this.ratio);
+  }
+
+  /**
+   * A light as programs take it, relative to the eye.
+   * @param {Light} light
+   * @param {Sight} sight
+   */
+  describe(light, sight) {
+    const place = findPlace(light);
+    const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(this.lights.length));
+    return {
+      light: place[3] ? [...subtract(place, sight.eye), 1] : place,
+      tint: (light.color ?? [1, 1, 1]).map((c) => strength * c),
+      range: "position" in light ? (light.range ?? 1e9) : 0,
+    };
   }
 
   /** Clear depth and stencil in the scissor. */

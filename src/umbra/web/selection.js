@@ -26,11 +26,10 @@ import { List } from "./volumes.js";
 /** Sixths of the pixels in a metre, below which creases are not drawn. */
 export const WEAKEST = 0.15;
 
-// Lists of faces are filled anew whenever a light moves: one pair serves all selections.
-const fronts = new List();
-const backs = new List();
+/** Creases that are seen: one list serves all selections. */
+const seen = new List();
 
-/** Faces, lit faces and creases of the shown parts, and the shadows of the casting ones. */
+/** Faces and creases of the shown parts, and the shadows of the casting ones. */
 export class Selection {
   /**
    * @param {Shared} shared
@@ -89,11 +88,6 @@ export class Selection {
     this.paneFaces = device.makeBuffer(panes, gl.ELEMENT_ARRAY_BUFFER);
     this.paneCount = panes.length;
     this.panes = device.makeArray(SURFACE, attributes, this.paneFaces);
-    this.litFaces = gl.createBuffer();
-    /** Numbers of indices of faces lit at their fronts, then of those lit at their backs. */
-    this.front = 0;
-    this.back = 0;
-    this.lit = device.makeArray(SURFACE, attributes, this.litFaces);
     this.creaseLines = gl.createBuffer();
     this.creaseCount = 0;
     this.creaseKey = "";
@@ -130,7 +124,7 @@ export class Selection {
       farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
     const at = -dot(sight.forward, sight.eye),
       { lineStarts, lines } = this;
-    const kept = fronts.reserve(lines.length);
+    const kept = seen.reserve(lines.length);
     let [n, begin] = [0, -1];
     if (sight.isPerspective || pixels > 6 * WEAKEST) {
       for (let shell = 0; shell <= shellCount; shell++) {
@@ -163,54 +157,12 @@ export class Selection {
     return whole;
   }
 
-  /**
-   * List the shown faces that the light shines on: at their fronts, or where the back can be seen
-   * at their backs. Call it when the light's side of faces is new.
-   */
-  listLit() {
-    const { device, model, corners } = this.shared;
-    const { gl } = device;
-    const { opaque } = this;
-    const { faceCount, facePart, faceComponent, isClosed, isInward } = model;
-    const { volumes, opened } = this.shadows;
-    const front = fronts.reserve(3 * faceCount);
-    const back = backs.reserve(3 * faceCount);
-    const { side } = volumes;
-    // Inside a solid nothing is lit, unless the light or the eye is there, too.
-    const isSolid = isClosed.map(
-      (is, k) => is & volumes.isClosed[k] & ~(opened?.[k] ?? 0) & ~isInward[k] & 1,
-    );
-    let [n, m] = [0, 0];
-    for (let f = 0; f < faceCount; f++) {
-      const mine = side[f];
-      if (mine === 0 || (opaque && !opaque[facePart[f]])) continue;
-      if (mine > 0) {
-        front[n] = corners[3 * f];
-        front[n + 1] = corners[3 * f + 1];
-        front[n + 2] = corners[3 * f + 2];
-        n += 3;
-      } else if (!isSolid[faceComponent[f]]) {
-        back[m] = corners[3 * f];
-        back[m + 1] = corners[3 * f + 1];
-        back[m + 2] = corners[3 * f + 2];
-        m += 3;
-      }
-    }
-    this.front = n;
-    this.back = m;
-    gl.bindVertexArray(null);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.litFaces);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * (n + m), gl.STREAM_DRAW);
-    if (n) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, front, 0, n);
-    if (m) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * n, back, 0, m);
-  }
-
   delete() {
     const { gl } = this.shared.device;
     this.shadows.delete();
-    const buffers = [this.faces, this.litFaces, this.creaseLines, this.paneFaces];
+    const buffers = [this.faces, this.creaseLines, this.paneFaces];
     for (const buffer of buffers) gl.deleteBuffer(buffer);
-    for (const array of [this.all, this.lit, this.creases, this.panes]) gl.deleteVertexArray(array);
+    for (const array of [this.all, this.creases, this.panes]) gl.deleteVertexArray(array);
   }
 }
 

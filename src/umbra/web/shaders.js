@@ -27,6 +27,28 @@ float findLambert(float cosine, float lean) {
 }
 `;
 
+const RICH = "#define RICH\n";
+
+// A picture from above, laid over what is drawn.
+const LAID = `
+uniform float share;             // of the sky's light
+#ifdef RICH
+uniform vec4 plan;               // corner, 1 / size; size 0: none
+uniform vec3 eye;
+uniform float opacity;
+uniform bool isFlat;             // it hides light and shadow
+uniform sampler2D overlay;
+vec3 lay(vec2 place, vec3 radiance, vec3 light) {
+  if (plan.z <= 0.0) return radiance;
+  vec2 on = ((place + eye.xy) - plan.xy) * plan.zw;
+  if (any(lessThan(on, vec2(0.0))) || any(greaterThan(on, vec2(1.0)))) return radiance;
+  vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
+  vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
+  return mix(radiance, shown, laid.a * opacity);
+}
+#endif
+`;
+
 /** Sides and caps of shadow volumes. */
 export const VOLUME = {
   vertex: `${HEAD}${PLACE}
@@ -71,148 +93,124 @@ void main() {
 /**
  * Faces of the model under the sky and a sun; `share` is 1 for the sky's light. Nothing is left out
  * in the fragment shader, so that depth and stencil are tested before it runs.
+ * @param {string} rich `RICH`: under lamps, with sections and results laid over them
  */
-export const SURFACE = {
-  vertex: `${HEAD}${PLACE}${AMBIENT}${LAMBERT}
+const makeSurface = (rich) => ({
+  vertex: `${HEAD}${rich}${PLACE}${AMBIENT}${LAMBERT}
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec4 normal; // w: sine of the widest angle to its faces' normals
 layout(location = 2) in vec4 color;
 uniform vec4 light;
 uniform vec3 tint;               // of the light, times its exposure
-uniform float share, turn;       // turn: -1 for faces lit from behind
+uniform float share;
 out vec3 front, back;            // radiance of either side
-out float opacity;
-void main() {
-  gl_Position = projection * vec4(fromEye(place), 1.0);
-  opacity = color.a;
-  vec3 albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
-  vec3 sun = tint * findLambert(turn * dot(normal.xyz, light.xyz), normal.w);
-  front = albedo * (share * findAmbient(normal.z) + sun);
-  back = albedo * (share * findAmbient(-normal.z) + sun);
-}`,
-  fragment: `${HEAD}
-in vec3 front, back;
-in float opacity;
-out vec4 color;
-void main() { color = vec4(gl_FrontFacing ? front : back, opacity); }`,
-};
-
-/** The same under lamps, with sections and results laid over them. */
-export const RICH_SURFACE = {
-  vertex: `${HEAD}${PLACE}${AMBIENT}${LAMBERT}
-layout(location = 0) in vec3 place;
-layout(location = 1) in vec4 normal; // w: sine of the widest angle to its faces' normals
-layout(location = 2) in vec4 color;
-uniform vec4 light;
-uniform vec3 tint;
-uniform float share, turn;
+out float solidity;
+#ifdef RICH
 uniform vec4 cut;                // surfaces end where this plane is below 0; relative to the eye
-out vec3 front, back;            // radiance of either side
 out vec3 albedo, at, way;
-out float kept, solidity;
+out float kept, lean;
+#else
+vec3 albedo, at;
+#endif
 void main() {
   at = fromEye(place);
   gl_Position = projection * vec4(at, 1.0);
-  albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
-  way = turn * normal.xyz;
-  vec3 toLight = normalize(light.xyz - light.w * at);
-  vec3 sun = tint * findLambert(dot(way, toLight), normal.w);
-  front = albedo * (share * findAmbient(normal.z) + sun);
-  back = albedo * (share * findAmbient(-normal.z) + sun);
-  kept = dot(cut.xyz, at) + cut.w;
   solidity = color.a;
+  albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
+  vec3 toLight = light.xyz;
+#ifdef RICH
+  way = normal.xyz;
+  lean = normal.w;
+  kept = dot(cut.xyz, at) + cut.w;
+  toLight = normalize(toLight - light.w * at);
+#endif
+  float cosine = dot(normal.xyz, toLight);
+  front = albedo * (share * findAmbient(normal.z) + tint * findLambert(cosine, normal.w));
+  back = albedo * (share * findAmbient(-normal.z) + tint * findLambert(-cosine, normal.w));
 }`,
-  fragment: `${HEAD}${AMBIENT}
-in vec3 front, back, albedo, at, way;
-in float kept, solidity;
+  fragment: `${HEAD}${rich}${AMBIENT}${LAMBERT}${LAID}
+in vec3 front, back;
+in float solidity;
+out vec4 color;
+#ifdef RICH
+in vec3 albedo, at, way;
+in float kept, lean;
 uniform vec4 light;
 uniform vec3 tint;
-uniform float share;
 uniform float range;             // of a lamp; 0: the light is a sun
-uniform vec4 plan;               // of an overlay from above: corner, 1 / size; size 0: none
-uniform vec3 eye;
-uniform float opacity;
-uniform bool isFlat;             // the overlay hides light and shadow
-uniform sampler2D overlay;
-out vec4 color;
+#endif
 void main() {
+  vec3 radiance = gl_FrontFacing ? front : back;
+#ifdef RICH
   if (kept < 0.0) discard;
-  bool isFront = gl_FrontFacing;
-  vec3 radiance = isFront ? front : back;
   if (range > 0.0) {
     vec3 toLight = light.xyz - at;
     float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
-    vec3 normal = normalize(way);
-    float up = isFront == (dot(normal, at) < 0.0) ? normal.z : -normal.z;
-    radiance = albedo * (share * findAmbient(up)
-      + tint * max(dot(normal, toLight / far), 0.0) * fade);
+    vec3 normal = normalize(gl_FrontFacing ? way : -way);
+    radiance = albedo * (share * findAmbient(normal.z)
+      + tint * findLambert(dot(normal, toLight / far), lean) * fade);
   }
-  if (plan.z > 0.0 && abs(way.z) > 0.02) {
-    vec2 on = ((at.xy + eye.xy) - plan.xy) * plan.zw;
-    if (all(greaterThanEqual(on, vec2(0.0))) && all(lessThanEqual(on, vec2(1.0)))) {
-      vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
-      float most = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
-      vec3 light = radiance / most;
-      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
-      radiance = mix(radiance, shown, laid.a * opacity);
-    }
-  }
+  float most = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
+  if (abs(way.z) > 0.02) radiance = lay(at.xy, radiance, radiance / most);
+#endif
   color = vec4(radiance, solidity);
 }`,
-};
+});
+export const SURFACE = makeSurface("");
+export const RICH_SURFACE = makeSurface(RICH);
 
-/** What a view sees of the plane z = height, up to the horizon, as a fan. */
-export const GROUND = {
+/**
+ * What a view sees of the plane z = height, up to the horizon, as a fan.
+ * @param {string} rich as of surfaces
+ */
+const makeGround = (rich) => ({
   vertex: `${HEAD}${PLACE}${AMBIENT}
 uniform vec4 corners[5];         // homogeneous, relative to the eye
-uniform float height;
+uniform float height, share, range;
+uniform float haze;              // distance at which the ground fades into the horizon
 uniform vec4 light;
 uniform vec3 tint, albedo;
-uniform float share, range;
-out vec3 at;                     // x, y and the weight to divide them by
+out vec3 at;                     // x and y in hazes, and the weight to divide them by
 flat out vec3 level;             // radiance under the sky and a sun
 void main() {
   vec4 corner = corners[gl_VertexID];
-  at = corner.xyw;
+  at = vec3(corner.xy / haze, corner.w);
   float up = height < 0.0 ? 1.0 : -1.0;
   vec3 sun = range > 0.0 ? vec3(0.0) : tint * max(up * light.z, 0.0);
   level = albedo * (share * findAmbient(up) + sun);
   gl_Position = projection * corner;
 }`,
-  fragment: `${HEAD}
+  fragment: `${HEAD}${rich}${LAID}
 in vec3 at;
 flat in vec3 level;
-uniform float height;
-uniform vec4 light;
-uniform vec3 tint, albedo, horizon;
-uniform float share, range, haze; // haze: distance at which the ground fades into the horizon
-uniform vec4 plan;
-uniform vec3 eye;
-uniform float opacity;
-uniform bool isFlat;
-uniform sampler2D overlay;
+uniform vec3 horizon;
+uniform float height, haze;
 out vec4 color;
+#ifdef RICH
+uniform vec4 light;
+uniform vec3 tint, albedo;
+uniform float range;
+#endif
 void main() {
-  vec2 place = at.xy / at.z;
   vec3 radiance = level;
+#ifdef RICH
+  vec2 place = at.xy * (haze / at.z);
   if (range > 0.0) {
     vec3 toLight = light.xyz - vec3(place, height);
     float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
     radiance += albedo * tint * max((height < 0.0 ? toLight.z : -toLight.z) / far, 0.0) * fade;
   }
-  if (plan.z > 0.0) {
-    vec2 on = ((place + eye.xy) - plan.xy) * plan.zw;
-    if (all(greaterThanEqual(on, vec2(0.0))) && all(lessThanEqual(on, vec2(1.0)))) {
-      vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
-      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * radiance / albedo * 1.4;
-      radiance = mix(radiance, shown, laid.a * opacity);
-    }
-  }
-  float away = (dot(place, place) + height * height) / (haze * haze);
-  float clear = 1.0 / (1.0 + away * (1.0 + 0.5 * away)); // about exp(-away), and quicker
+  radiance = lay(place, radiance, radiance / albedo);
+#endif
+  // About exp(-d^2), and quicker, of a distance d in hazes; here d^2 is far / weight.
+  float weight = at.z * at.z, lift = height / haze;
+  float far = dot(at.xy, at.xy) + weight * lift * lift;
+  float clear = weight * weight / (weight * weight + far * (weight + 0.5 * far));
   color = vec4(mix(share * horizon, radiance, clear), 1.0);
 }`,
-};
+});
+export const GROUND = makeGround("");
+export const RICH_GROUND = makeGround(RICH);
 
 /** Sky from zenith to horizon, behind everything. */
 export const SKY = {

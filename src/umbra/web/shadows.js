@@ -48,8 +48,6 @@ export class Shadows {
     this.array = device.makeArray(VOLUME, { place: [doubled, 4, gl.FLOAT, 16, 0] }, this.indices);
     this.key = "";
     this.lightKey = "";
-    /** @type {Uint8Array | null} */
-    this.opened = null;
     this.casters = 0;
     this.behind = 0;
     /** @type {Throw} */
@@ -62,18 +60,16 @@ export class Shadows {
    * @param {Sight} sight
    * @param {number | null} ground
    * @param {boolean} isCut whether surfaces are cut off by a section
-   * @returns {boolean} whether the light's side of faces was found anew
    */
   prepare(light, sight, ground, isCut) {
     const place = findPlace(light);
     const range = "position" in light ? (light.range ?? Infinity) : Infinity;
     const key = [...place, range, ...sight.findMatrix(), ...sight.eye, ground, isCut].join();
-    if (key === this.key) return false;
+    if (key === this.key) return;
     this.key = key;
-    this.opened = findOpened(this.volumes, sight, place);
-    const lightKey = `${place} ${this.opened ?? ""}`;
-    const isNew = lightKey !== this.lightKey;
-    if (isNew) this.volumes.setLight(place, this.opened);
+    const opened = findOpened(this.volumes, sight, place);
+    const lightKey = `${place} ${opened ?? ""}`;
+    if (lightKey !== this.lightKey) this.volumes.setLight(place, opened);
     this.lightKey = lightKey;
     const bottom = this.findBottom(place, sight, ground);
     this.thrown = { light: place, range, bottom, tip: this.findTip(sight, place, ground) };
@@ -81,7 +77,6 @@ export class Shadows {
     this.casters = casters;
     this.behind = behind;
     this.upload();
-    return isNew;
   }
 
   /**

@@ -2,7 +2,7 @@
 
 import { el } from "./dom.js";
 import { Renderer } from "./renderer.js";
-import { Pace } from "./pace.js";
+import { LEVELS, Pace } from "./pace.js";
 import { Dome } from "./paths.js";
 import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
@@ -38,8 +38,6 @@ const mix = (a, b, t) => {
  */
 const findColors = (altitude) =>
   altitude > 0 ? mix(DUSK, DAY, altitude / 12) : mix(DUSK, NIGHT, -altitude / 8);
-
-const SAMPLES = 4; // of a pixel, at rest
 
 export class Stage {
   /** @param {App} app */
@@ -97,8 +95,9 @@ export class Stage {
     renderer.setLines(this.#findLines(state, dome));
     const now = performance.now(),
       level = isFine ? 0 : this.pace.begin(now);
-    renderer.samples = level ? 1 : SAMPLES;
-    renderer.options.pixelRatio = (window.devicePixelRatio || 1) / (level === 2 ? 2 : 1);
+    const { samples, scale } = LEVELS[level];
+    renderer.samples = samples;
+    renderer.options.pixelRatio = (window.devicePixelRatio || 1) * scale;
     renderer.draw();
     if (renderer.device) this.pace.watch(renderer.device.gl, level, now);
     this.#drawSigns(state, dome, wide, high);

@@ -98,7 +98,6 @@
  * @property {number} sides
  * @property {number} casters drawn
  * @property {number} behind casters counted behind the surface (z-fail)
- * @property {string} counts 'stencil' or 'float'
  */
 
 export {};

@@ -35,7 +35,6 @@ export function findUniforms(renderer, sight) {
     horizon: style.horizon,
     haze: Math.max(8 * size, 25 * above),
     share: 1,
-    turn: 1,
     plan: plan
       ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])]
       : [0, 0, 0, 0],

@@ -245,12 +245,11 @@ export class Sight {
  */
 export function isBeyond(planes, boxes, at) {
   for (let p = 0; p < planes.length; p += 4) {
-    let highest = planes[p + 3];
-    for (let axis = 0; axis < 3; axis++) {
-      const normal = planes[p + axis];
-      highest += normal * boxes[at + (normal > 0 ? axis + 3 : axis)];
-    }
-    if (highest < 0) return true;
+    const [a, b, c] = [planes[p], planes[p + 1], planes[p + 2]];
+    const x = boxes[at + (a > 0 ? 3 : 0)];
+    const y = boxes[at + (b > 0 ? 4 : 1)];
+    const z = boxes[at + (c > 0 ? 5 : 2)];
+    if (a * x + b * y + c * z + planes[p + 3] < 0) return true;
   }
   return false;
 }

@@ -4,7 +4,7 @@
 // McGuire's array of twice the vertices. A face adds +1 to the count if it is lit, and -1, in an
 // open component, if it is not; an edge's multiplicity is what its two faces add along it.
 
-import { CULLED, Z_PASS, Z_FAIL_CAP, placeShells } from "./placement.js";
+import { CULLED, Z_PASS, Z_FAIL_CAP, findUnseen, placeShells } from "./placement.js";
 
 /** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./placement.js').Throw} Throw */
@@ -32,19 +32,69 @@ export class List {
   }
 }
 
+const NOTHING_KEPT = { first: -1, end: -1, at: 0 };
+
+/** A list of which most stays from one listing to the next. */
+class LastingList extends List {
+  constructor() {
+    super();
+    this.last = new Uint32Array(0);
+    /** What is kept and not copied yet: a run of the last listing, and where it begins here. */
+    this.run = NOTHING_KEPT;
+  }
+
+  /** Begin a new listing. */
+  begin() {
+    [this.data, this.last] = [this.last, this.data];
+    this.size = 0;
+    this.run = NOTHING_KEPT;
+  }
+
+  /**
+   * Add indices of the last listing.
+   * @param {number} first
+   * @param {number} end
+   */
+  keep(first, end) {
+    if (first !== this.run.end) {
+      this.settle();
+      this.run = { first, end, at: this.size };
+    }
+    this.run.end = end;
+    this.size += end - first;
+  }
+
+  /** Copy what is kept. */
+  settle() {
+    const { first, end, at } = this.run;
+    this.run = NOTHING_KEPT;
+    if (end < 0) return;
+    this.size = at;
+    super.reserve(end - first).set(this.last.subarray(first, end), at);
+    this.size = at + end - first;
+  }
+
+  /** @param {number} more */
+  reserve(more) {
+    this.settle();
+    return super.reserve(more);
+  }
+}
+
 /** The faces of volumes that are drawn with the same stencil operations. */
 export class Faces {
   constructor() {
     /** sides and dark caps, wound outward */
-    this.wound = new List();
+    this.wound = new LastingList();
     /** light caps in the winding of the surface, so that their depth is its to the last bit */
     this.cap = new List();
     /** light caps of faces seen from behind by the light: their winding is inward */
     this.turned = new List();
   }
 
-  clear() {
-    this.wound.size = this.cap.size = this.turned.size = 0;
+  begin() {
+    this.wound.begin();
+    this.cap.size = this.turned.size = 0;
   }
 
   get size() {
@@ -52,24 +102,27 @@ export class Faces {
   }
 }
 
-const [NOTHING, LIT, BOTH] = [0, 1, 2];
-/**
- * What a face adds by its rule (row) and the side of it that the light is on: back, neither, front.
- */
-const ADDS = new Int8Array([0, 0, 0, 0, 0, 1, -1, 0, 1]);
-
 /** The volumes of a model for one light at a time. */
 export class Volumes {
   /** @param {Model} model */
   constructor(model) {
     this.model = model;
-    /** Which side of each face the light is on: 1 its front, -1 its back, 0 neither. */
-    this.side = new Int8Array(model.faceCount);
     /** What each face adds; the last is that of a border. */
     this.adds = new Int8Array(model.faceCount + 1);
-    /** Which faces add to the count: `NOTHING`, `LIT` ones or `BOTH`. */
-    this.rule = new Uint8Array(model.faceCount);
+    /** What each adds with the light at its front, and at its back. */
+    this.front = new Int8Array(model.faceCount);
+    this.back = new Int8Array(model.faceCount);
     this.cases = new Uint8Array(model.shellCount);
+    /** Those of the last listing, and where in it each shell's sides and dark caps are. */
+    this.lastCases = new Uint8Array(model.shellCount);
+    this.first = new Uint32Array(model.shellCount);
+    this.end = new Uint32Array(model.shellCount);
+    /** Shells of which faces add something else since then. */
+    this.isChanged = new Uint8Array(model.shellCount).fill(1);
+    this.isFlat = false;
+    /** The last view's planes, and the shells beyond them. */
+    this.view = /** @type {number[]} */ ([]);
+    this.unseen = new Uint8Array(0);
     this.casts = new Uint8Array(model.shellCount);
     this.isClosed = Uint8Array.from(model.isClosed);
     /** Light caps before the surface are drawn where the caster itself is not. */
@@ -101,11 +154,8 @@ export class Volumes {
     }
     this.isClosed = isClosed.map((is, k) => is & (all[k] | (~some[k] & 1)));
     for (let f = 0; f < faceCount; f++) {
-      this.rule[f] = !this.isCasting[facePart[f]]
-        ? NOTHING
-        : this.isClosed[faceComponent[f]]
-          ? LIT
-          : BOTH;
+      this.front[f] = this.isCasting[facePart[f]];
+      this.back[f] = this.isClosed[faceComponent[f]] ? 0 : -this.front[f];
     }
     for (let shell = 0; shell < shellCount; shell++) {
       this.casts[shell] = 0;
@@ -116,18 +166,28 @@ export class Volumes {
   }
 
   /**
-   * Find on which side of each face the light is, and what each face adds.
+   * Find what each face adds: 1 with the light at its front, and -1 at its back if both sides count.
    * @param {ArrayLike<number>} light homogeneous
    * @param {Uint8Array | null} opened components that follow the open rule for this light
    */
   setLight(light, opened) {
-    const { faceCount, faceComponent } = this.model;
-    const { side, adds, rule } = this;
-    findSides(this.model.planes, light, side);
-    for (let f = 0; f < faceCount; f++) adds[f] = ADDS[3 * rule[f] + side[f] + 1];
-    if (!opened) return;
-    for (let f = 0; f < faceCount; f++) {
-      if (opened[faceComponent[f]] && rule[f] === LIT) adds[f] = side[f];
+    const { faceCount: n, faceComponent, faceStarts, planes, shellCount } = this.model;
+    const { adds, front, isChanged } = this;
+    const back = opened
+      ? this.back.map((own, f) => (opened[faceComponent[f]] ? -front[f] : own))
+      : this.back;
+    const [x, y, z, w] = [light[0], light[1], light[2], light[3]];
+    for (let shell = 0, f = 0; shell < shellCount; shell++) {
+      let changes = 0;
+      for (const end = faceStarts[shell + 1]; f < end; f++) {
+        const at =
+          planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
+        // Without branches, as no order of faces foretells on which side the light is.
+        const sum = Number(at > 0) * front[f] + Number(at < 0) * back[f];
+        changes |= sum ^ adds[f];
+        adds[f] = sum;
+      }
+      if (changes) isChanged[shell] = 1;
     }
   }
 
@@ -138,26 +198,43 @@ export class Volumes {
    * @param {boolean} isCut whether parts of drawn casters are cut off from the picture
    */
   list(sight, thrown, isCut) {
-    const { model, cases, zPass, zFail } = this;
-    placeShells(model, sight, thrown, this.casts, cases);
-    zPass.clear();
-    zFail.clear();
+    const { model, zPass, zFail, first, end, isChanged } = this;
+    [this.cases, this.lastCases] = [this.lastCases, this.cases];
+    const { cases, lastCases } = this;
+    const view = sight.findPlanes();
+    if (view.join() !== this.view.join()) this.unseen = findUnseen(model, view);
+    this.view = view;
+    placeShells(model, sight, thrown, this.casts, this.unseen, cases);
+    zPass.begin();
+    zFail.begin();
     const isFlat = !thrown.light[3] && thrown.bottom === -Infinity && !thrown.tip;
+    if (isFlat !== this.isFlat) isChanged.fill(1);
+    this.isFlat = isFlat;
     let [casters, behind] = [0, 0];
     for (let shell = 0; shell < model.shellCount; shell++) {
       const kind = cases[shell];
       if (kind === CULLED) continue;
       casters += 1;
       const faces = kind === Z_PASS ? zPass : zFail;
-      this.addSides(shell, faces.wound, isFlat);
+      const { wound } = faces;
+      const at = wound.size;
+      if (kind === lastCases[shell] && !isChanged[shell]) wound.keep(first[shell], end[shell]);
+      else {
+        this.addSides(shell, wound, isFlat);
+        if (kind !== Z_PASS && !isFlat) this.addDarkCaps(shell, wound);
+      }
+      first[shell] = at;
+      end[shell] = wound.size;
+      isChanged[shell] = 0;
       if (kind === Z_PASS) {
         if (isCut || this.hidesAny) this.addLightCaps(shell, faces, !isCut);
       } else {
         behind += 1;
         if (kind === Z_FAIL_CAP) this.addLightCaps(shell, faces, false);
-        if (!isFlat) this.addDarkCaps(shell, faces.wound);
       }
     }
+    zPass.wound.settle();
+    zFail.wound.settle();
     return { casters, behind };
   }
 
@@ -232,30 +309,5 @@ export class Volumes {
       data[list.size + 2] = 2 * faces[3 * f + (adds > 0 ? 1 : 2)] + 1;
       list.size += 3;
     }
-  }
-}
-
-/**
- * Find on which side of planes (4, n) a light is: 1 in front, -1 behind, 0 on them.
- * @param {Float64Array} planes
- * @param {ArrayLike<number>} light
- * @param {Int8Array} side
- */
-function findSides(planes, light, side) {
-  const x = light[0];
-  const y = light[1];
-  const z = light[2];
-  const w = light[3];
-  const n = side.length;
-  if (w === 0) {
-    for (let f = 0; f < n; f++) {
-      const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z;
-      side[f] = Number(at > 0) - Number(at < 0);
-    }
-    return;
-  }
-  for (let f = 0; f < n; f++) {
-    const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
-    side[f] = Number(at > 0) - Number(at < 0);
   }
 }

@@ -15,10 +15,11 @@ renderer.setGround(local([0, 0, 0])[2]);
 renderer.setCamera({ eye: local(data.eye), target: local([0, 0, 0]), fov: 45, near: 1 });
 const pixel = new Uint8Array(4);
 let tick = 0;
-globalThis.frames = (count, samples) => {
+globalThis.frames = (count, samples, scale) => {
   const { gl } = renderer.device, begun = performance.now();
   let script = 0;
   renderer.samples = samples;
+  renderer.options.pixelRatio = scale;
   for (let k = 0; k < count; k++) {
     const turn = 0.6 + 0.004 * tick++;
     renderer.setLights([{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }]);
@@ -28,5 +29,5 @@ globalThis.frames = (count, samples) => {
   }
   return [(performance.now() - begun) / count, script / count];
 };
-frames(1, 4);
+frames(1, 4, 1);
 globalThis.ready = true;
