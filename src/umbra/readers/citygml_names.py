@@ -5,12 +5,12 @@ from functools import lru_cache
 from typing import Any
 
 __all__ = [
-    "HREF", "LINKED", "LINKED_TAGS", "PATCH", "PROPERTY", "TURNED", "id_of", "level_of", "name_of",
-    "role_of", "strip",
+    "HREF", "IDS", "LINKED", "LINKED_TAGS", "PATCH", "PROPERTY", "TURNED", "id_of", "level_of",
+    "name_of", "role_of", "strip",
 ]  # fmt: skip
 
 HREF = "{http://www.w3.org/1999/xlink}href"
-_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
+IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
 _LEVEL = re.compile(r"lod(\d)")
 _PATCHES = {"Polygon", "PolygonPatch", "Rectangle", "Triangle"}
 LINKED = (
@@ -54,4 +54,4 @@ def role_of(tag: Any) -> int:
 
 def id_of(element: Any) -> str | None:
     """Return an element's id in either version of GML."""
-    return element.get(_IDS[0]) or element.get(_IDS[1])
+    return element.get(IDS[0]) or element.get(IDS[1])

@@ -9,6 +9,7 @@ from umbra.errors import InputError
 from umbra.readers.checks import Budget, Losses
 from umbra.readers.citygml_names import (
     HREF,
+    IDS,
     LINKED_TAGS,
     PATCH,
     PROPERTY,
@@ -19,6 +20,7 @@ from umbra.readers.citygml_names import (
     role_of,
     strip,
 )
+from umbra.readers.citygml_rings import find_dimension, name_owner, read_numbers, read_plain_ring
 
 __all__ = ["FeatureReader"]
 
@@ -186,9 +188,9 @@ class FeatureReader:
             return _with_semantics("Solid", level, [boundaries], [values])
         return _with_semantics("MultiSurface", level, boundaries, values)
 
-    def _find_patches(self, shape: Any) -> list[tuple[list[list[int]], tuple[str, ...]]]:
+    def _find_patches(self, shape: Any) -> list[tuple[list[range], tuple[str, ...]]]:
         """Return each polygon's rings of vertex indices, and the ids of all that hold it."""
-        found: list[tuple[list[list[int]], tuple[str, ...]]] = []
+        found: list[tuple[list[range], tuple[str, ...]]] = []
         self._add_patches(found, shape, (), is_turned=False)
         return found
 
@@ -197,9 +199,8 @@ class FeatureReader:
     ) -> None:
         role = role_of(shape.tag)
         if role != PROPERTY:
-            name = id_of(shape)
+            name = self._look_at(shape)
             ids = (*ids, name) if name else ids
-            self._note_crs(shape)
             if role == PATCH:
                 rings = self._read_rings(shape)
                 if rings:
@@ -216,16 +217,19 @@ class FeatureReader:
                 if target is not None:
                     self._add_patches(found, target, ids, is_turned=is_turned)
 
-    def _note_crs(self, element: Any) -> None:
-        named = element.get("srsName")
-        if named is not None:
-            self.named.add(named)
+    def _look_at(self, element: Any) -> str | None:
+        """Return an element's id, and note the CRS that it names."""
+        name = None
+        for key, value in element.items():  # all at once: most elements have no attribute
+            if key == "srsName":
+                self.named.add(value)
+            elif key in IDS:
+                name = value
+        return name
 
     def _follow(self, link: str) -> Any | None:
         """Find the element that a link points to."""
-        self._held += _LINK
-        if self._held > _AT_ONCE:
-            self._spend()
+        self._hold(_LINK)
         name = link.strip().removeprefix("#")
         target = self._near.get(name)
         if target is None:
@@ -241,58 +245,59 @@ class FeatureReader:
             self._counts.add(_LOST_LINKS, self._owner)
         return target
 
-    def _spend(self) -> None:
-        self._budget.spend(self._held, "coordinates")
-        self._held = 0
+    def _hold(self, size: int) -> None:
+        """Charge memory to the budget [byte], much of it at once."""
+        self._held += size
+        if self._held > _AT_ONCE:
+            self._budget.spend(self._held, "coordinates")
+            self._held = 0
 
-    def _read_rings(self, polygon: Any) -> list[list[int]]:
+    def _read_rings(self, polygon: Any) -> list[range]:
         """Read a polygon's rings, the exterior first, as indices of new vertices."""
-        rings: list[list[int]] = []
+        rings: list[range] = []
         for bound in polygon:
             for ring in bound:
                 if strip(ring.tag) not in _RINGS:
                     continue
-                corners = self._read_ring(ring)
-                if len(corners) < 3:
+                numbers = read_plain_ring(ring)
+                if numbers is None:
+                    numbers = self._read_ring(ring)
+                count = len(numbers)
+                if count % 3:
+                    owner = name_owner(ring)
+                    msg = (
+                        f"a ring of '{owner}' has {count} coordinates, not three for each corner; "
+                        "export the file again"
+                    )
+                    raise InputError(msg, ring=owner)
+                if numbers[:3] == numbers[-3:]:
+                    count -= 3
+                    del numbers[-3:]
+                if count < 9:
                     continue
-                if strip(bound.tag) in _EXTERIORS:
+                self._hold(_NUMBER * count)
+                start = len(self._coordinates)
+                self._coordinates += numbers
+                corners = range(start // 3, (start + count) // 3)
+                if rings and strip(bound.tag) in _EXTERIORS:
                     rings.insert(0, corners)
                 else:
                     rings.append(corners)
         return rings
 
-    def _read_ring(self, ring: Any) -> list[int]:
-        """Add a ring's vertices, without the last, which repeats the first."""
-        if len(ring) == 1 and strip(ring[0].tag) == "posList":
-            lists = ring
-        else:
-            lists = ring.iter("{*}posList", "{*}pos", "{*}coordinates")
+    def _read_ring(self, ring: Any) -> list[float]:
+        """Return the coordinates of a ring of any form; none if it has no heights."""
         numbers: list[float] = []
-        self._note_crs(ring)
-        for element in lists:
-            self._note_crs(element)
-            if _find_dimension(element, ring) != 3:
+        self._look_at(ring)
+        for element in ring.iter("{*}posList", "{*}pos", "{*}coordinates"):
+            self._look_at(element)
+            if find_dimension(element, ring) != 3:
                 self._counts.add("rings left out that have no heights", self._owner)
                 return []
-            more = _read_numbers(element, ring)
+            more = read_numbers(element, ring)
             # Each piece of a composed ring begins at the end of the one before.
             numbers += more[3:] if numbers and more[:3] == numbers[-3:] else more
-        count = len(numbers)
-        if count % 3:
-            owner = _name_owner(ring)
-            msg = (
-                f"a ring of '{owner}' has {count} coordinates, not three for each corner; "
-                "export the file again"
-            )
-            raise InputError(msg, ring=owner)
-        if numbers[:3] == numbers[-3:]:
-            del numbers[-3:]
-        self._held += _NUMBER * count
-        if self._held > _AT_ONCE:
-            self._spend()
-        start = len(self._coordinates) // 3
-        self._coordinates += numbers
-        return list(range(start, len(self._coordinates) // 3))
+        return numbers
 
     def _read_instance(self, level: str, shape: Any) -> dict[str, Any] | None:
         """Place a shape that several objects share at a point."""
@@ -304,7 +309,7 @@ class FeatureReader:
         anchor = None if point is None else next(point.iter("{*}pos"), None)
         if anchor is not None:
             for around in (anchor, anchor.getparent()):
-                self._note_crs(around)
+                self._look_at(around)
         place = [] if anchor is None else list(map(float, (anchor.text or "").split()))
         if index is None or len(place) != 3:
             self._counts.add(_LOST_SHAPES, self._owner)
@@ -358,37 +363,3 @@ def _with_semantics(
             "values": numbers if kind == "MultiSurface" else [numbers],
         }
     return geometry
-
-
-def _name_owner(element: Any) -> str:
-    """Return the id of the nearest element around that has one."""
-    around = (element, *element.iterancestors())
-    return next((name for one in around if (name := id_of(one)) is not None), "")
-
-
-def _read_numbers(element: Any, ring: Any) -> list[float]:
-    """Return the coordinates of a list, which GML 2 may part by other marks."""
-    text = element.text or ""
-    if name_of(element) == "coordinates":
-        point = element.get("decimal", ".")
-        for mark in (element.get("cs", ","), element.get("ts", " ")):
-            text = text.replace(mark, " ") if mark != point else text
-        text = text.replace(point, ".")
-    try:
-        return list(map(float, text.split()))
-    except ValueError as error:
-        owner, line = _name_owner(ring), element.sourceline
-        msg = (
-            f"a ring of '{owner}' has a coordinate that is no number (line {line}: {error}); "
-            "repair it or export the file again"
-        )
-        raise InputError(msg, object=owner, line=line) from error
-
-
-def _find_dimension(element: Any, ring: Any) -> int:
-    """Return the number of coordinates of each corner."""
-    for one in (element, ring):
-        told = one.get("srsDimension") or one.get("dimension")
-        if told:
-            return int(told)
-    return 3

@@ -29,6 +29,7 @@ from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
+from umbra.scene.mesh import change
 
 __all__ = ["Templates", "make_parts", "place_vertices", "read_cityjson"]
 
@@ -212,8 +213,8 @@ class SurfaceList:
                 f"({str(found)[:40]}); repair it or export the file again"
             )
             raise InputError(msg, object=owner, vertex=found)
-        bad = np.flatnonzero((corners < 0) | (corners >= n_vertices))
-        if len(bad):
+        if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):
+            bad = np.flatnonzero((corners < 0) | (corners >= n_vertices))
             owner, vertex = self._owner(int(bad[0])), int(corners[bad[0]])
             msg = (
                 f"{where}object '{owner}' names vertex {vertex}, but there are {n_vertices} "
@@ -249,12 +250,12 @@ class SurfaceList:
         order = np.argsort(part, kind="stable")
         faces = result.faces[order]
         ends = np.cumsum(np.bincount(part, minlength=len(self._parts))).tolist()
-        meshes = {}
-        start = 0
-        for key, end in zip(self._parts, ends):
-            meshes[key] = Mesh(vertices, faces[start:end])
-            start = end
-        return meshes
+        whole = Mesh(vertices, faces)  # checked once
+        starts = [0, *ends]
+        return {
+            key: change(whole, faces=faces[start:end])
+            for key, start, end in zip(self._parts, starts, ends)
+        }
 
 
 class Templates:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
 from umbra.scene.lights import Light
-from umbra.scene.mesh import Mesh, Part
+from umbra.scene.mesh import Mesh, Part, change
 from umbra.scene.rig import Animation, RigBinding
 from umbra.scene.scene import Scene
 
@@ -127,7 +127,7 @@ def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
         mesh, key = part.mesh, id(part.mesh.vertices)
         if key in shorter and id(mesh) not in meshes:
             meshes[id(mesh)] = mesh.with_vertices(kept[key], number[key], shorter[key])
-        dropped.append(replace(part, mesh=meshes.get(id(mesh), mesh)))
+        dropped.append(change(part, mesh=meshes.get(id(mesh), mesh)))
     return tuple(dropped)
 
 
@@ -170,7 +170,7 @@ def move_parts(
         if turn is not None and mesh.tangents is not None:
             along = turn(mesh.tangents[:, :3])
             mesh = replace(mesh, tangents=np.column_stack([along, mesh.tangents[:, 3]]))
-        moved.append(replace(part, mesh=mesh))
+        moved.append(change(part, mesh=mesh))
     return tuple(moved)
 
 

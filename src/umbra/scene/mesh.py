@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +15,22 @@ from umbra.scene.material import Color, Image, Material
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
 
-__all__ = ["Mesh", "Part", "find_standing", "multiply_rows"]
+__all__ = ["Mesh", "Part", "change", "find_standing", "multiply_rows"]
 
 PLAIN = Material()
 _ROWS = ("normals", "uv", "colors", "tangents", "uv2")  # fields with a row for each vertex
+
+
+T = TypeVar("T", "Mesh", "Part")
+
+
+def change(record: T, **changes: object) -> T:
+    """Return a mesh or part with other fields, which are known to be right: a city has 10^6."""
+    made: T = object.__new__(type(record))
+    put = object.__setattr__  # keeps attributes in the object, not in a dict of its own
+    for name in record.__dataclass_fields__:
+        put(made, name, changes[name] if name in changes else getattr(record, name))
+    return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +115,9 @@ class Mesh:
     ) -> Mesh:
         """Return the same faces with other vertices (n, 3), and normals, which stay by default."""
         kept = self.normals if normals is None else normals
-        return replace(self, vertices=vertices, normals=kept)
+        if kept is not None or vertices.shape != self.vertices.shape:
+            return replace(self, vertices=vertices, normals=kept)
+        return change(self, vertices=np.ascontiguousarray(vertices, np.float64))
 
     def with_vertices(
         self, kept: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
@@ -114,13 +128,8 @@ class Mesh:
         ``number`` (n_vertices,) is that of each vertex among the kept ones; the vertices
         (n_kept, 3) are those, and meshes that share an array go on sharing it.
         """
-        rows = (None if row is None else row[kept] for row in self._rows)
-        return Mesh(vertices, number[self.faces], *rows)
-
-    @property
-    def _rows(self) -> tuple[NDArray[np.float32] | None, ...]:
-        """Attributes with one row for each vertex."""
-        return tuple(getattr(self, name) for name in _ROWS)
+        rows = {n: getattr(self, n)[kept] for n in _ROWS if getattr(self, n) is not None}
+        return change(self, vertices=vertices, faces=number[self.faces], **rows)
 
     def find_uv(self, image: Image) -> NDArray[np.float32] | None:
         """Return the coordinates (n_vertices, 2) that place an image of the material."""
