@@ -205,10 +205,14 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     path = find_sun(study.site, stamps, refraction=study.refraction)
 
     def count() -> NDArray[np.bool_]:
+        found = tile.make_counter().masks(path.direction[path.is_up]).view(np.bool_)
+        nothing = tile.nothing
+        if nothing.any():
+            found &= ~nothing
+        if path.is_up.all():
+            return found
         shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
-        up = path.direction[path.is_up]
-        shadows[path.is_up] = tile.make_counter().masks(up).view(np.bool_)
-        shadows &= ~tile.nothing
+        shadows[path.is_up] = found
         return shadows
 
     # From local coordinates to the model's, by the study's own shift.

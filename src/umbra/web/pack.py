@@ -19,8 +19,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from umbra.errors import InputError
 from umbra.scene import Scene
@@ -190,7 +188,13 @@ def _find_shells(caster: Caster) -> NDArray[np.int32]:
     """Find the shell of each face, (n_faces,): components that share a pair of faces are one."""
     n = len(caster.is_closed)
     a, b = caster.component[caster.edge_faces].T
-    shell = connected_components(coo_array((np.ones(len(a)), (a, b)), (n, n)), directed=False)[1]
+    shell = np.arange(n)
+    if (a != b).any():
+        from scipy.sparse import coo_array  # noqa: PLC0415 - 0.1 s, and most models need none
+        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+        pairs = coo_array((np.ones(len(a)), (a, b)), (n, n))
+        shell = connected_components(pairs, directed=False)[1]
     mine = shell[caster.component]
     # In the order of their first faces, which lie along a curve: neighbours stay neighbours.
     first = np.unique(mine, return_index=True)[1]

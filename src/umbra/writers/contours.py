@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import contourpy
 import numpy as np
@@ -70,9 +69,17 @@ class Tracer:
             share = _smooth(resample(is_inside, self._size))
         else:
             share = _smooth(resample(is_inside & self._is_shown, self._size))
-            share = np.ma.masked_where(self._known < HALF, share / np.maximum(self._known, HALF))
-        lines: Any = contourpy.contour_generator(self._across, self._up, share).lines(0.5)
-        return [line for line in lines if np.ptp(line, axis=0).max() >= SHORTEST]
+            share = np.where(self._known < HALF, np.nan, share / np.maximum(self._known, HALF))
+        tracer = contourpy.contour_generator(
+            self._across, self._up, share, line_type=contourpy.LineType.ChunkCombinedOffset
+        )
+        (points,), (ends,) = tracer.lines(0.5)
+        if points is None or ends is None:
+            return []
+        first = ends[:-1].astype(np.intp)
+        size = np.maximum.reduceat(points, first) - np.minimum.reduceat(points, first)
+        kept = size.max(1) >= SHORTEST
+        return [points[a:b] for a, b in zip(first[kept], ends[1:][kept], strict=True)]
 
 
 def trace(panel: Panel, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64]]:

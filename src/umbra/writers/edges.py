@@ -57,7 +57,8 @@ def find_breaks(study: Study) -> NDArray[np.bool_]:
     if isinstance(tile, ViewTile):
         _, jumps, creases = _read_view(tile)
     else:
-        _, jumps, creases = _read_relief(tile.relief, min(study.grid.dx, study.grid.dy))
+        heights, cell = tile.relief, min(study.grid.dx, study.grid.dy)
+        _, jumps, creases = _read_relief(heights, cell, _find_rough(heights))
     return jumps | creases
 
 
@@ -72,7 +73,7 @@ def _find_plan_appearance(
     heights: NDArray[np.float64], cell: float, size: tuple[int, int]
 ) -> Appearance:
     """Find the appearance of a plan's heights above the ground."""
-    shade, jumps, creases = _read_relief(heights, cell)
+    shade, jumps, creases = _read_relief(heights, cell, _find_rough(heights))
     width = max(1, round(len(heights) / size[0] / FINER))
     return _compose(shade, _widen(jumps, width), creases, size)
 
@@ -147,21 +148,35 @@ def _darken(facing: float) -> float:
     return min(max(1 - abs(1 - facing), 0.0), 1.0)
 
 
+def _find_rough(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return the cells that have any but level squares of four cells around them, two cells far."""
+    rough = np.zeros(heights.shape, np.bool_)
+    if min(heights.shape) > 1:
+        up, right = heights[1:] != heights[:-1], heights[:, 1:] != heights[:, :-1]
+        square = up[:, 1:] | up[:, :-1] | right[1:]
+        tall = np.zeros((len(heights), square.shape[1]), np.bool_)
+        for wide, found in ((tall, square), (rough.T, tall.T)):
+            wide[:-1] |= found
+            wide[1:] |= found
+            wide[:-2] |= found[1:]
+    return rough
+
+
 @njit(cache=True)
 def _read_relief(
-    heights: NDArray[np.float64], cell: float
+    heights: NDArray[np.float64], cell: float, rough: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the shade, jumps and creases of a plan's heights."""
+    """Return the shade, jumps and creases of a plan's heights; only rough cells have any."""
     rows, cols = heights.shape
     shade = np.ones((rows, cols), np.float32)
     jumps, creases = np.zeros((rows, cols), np.bool_), np.zeros((rows, cols), np.bool_)
     if min(rows, cols) < 2:
         return shade, jumps, creases
-    is_smooth = _find_walls(heights, max(RELIEF, 2 * cell), jumps)
+    is_smooth = _find_walls(heights, max(RELIEF, 2 * cell), jumps, rough)
     for i in range(rows):
         south, north = max(i - 1, 0), min(i + 1, rows - 1)
         for j in range(cols):
-            if jumps[i, j]:  # a wall seen from above is not a shaded roof
+            if not rough[i, j] or jumps[i, j]:  # a wall seen from above is not a shaded roof
                 continue
             west, east = max(j - 1, 0), min(j + 1, cols - 1)
             up, across = heights[north, j] - heights[south, j], heights[i, east] - heights[i, west]
@@ -181,7 +196,7 @@ def _read_relief(
 
 @njit(cache=True)
 def _find_walls(
-    heights: NDArray[np.float64], least: float, jumps: NDArray[np.bool_]
+    heights: NDArray[np.float64], least: float, jumps: NDArray[np.bool_], rough: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """
     Mark the jumps in height, and return which squares between four cells have none.
@@ -193,6 +208,8 @@ def _find_walls(
     is_smooth[1:rows, 1:cols] = True
     for i in range(rows):
         for j in range(cols):
+            if not rough[i, j]:
+                continue
             for up, right in ((1, 0), (0, 1)):
                 rise = _find_step(heights, i, j, up, right)
                 if abs(rise) > least:
@@ -252,9 +269,7 @@ def _compose(
 ) -> Appearance:
     """Resize shade and lines to a picture."""
     ink, fine = resample(jumps, size), resample(creases, size)
-    lines = np.maximum(
-        JUMP * ink * _fade(jumps, size, THRONGED), CREASE * fine * _fade(creases, size, CROWDED)
-    )
+    lines = np.maximum(JUMP * ink * _fade(ink, THRONGED), CREASE * fine * _fade(fine, CROWDED))
     bright = resample(shade.astype(np.float32), size)
 
     def pack(values: NDArray) -> NDArray[np.uint8]:
@@ -266,7 +281,8 @@ def _compose(
     )  # fmt: skip
 
 
-def _fade(edges: NDArray[np.bool_], size: tuple[int, int], crowded: float) -> NDArray[np.float32]:
-    """Return the opacity of edges: less where they would cover the surface."""
-    crowd = resample(resample(edges, (max(1, size[0] // 8), max(1, size[1] // 8))), size)
+def _fade(edges: NDArray[np.float32], crowded: float) -> NDArray[np.float32]:
+    """Return the opacity of edges, by their share of each pixel: less where they are crowded."""
+    rows, cols = edges.shape
+    crowd = resample(resample(edges, (max(1, rows // 8), max(1, cols // 8))), edges.shape)
     return np.clip(2 - crowd / crowded, 0.15, 1).astype(np.float32)

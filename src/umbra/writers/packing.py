@@ -17,8 +17,9 @@ MOST_SQUARES = 1_500_000
 
 def pack(data: bytes) -> str:
     """Compress bytes and write them as text."""
-    # Level 9 takes ten times as long on a day's masks, and saves 4 percent.
-    return base64.b64encode(zlib.compress(data, 6)).decode()
+    # Level 6, the default, takes four times as long on a day's masks, and saves a percent.
+    packer = zlib.compressobj(4, strategy=zlib.Z_FILTERED)
+    return base64.b64encode(packer.compress(data) + packer.flush()).decode()
 
 
 def pack_differences(values: NDArray[np.integer]) -> str:

@@ -199,6 +199,7 @@ def serve() -> None:
     os.dup2(2, 1)
     for module in ("hours", "profile"):
         import_module(f"umbra.writers.{module}")
+    import_module("umbra.writers.paper").load_fonts()
     mine = pipes[0]
     for pair in pipes[1:]:
         if not os.fork():

@@ -43,6 +43,7 @@ __all__ = [
     "Panel",
     "Paper",
     "find_font",
+    "load_fonts",
     "measure",
     "to_pixels",
     "wrap",
@@ -52,6 +53,7 @@ TITLE, SUBTITLE, SMALL = 13.0, 9.5, 7.5  # sizes of type [point]
 LINE = 1.42 / 72  # from one line of type to the next [inch per point]
 
 
+@lru_cache
 def find_font(size: float, weight: str = "normal") -> FontProperties:
     """Return the one typeface, which comes with matplotlib."""
     return FontProperties(family="DejaVu Sans", size=size, weight=weight)
@@ -62,6 +64,12 @@ def measure(text: str, size: float, weight: str = "normal") -> float:
     """Return the width of a line of type [inch]."""
     width, _, _ = text_to_path.get_text_width_height_descent(text, find_font(size, weight), False)
     return width / 72
+
+
+def load_fonts() -> None:
+    """Load the typeface in both weights, which takes as long as measuring all of a sheet."""
+    for weight in ("normal", "bold"):
+        measure("0", SMALL, weight)
 
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:

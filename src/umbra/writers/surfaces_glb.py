@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import distance_transform_edt
 
 from umbra.receivers.samples import Samples
 from umbra.study import Study
@@ -67,6 +66,9 @@ def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
     square = first[samples.surface] + row * shape[samples.surface, 0] + col
     table[square[::-1]] = np.arange(len(samples.points))[::-1]  # of several the first
     empty = np.flatnonzero(table < 0)
+    if len(empty):
+        from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - 0.4 s
+
     for surface in np.unique(np.searchsorted(first, empty, side="right") - 1):
         some = slice(first[surface], first[surface] + squares[surface])
         own = table[some].reshape(shape[surface, 1], shape[surface, 0])
