@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import contourpy
 import numpy as np
@@ -73,8 +74,9 @@ class Tracer:
         tracer = contourpy.contour_generator(
             self._across, self._up, share, line_type=contourpy.LineType.ChunkCombinedOffset
         )
-        (points,), (ends,) = tracer.lines(0.5)
-        if points is None or ends is None:
+        chunks: Any = tracer.lines(0.5)
+        (points,), (ends,) = chunks
+        if points is None:
             return []
         first = ends[:-1].astype(np.intp)
         size = np.maximum.reduceat(points, first) - np.minimum.reduceat(points, first)
