@@ -18,8 +18,8 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import chdir, suppress
+from collections.abc import Callable, Iterator
+from contextlib import chdir, contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path, PurePosixPath
@@ -36,6 +36,7 @@ __all__ = [
     "count_cores",
     "find_kernel_cache",
     "find_memory",
+    "listen_to_compiler",
     "load_compiler",
     "make_command",
     "name_memory",
@@ -180,10 +181,28 @@ def load_compiler() -> None:
 
     def load_overload(self: Any, signature: Any, context: Any) -> Any:
         runtime.initialize(context)
+        found = None
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(signature, context)
+            found = self._load_overload(signature, context)
+        if found is None:
+            for listener in tuple(_listeners):
+                listener()
+        return found
 
     loaded.load_overload = load_overload
+
+
+_listeners: list[Callable[[], object]] = []
+
+
+@contextmanager
+def listen_to_compiler(listener: Callable[[], object]) -> Iterator[None]:
+    """Call a function in the block whenever a command has to compile a kernel."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
 
 
 def _load_tbb() -> None:

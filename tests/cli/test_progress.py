@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from umbra import machine
 from umbra.cli import terminal as progress
 from umbra.cli.terminal import show_progress
 from umbra.errors import UmbraError
@@ -45,6 +46,22 @@ def test_no_time_is_guessed_before_anything_is_done(capsys, monkeypatch):
     assert capsys.readouterr().err.splitlines()[:2] == [
         "umbra: finding lines", "umbra: drawing: 0 of 40 pictures",
     ]  # fmt: skip
+
+
+def test_a_first_run_tells_that_it_compiles_once(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "_EVERY", 0.05)
+    with show_progress(quiet=False) as stages:
+        stages.begin("preparing")
+        for listener in machine._listeners:
+            listener()
+        time.sleep(0.08)
+        stages.begin("drawing and writing")
+        time.sleep(0.05)
+    assert capsys.readouterr().err.splitlines()[:2] == [
+        "umbra: preparing; compiling for this machine, once; later runs start at once",
+        "umbra: drawing and writing",
+    ]
+    assert machine._listeners == []
 
 
 def test_a_short_run_and_a_quiet_one_tell_nothing(capsys, monkeypatch):

@@ -18,14 +18,13 @@ from typing import Any
 import click
 
 from umbra.errors import UmbraError, make_printable, shorten
-from umbra.machine import find_memory, name_memory
+from umbra.machine import find_memory, listen_to_compiler, name_memory
 
 __all__ = ["Stages", "echo", "echo_json", "echo_path", "name_reading", "show_progress"]
 
-_SLOW = 2.0  # [s]
 _EVERY = 20.0  # between lines [s]; a run that is shorter says nothing
 COUNTING = "counting shadows"
-_FIRST_RUN = "preparing; a first run compiles its kernels, later ones start at once"
+_FIRST_RUN = "compiling for this machine, once; later runs start at once"
 
 
 class Stages:
@@ -37,12 +36,13 @@ class Stages:
     """
 
     _is_interrupted = False
+    _is_compiling = False
     _stage = ""
     _triangles = 0
 
     def begin(self, what: str) -> None:
         """Begin a stage of unknown length."""
-        self._stage = what
+        self._stage, self._is_compiling = what, False
         self.check()
 
     def show_scene(self, scene: Any) -> None:
@@ -54,6 +54,10 @@ class Stages:
         if self._stage != what:
             self.begin(what)
         self.check()
+
+    def tell_compiling(self) -> None:
+        """Note that a kernel is compiled, as in a first run."""
+        self._is_compiling = True
 
     def end(self) -> None:
         """Stop showing the stages."""
@@ -158,7 +162,7 @@ def show_progress(quiet: bool) -> Iterator[Stages]:
         stages = _Watched(_make_bar())
     else:
         stages = _Logged()
-    with stages.noting_interrupts():
+    with stages.noting_interrupts(), listen_to_compiler(stages.tell_compiling):
         try:
             yield stages
         except MemoryError as error:
@@ -195,6 +199,8 @@ class _Logged(Stages):
 
     def _show(self) -> str:
         done, everything, unit = self._done or (0, 1, "")
+        if self._is_compiling and not done:
+            return f"{self._stage}; {_FIRST_RUN}"
         if everything == 1:
             return self._stage
         words = f"{self._stage}: {done} of {everything} {unit}"
@@ -212,35 +218,22 @@ class _Watched(Stages):
         self._bar = bar
         bar.start()
         self._task = bar.add_task("starting", total=None)
-        self._notice: threading.Timer | None = None
 
     def begin(self, what: str) -> None:
         super().begin(what)
-        self._stop_timer()
         self._bar.remove_task(self._task)
         self._task = self._bar.add_task(what, total=None)
-        if what == "preparing":
-            self._notice = threading.Timer(_SLOW, self._explain)
-            self._notice.daemon = True
-            self._notice.start()
 
     def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
         is_new = self._stage != what  # a short stage is seen, too
         super().advance(done, everything, what, unit)
         self._bar.update(self._task, completed=done, total=everything, unit=unit, refresh=is_new)
 
+    def tell_compiling(self) -> None:
+        self._bar.update(self._task, description=f"{self._stage}; {_FIRST_RUN}")
+
     def end(self) -> None:
-        self._stop_timer()
         self._bar.stop()
-
-    def _stop_timer(self) -> None:
-        if self._notice is not None:
-            self._notice.cancel()
-            self._notice = None
-
-    def _explain(self) -> None:
-        if self._notice is not None:
-            self._bar.update(self._task, description=_FIRST_RUN)
 
 
 def _make_bar() -> Any:
