@@ -3,6 +3,7 @@
 import base64
 import contextlib
 import fcntl
+import importlib.util
 import json
 import os
 import select
@@ -12,6 +13,8 @@ import tempfile
 import time
 from collections import defaultdict
 from pathlib import Path
+
+import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = (
@@ -37,6 +40,16 @@ PATIENCE = 60  # [s]; a machine under load starts it slowly
 def find_chromium():
     """Give the path of a Chromium, or None."""
     return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+def read_axe():
+    """Give the script of axe-core: that of ``AXE``, or of the package that holds it."""
+    package = importlib.util.find_spec("axe_core_python")
+    own = Path(package.origin).with_name("axe.min.js") if package else "axe.min.js"
+    path = Path(os.environ.get("AXE", own))
+    if not path.is_file():
+        pytest.skip("there is no axe-core on this machine")
+    return path.read_text("utf-8")
 
 
 class Page:
@@ -126,6 +139,14 @@ class Page:
                 windowsVirtualKeyCode=codes.get(key, 0), modifiers=modifiers,
                 **(more if kind == "keyDown" else {}),
             )  # fmt: skip
+
+    def audit(self):
+        """Give what axe-core finds that people with a disability cannot use."""
+        self.ask(read_axe() + ";0")
+        return self.ask(
+            "axe.run().then((found) => found.violations.map((one) => "
+            "[one.id, one.nodes.map((node) => node.html.slice(0, 200))]))"
+        )
 
     def shoot(self, path, whole=False):
         shot = self.send("Page.captureScreenshot", captureBeyondViewport=whole)

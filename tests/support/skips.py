@@ -33,7 +33,7 @@ WANTS = {
     ),
     "browser": Want("a browser", "no Chromium", "apt install chromium"),
     "axe": Want(
-        "accessibility rules", "no axe-core", "npm install axe-core, or AXE=PATH/axe.min.js"
+        "accessibility rules", "no axe-core", "pip install axe-core-python, or AXE=PATH/axe.min.js"
     ),
     "typescript": Want("TypeScript", "no TypeScript", "apt install node-typescript"),
     "window": Want("a screen for windows", "no window can be tried", "apt install xvfb xdotool"),

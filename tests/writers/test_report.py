@@ -52,6 +52,16 @@ def study():
     return make_study()
 
 
+def test_axe_finds_nothing(page, study, tmp_path):
+    path, _ = save(tmp_path / "report.html", study, "")  # a model without a name
+    for width, scheme in ((1280, "dark"), (320, "light")):
+        page.resize(width, 700)
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        page.send("Emulation.setEmulatedMedia", features=features)
+        page.open(path, READY)
+        assert page.audit() == []
+
+
 def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):
     path, timeline = save(tmp_path / "report.html", study)
     assert timeline.is_study

@@ -200,7 +200,7 @@ def _fill_page(
     style = _read("page.css") + parts["live_style"]
     parts = parts | {
         "version": escape(str(study.facts["umbra_version"])),
-        "title": escape(plan.title),
+        "title": escape(plan.title or "Shadows"),
         "subtitle": f'<p class="lead">{escape(plan.subtitle)}</p>\n' if plan.subtitle else "",
         "date": escape(plan.date),
         "place": escape(plan.place),

@@ -80,7 +80,7 @@ def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
     if not sheets:
         return ""
     figures = "\n".join(
-        f'<figure><div class="wide"><img src="{make_address(path.read_bytes())}" '
+        f'<figure>{_begin_wide(caption)}<img src="{make_address(path.read_bytes())}" '
         f'alt="{html.escape(caption)}"></div></figure>'
         for caption, path in sheets
     )
@@ -121,9 +121,14 @@ def make_table(table: Table) -> str:
     body = "\n".join(line(n, row) for n, row in enumerate(table.rows))
     note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
     return (
-        f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n<div class="wide"><table>'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}\n</section>"
+        f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n{_begin_wide(table.title)}'
+        f"<table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}\n</section>"
     )
+
+
+def _begin_wide(title: str) -> str:
+    """Begin a box that keys can scroll where it is wider than the screen."""
+    return f'<div class="wide" tabindex="0" role="group" aria-label="{html.escape(title)}">'
 
 
 def _is_numeric(values: Sequence[object]) -> bool:
