@@ -102,6 +102,18 @@ def test_houses_of_a_town_cast_their_own_shadows():
     assert cast > sole > 1000
 
 
+@pytest.mark.parametrize("film", [(-1, 2), (-6, -4)])
+def test_a_film_over_a_sample_that_is_asked_hides_only_what_it_covers(film):
+    # Too close to the floor to have rims there. It lies over the floor's middle sample, or that is
+    # in the rim of the tower's shadow, and the film over the middle of the first run.
+    slab = box((film[0], -11, 0), (film[1], -9, 1e-7))
+    tower = box((0.25, -14, 0), (3, -12, 8))
+    mesh = merge(FLOOR, slab, tower)
+    piece = np.repeat([0, 1], [len(FLOOR[1]), 24])
+    cast, _ = check(mesh, piece, np.array([[0.0, -0.6, 0.8]]), 0.5)
+    assert cast > 40
+
+
 def test_two_boxes_of_one_place_and_a_wall_that_touches():
     # Sheets that coincide, walls that touch: each hides what it would alone.
     one = box((-1.1, -1.1, 0), (0.9, 0.9, 3))

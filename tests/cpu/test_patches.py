@@ -70,6 +70,15 @@ def test_two_sheets_of_one_place_and_a_roof_in_the_floors_plane_are_told_apart()
         np.testing.assert_array_equal(mask, inside)
 
 
+def test_a_film_over_the_sample_that_is_asked_first_hides_only_what_it_covers():
+    # Too close to the floor to have rims there: what hides that sample need not hide the others.
+    (mask,), points = count_on_floor(box((-1, -11, 0), (2, -9, 1e-7)), NOON)
+    inside = (points[:, 0] > -1) & (points[:, 0] < 2) & (points[:, 1] < -9)
+    middle = len(points) // 2
+    assert inside[np.lexsort(points.round(6).T[1::-1])[middle]]
+    np.testing.assert_array_equal(mask, inside)
+
+
 def test_a_floor_wholly_in_shadow_and_wholly_lit():
     cover = sheet([(-40, -40, 5), (40, -40, 5), (40, 40, 5), (-40, 40, 5)])
     (mask,), _ = count_on_floor(cover, NOON)

@@ -211,7 +211,7 @@ def _make_entries(
         np.zeros(n, np.int32),
         np.zeros(n, np.int16),
         np.zeros(n, np.int32),
-        np.zeros((n + LANES if n else 0, 5), np.float32, order="F"),
+        np.zeros((n + LANES, 5), np.float32, order="F"),
     )
 
 

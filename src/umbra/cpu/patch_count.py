@@ -15,12 +15,13 @@ face that is almost in the plane; patches of few samples, and patches at grazing
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_rays import ask, ask_all, ask_one_by_one, darken
-from umbra.cpu.patch_rims import add_rim, clear, find_rims, find_runs
+from umbra.cpu.patch_rays import ask, ask_all, darken, get_sun
+from umbra.cpu.patch_rims import add_rim, clear, find_runs
+from umbra.cpu.patch_search import find_rims, find_window, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
     find_doubts,
@@ -28,6 +29,8 @@ from umbra.cpu.patch_work import (
     find_run,
     is_marked,
     make_patch_work,
+    run_blocks,
+    take_next,
 )
 from umbra.cpu.patches import Patches
 from umbra.kernels import borrowing, inlined
@@ -117,52 +120,52 @@ class PatchCounter:
         suns = np.ascontiguousarray(suns)
         change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
         bins = self._binner.bin(suns)
-        _count(self._patches, bins, self._binner.edges, self._tree, change, masks)
+        run_blocks(_count, self._patches, bins, self._binner.edges, self._tree, change, masks)
         return change
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _count(patches, bins, edges, tree, change, masks):
-    n = patches.size.shape[0]
-    for block in prange((n + BLOCK - 1) // BLOCK):
-        _count_block(
-            patches, bins, edges, tree, change, masks, block * BLOCK, min(n, (block + 1) * BLOCK)
-        )
-
-
 @njit(cache=True, nogil=True)
-def _count_block(patches, bins, edges, tree, change, masks, p0, p1):
-    work = make_patch_work(patches, bins, p0, p1)
-    last = np.full(p1 - p0, -1, np.int64)
-    asked = (patches.first[p0:p1] + patches.first[p0 + 1 : p1 + 1]) // 2
-    _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last, asked)
+def _count(patches, bins, edges, tree, change, masks, taken):
+    """Count blocks of patches until all are taken."""
+    n = patches.size.shape[0]
+    work = make_patch_work(patches, bins, 0, n)
+    last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
+    _count_blocks(patches, bins, edges, tree, change, masks, work, last, known, taken, n)
 
 
 @borrowing
-def _count_patches(patches, bins, edges, tree, change, masks, work, p0, p1, last, asked):
+def _count_blocks(patches, bins, edges, tree, change, masks, work, last, known, taken, n):
     """
-    Count a block of patches.
+    Count blocks of patches until all ``n`` patches are taken.
 
-    For each patch, ``last`` is the face that hid the last sun, as it usually still does, and
-    ``asked`` the sample whose ray is cast first.
+    For each patch of a block, ``last`` is the face that hid the last sun, as it usually still does,
+    and ``known`` the sample whose ray is cast first.
     """
     look = 0
-    for i in range(p0, p1):
-        if patches.graze[i] == np.inf:
-            ask_one_by_one(patches, bins, tree, work.stack, change, masks, i)
-    for s in range(bins.basis.shape[0]):
+    n_suns = bins.basis.shape[0]
+    while True:
+        p0 = BLOCK * take_next(taken)
+        if p0 >= n:
+            return
+        p1 = min(n, p0 + BLOCK)
         for i in range(p0, p1):
-            if patches.graze[i] == np.inf:
-                continue
-            look += 1
-            last[i - p0], asked[i - p0] = _count_patch(
-                patches, bins, edges, tree, change, masks, work, s, i, look, last[i - p0],
-                asked[i - p0],
-            )  # fmt: skip
-    if masks.size == 0:
-        for i in range(p0, p1):
-            for k in range(patches.first[i] + 1, patches.first[i + 1]):
-                change[k] += change[k - 1]
+            last[i - p0] = -1
+            known[i - p0] = (patches.first[i] + patches.first[i + 1]) // 2
+        for s in range(-1, n_suns):
+            for i in range(p0, p1):
+                is_few = patches.graze[i] == np.inf
+                if is_few and s < 0:
+                    ask_all(patches, bins, tree, work.stack, change, masks, i, 0, n_suns, -1)
+                elif not is_few and s >= 0:
+                    look += 1
+                    last[i - p0], known[i - p0] = _count_patch(
+                        patches, bins, edges, tree, change, masks, work, s, i, look, last[i - p0],
+                        known[i - p0],
+                    )  # fmt: skip
+        if masks.size == 0:
+            for i in range(p0, p1):
+                for k in range(patches.first[i] + 1, patches.first[i + 1]):
+                    change[k] += change[k - 1]
 
 
 @inlined
@@ -173,66 +176,63 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
     ``last`` is a face that may hide the sun, and ``k`` the sample that is asked first. Returns both
     for the next sun.
     """
-    d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
-    f = patches.frame
-    sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
-    if sine <= -patches.graze[i]:
-        end = patches.first[i + 1]
-        darken(change, masks, s, patches.first[i], end, end)
-        return last, k
-    if sine >= patches.graze[i]:
-        is_counted, last, k = _count_rims(
-            patches, bins, edges, tree, change, masks, work, s, i, look, last, k
-        )
-        if is_counted:
-            return last, k
-    return ask_all(patches, tree, work.stack, change, masks, s, i, d, last), k
-
-
-@inlined
-def _count_rims(
-    patches, bins, edges, tree, change, masks, work, s, i, look, last, k
-):  # fmt: skip
-    """Count a patch by its rims; return whether it could be, and ``last`` and ``k`` anew."""
-    d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
-    f = patches.frame
+    d, f = get_sun(bins, s), patches.frame
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
     first, end = patches.first[i], patches.first[i + 1]
-    tau = patches.tau[i]
-    cols, rows = patches.size[i, 0], patches.size[i, 1]
-    way, (bu, bv) = find_errors(patches, i, d, sine)
-    face = ask(patches, tree, work.stack, k, d, last)
-    shell = -1
-    if face >= 0:
-        last = face
-        if not is_marked(patches, i, k - first, 2.0 * tau / sine):
+    if sine <= -patches.graze[i]:
+        darken(change, masks, s, first, end, end)
+        return last, k
+    face, changes, n_asked = np.int64(-1), 0, -1
+    if sine >= patches.graze[i]:
+        way, error = find_errors(patches, i, d, sine)
+        window = find_window(patches, bins, s, i)
+        face = ask(patches, tree, work.stack, k, d, last)
+        n_rims = -1
+        if face >= 0:
+            last = face
             shell = edges.face_shell[tree.source[face]]
-    n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, (bu, bv), shell)
-    if n_rims < 0:
-        return False, last, k
-    changes, n_doubts = 0, 0
-    c = work.crossings
-    for q in range(n_rims):
-        r = work.rims
-        t, n_doubts = add_rim(
-            r[q, 0], r[q, 1], r[q, 2], r[q, 3], np.int64(r[q, 4]), bu, bv, cols, rows, c, n_doubts
-        )
-        if t < 0 or n_doubts > c.doubts.size:
-            clear(cols, c)
-            return False, last, k
-        changes += t
-    n_asked = find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
+            # Faces close to the plane may hide this sample without any rims.
+            if not is_marked(patches, i, k - first, error[2]) and is_covered(
+                patches, bins, edges, tree, s, i, way, error, window, shell
+            ):
+                n_rims = 0
+        if n_rims < 0:
+            n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window)
+        changes, n_asked = _add_rims(patches, work, i, n_rims, error)
     if n_asked < 0:
-        clear(cols, c)
-        return False, last, k
+        return ask_all(patches, bins, tree, work.stack, change, masks, i, s, s + 1, last), k
     if changes == 0 and n_asked == 0:
         if face >= 0:
             darken(change, masks, s, first, end, end)
-        return True, last, k
-    last, k = _settle(
-        patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0
-    )  # fmt: skip
-    return True, last, k
+        return last, k
+    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0)
+
+
+@inlined
+def _add_rims(patches, work, i, n_rims, error):
+    """
+    Add the rims found, and list doubtful samples.
+
+    Returns whether the count changes anywhere, and the number of doubtful samples, or -1 if rays
+    must be cast.
+    """
+    cols, rows = patches.size[i, 0], patches.size[i, 1]
+    changes, n_doubts, r, c = 0, 0, work.rims, work.crossings
+    for q in range(n_rims):
+        t, n_doubts = add_rim(
+            r[q, 0], r[q, 1], r[q, 2], r[q, 3], np.int64(r[q, 4]), error[0], error[1], cols, rows,
+            c, n_doubts,
+        )  # fmt: skip
+        if t < 0 or n_doubts > c.doubts.size:
+            n_rims = -1
+            break
+        changes += t
+    n_asked = -1
+    if n_rims >= 0:
+        n_asked = find_doubts(patches, work, i, n_doubts, error[2])
+    if n_asked < 0:
+        clear(cols, c)
+    return changes, n_asked
 
 
 @inlined
@@ -249,30 +249,33 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
     )
     is_known = not work.is_doubt[known - first]
     least = runs[find_run(runs, n, known - first), 2]
+    pick = -1
     if not (is_known and is_lit):
         lowest, pick = _find_lowest(runs, n, work.is_doubt, n_asked)
         is_lit = False
-        if pick >= 0 and not (is_known and least == lowest):  # else it is known to be hidden
-            known = first + pick
-            face = ask(patches, tree, work.stack, known, d, last)
-            is_lit = face < 0
-            last = last if is_lit else face
+        if is_known and least == lowest:
+            pick = -1  # known to be hidden
         least = lowest
-    if is_lit:
-        for q in range(n):
-            if runs[q, 2] != least:
-                darken(change, masks, s, first + runs[q, 0], first + runs[q, 1], end)
-    else:
-        darken(change, masks, s, first, end, end)
-    for q in range(n_asked):
-        k = work.asked[q]
+    for q in range(-1, n_asked):
+        k = pick if q < 0 else np.int64(work.asked[q])
+        face = np.int64(-1)
+        if k >= 0:
+            face = ask(patches, tree, work.stack, first + k, d, last)
+            last = last if face < 0 else face
+        if q < 0:
+            if pick >= 0:
+                known, is_lit = first + pick, face < 0
+            if is_lit:
+                for t in range(n):
+                    if runs[t, 2] != least:
+                        darken(change, masks, s, first + runs[t, 0], first + runs[t, 1], end)
+            else:
+                darken(change, masks, s, first, end, end)
+            continue
         work.is_doubt[k] = False
         was = 1
         if is_lit:
             was = np.int64(runs[find_run(runs, n, k), 2] != least)
-        face = ask(patches, tree, work.stack, first + k, d, last)
-        if face >= 0:
-            last = face
         now = np.int64(face >= 0)
         if masks.size > 0:
             masks[s, first + k] = now
@@ -286,7 +289,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
 @inlined
 def _find_lowest(runs, n, is_doubt, n_asked):
     """Find the least count, and a sample of its longest run that is not doubtful; -1 for none."""
-    least, longest, pick = 1 << 60, 0, -1
+    least, longest, pick = 1 << 60, 0, np.int64(-1)
     for q in range(n):
         a, b, count = runs[q, 0], runs[q, 1], runs[q, 2]
         if count > least or (count == least and b - a <= longest):

@@ -9,11 +9,12 @@ count at all other samples. Where ``patch_count`` casts rays, rays list the face
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_rims import add_rim, clear, find_rims, find_runs
+from umbra.cpu.patch_rims import add_rim, clear, find_runs
+from umbra.cpu.patch_search import find_rims, find_window
 from umbra.cpu.patch_work import (
     BLOCK,
     find_doubts,
@@ -21,6 +22,8 @@ from umbra.cpu.patch_work import (
     find_run,
     is_marked,
     make_patch_work,
+    run_blocks,
+    take_next,
 )
 from umbra.cpu.patches import Patches
 from umbra.cpu.shares import Membership, add_shares, make_share_work
@@ -105,8 +108,8 @@ class PieceCounter:
         suns = np.ascontiguousarray(suns)
         pieces, tree = self._pieces, self._tree
         faces = _Faces(pieces.of_shell, pieces.piece[tree.source])
-        _add(
-            self._patches, pieces.binner.bin(suns), pieces.edges, tree, faces, suns,
+        run_blocks(
+            _add, self._patches, pieces.binner.bin(suns), pieces.edges, tree, faces, suns,
             weights, membership, cast, sole,
         )  # fmt: skip
 
@@ -149,11 +152,15 @@ class _PieceRows(NamedTuple):
     found: np.ndarray
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _add(patches, bins, edges, tree, faces, suns, weights, membership, cast, sole):
+@njit(cache=True, nogil=True)
+def _add(patches, bins, edges, tree, faces, suns, weights, membership, cast, sole, taken):
+    """Add blocks of patches until all are taken."""
     n = patches.size.shape[0]
-    for block in prange((n + BLOCK - 1) // BLOCK):
-        p0, p1 = block * BLOCK, min(n, (block + 1) * BLOCK)
+    while True:
+        p0 = BLOCK * take_next(taken)
+        if p0 >= n:
+            return
+        p1 = min(n, p0 + BLOCK)
         _add_block(patches, bins, edges, tree, faces, suns, weights, membership, cast, sole, p0, p1)
 
 
@@ -205,11 +212,11 @@ def _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_ro
     if sine < graze:
         return _ask_all(patches, tree, faces, work, rows, s, i, d, n_rows)
     way, error = find_errors(patches, i, d, sine)
-    reach = 2.0 * patches.tau[i] / sine
-    known = _find_unmarked(patches, i, n, reach)
+    known = _find_unmarked(patches, i, n, error[2])
     n_rims = -1
     if known >= 0:
-        n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, -1)
+        window = find_window(patches, bins, s, i)
+        n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window)
     if n_rims < 0:
         return _ask_all(patches, tree, faces, work, rows, s, i, d, n_rows)
     for r in range(n_rows):
@@ -231,7 +238,7 @@ def _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_ro
                 return _ask_all(patches, tree, faces, work, rows, s, i, d, n_rows)
         elif rows.level[r] > 0:
             _fill(rows.bits, r, 0, n, bit)
-    n_asked = find_doubts(patches, work, i, n_doubts, reach)
+    n_asked = find_doubts(patches, work, i, n_doubts, error[2])
     if n_asked < 0:
         return _ask_all(patches, tree, faces, work, rows, s, i, d, n_rows)
     for q in range(n_asked):
@@ -348,20 +355,11 @@ def _count_piece(patches, tree, faces, work, rows, i, known, d, r, error, n_doub
     run = find_run(c.runs, n_runs, known)
     if _is_doubtful(patches, work, i, known, before, n_doubts):
         known = -1
-        reach = (
-            2.0
-            * patches.tau[i]
-            / (
-                patches.frame[i, 8] * d[0]
-                + patches.frame[i, 9] * d[1]
-                + patches.frame[i, 10] * d[2]
-            )
-        )
         for run in range(n_runs):
             k = (c.runs[run, 0] + c.runs[run, 1]) // 2
             if not (
                 _is_doubtful(patches, work, i, k, before, n_doubts)
-                or is_marked(patches, i, k, reach)
+                or is_marked(patches, i, k, error[2])
             ):
                 known = k
                 break

@@ -1,9 +1,11 @@
 """Shadow of patch samples by rays."""
 
+from numba import njit
+
 from umbra.kernels import borrowing, inlined
 from umbra.rays.hidden import get, is_hidden
 
-__all__ = ["ask", "ask_all", "ask_one_by_one", "darken"]
+__all__ = ["ask", "ask_all", "darken", "get_sun"]
 
 
 @inlined
@@ -13,35 +15,30 @@ def ask(patches, tree, stack, k, d, last):
 
 
 @borrowing
-def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
-    """Cast rays from every sample of a patch to each sun."""
+def ask_all(patches, bins, tree, stack, change, masks, i, s0, s1, last):
+    """
+    Cast rays from every sample of a patch to the suns from ``s0`` to ``s1``.
+
+    Returns a face that hides one, or ``last``.
+    """
     first, end = patches.first[i], patches.first[i + 1]
     for k in range(first, end):
         m = get(patches.normals, k)
-        last = -1
-        for s in range(bins.basis.shape[0]):
-            d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
+        for s in range(s0, s1):
+            d = get_sun(bins, s)
             if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
                 face = ask(patches, tree, stack, k, d, last)
                 if face < 0:
                     continue
                 last = face
             darken(change, masks, s, k, k + 1, end)
-
-
-@borrowing
-def ask_all(patches, tree, stack, change, masks, s, i, d, last):
-    """Cast rays from every sample of a patch; return a face that hides some, or ``last``."""
-    first, end = patches.first[i], patches.first[i + 1]
-    for k in range(first, end):
-        m = get(patches.normals, k)
-        if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-            face = ask(patches, tree, stack, k, d, last)
-            if face < 0:
-                continue
-            last = face
-        darken(change, masks, s, k, k + 1, end)
     return last
+
+
+@njit(cache=True, nogil=True, inline="always")
+def get_sun(bins, s):
+    """Return the direction toward a sun."""
+    return bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]
 
 
 @inlined

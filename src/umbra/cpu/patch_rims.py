@@ -11,16 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from umbra.cpu.patch_bins import clamp
-from umbra.cpu.patch_cuts import cut_edge
 from umbra.kernels import borrowing, inlined
-from umbra.rays.hidden import get
-from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
 
-__all__ = ["Crossings", "add_rim", "clear", "find_rims", "find_runs"]
+__all__ = ["CROSSINGS", "Crossings", "add_rim", "clear", "find_runs"]
 
-_MISSES, _BESIDE, _MEETS = 0, 1, 2
-_EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
+CROSSINGS = 16
+"""Crossings per column for which there is room, plus one per row; beyond this, rays are cast."""
 _MANY = 24  # crossings of a column from which summing row by row is faster than sorting
 
 
@@ -34,8 +30,8 @@ class Crossings(NamedTuple):
         Change of the count along the lowest row.
     number : (columns + 1,) int32
         Number of crossings of each column.
-    cross : (columns, most) int64
-        First row above each crossing and change of the count: see ``_pack``.
+    cross : (columns * (rows + CROSSINGS),) int64
+        First row above each crossing and change of the count, see ``_pack``, column by column.
     doubts : (n,) int64
         Squares within rounding of a rim.
     runs : (n_samples, 3) int64
@@ -139,10 +135,10 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
         if r >= 1.0 and r < h + 1.0:
             changes = 1
             k = number[c]
-            if k == crossings.cross.shape[1]:
+            if k == rows + CROSSINGS:
                 return -1, n
             number[c] = k + 1
-            crossings.cross[c, k] = _pack(np.int64(r), m)
+            crossings.cross[c * (rows + CROSSINGS) + k] = _pack(np.int64(r), m)
         over = r - y
         if over < band or over > 1.0 - band:
             n = _doubt(c, y - band, y + band, rows, crossings.doubts, n)
@@ -172,26 +168,26 @@ def clear(cols, crossings):
 
 
 @inlined
-def _sort(cross, c, n, rows, level):
-    """Sort the crossings of a column and merge equal rows; return their number."""
+def _sort(cross, at, n, rows, level):
+    """Sort a column's crossings from index ``at`` on and merge equal rows; return their number."""
     if n > _MANY:
         for q in range(n):
-            r, m = _unpack(cross[c, q])
+            r, m = _unpack(cross[at + q])
             level[r] += m
         n = 0
         for r in range(rows):
             if level[r] != 0:
-                cross[c, n] = _pack(r, level[r])
+                cross[at + n] = _pack(r, level[r])
                 level[r] = 0
                 n += 1
     else:
         for q in range(1, n):
-            one = cross[c, q]
+            one = cross[at + q]
             p = q - 1
-            while p >= 0 and cross[c, p] > one:
-                cross[c, p + 1] = cross[c, p]
+            while p >= 0 and cross[at + p] > one:
+                cross[at + p + 1] = cross[at + p]
                 p -= 1
-            cross[c, p + 1] = one
+            cross[at + p + 1] = one
     return n
 
 
@@ -226,13 +222,14 @@ def find_runs(cols, rows, before, cell, crossings):
         if k == 0 and base == here and n >= 0:
             continue  # the run continues through the column
         at = cell + c * rows
-        k = _sort(cross, c, k, rows, crossings.level)
+        held = c * (rows + CROSSINGS)
+        k = _sort(cross, held, k, rows, crossings.level)
         count = base
         first = before[at]
         for q in range(k + 1):
             r, m = rows, 0
             if q < k:
-                r, m = _unpack(cross[c, q])
+                r, m = _unpack(cross[held + q])
             end = before[at + r]
             if end > first and (n < 0 or count != here):
                 if n >= 0:
@@ -245,154 +242,3 @@ def find_runs(cols, rows, before, cell, crossings):
     steps[cols] = 0
     runs[n, 1] = before[cell + cols * rows]
     return n + 1
-
-
-@inlined
-def _meets(u0, v0, u1, v1, bu, bv, w, h, hull, i):
-    """Classify a rim: outside the rectangle, clear of its samples, or possibly across them."""
-    if (
-        (v0 > h + bv and v1 > h + bv) or (v0 < -bv and v1 < -bv)
-        or (u0 > w + bu and u1 > w + bu) or (u0 < -bu and u1 < -bu)
-    ):  # fmt: skip
-        return _MISSES
-    du, dv = u1 - u0, v1 - v0
-    a, b = 0.5 * w + bu, 0.5 * h + bv
-    slack = 1e-9 * (abs(du) + abs(dv)) * (1.0 + w + h)
-    across = dv * (0.5 * (u0 + u1) - 0.5 * w) - du * (0.5 * (v0 + v1) - 0.5 * h)
-    if abs(across) > abs(dv) * a + abs(du) * b + slack:
-        return _MISSES
-    b = bu + bv + 1e-6
-    if max(u0 + v0, u1 + v1) < hull[i, 0] - b or min(u0 + v0, u1 + v1) > hull[i, 1] + b:
-        return _BESIDE
-    if max(u0 - v0, u1 - v1) < hull[i, 2] - b or min(u0 - v0, u1 - v1) > hull[i, 3] + b:
-        return _BESIDE
-    least, most = np.inf, -np.inf
-    for q in range(4, 20, 2):
-        side = dv * (hull[i, q] - u0) - du * (hull[i, q + 1] - v0)
-        least, most = min(least, side), max(most, side)
-    far = hull[i, 20] * (abs(du) + abs(dv)) + abs(dv) * bu + abs(du) * bv
-    return _BESIDE if least > far or most < -far else _MEETS
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _four(rows, i, k):
-    """Return four values of a row, from the k-th on."""
-    return rows[i, k], rows[i, k + 1], rows[i, k + 2], rows[i, k + 3]
-
-
-@inlined
-def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, shell):
-    """
-    Project the edges between a patch and the sun onto it, and add its cuts by faces.
-
-    ``way`` is the shift of a point's shadow per metre of height, ``error`` the error bounds of rims
-    [squares], and ``shell`` one that hides a sample of the patch, -1 for none. Returns the number
-    of rims, 0 if none of them, or none of this shell, meets the samples, or -1 if rays must be
-    cast.
-    """
-    ends = edges.ends
-    su, sv = way
-    bu, bv = error
-    b0, b1, b2 = bins.basis[s, 0], bins.basis[s, 1], bins.basis[s, 2]
-    b3, b4, b5 = bins.basis[s, 3], bins.basis[s, 4], bins.basis[s, 5]
-    b6, b7, b8 = bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]
-    p = patches.place
-    f0, f1, f2, f3 = _four(patches.frame, i, 0)
-    f4, f5, f6, f7 = _four(patches.frame, i, 4)
-    f8, f9, f10, f11 = _four(patches.frame, i, 8)
-    tau = patches.tau[i]
-    w, h = patches.size[i, 0] - 1.0, patches.size[i, 1] - 1.0
-    gx, gy, scale = bins.grid[s, 0], bins.grid[s, 1], bins.grid[s, 2]
-    cols, rows, begin = bins.shape[s, 0], bins.shape[s, 1], bins.shape[s, 2]
-    stamp, rims = work.stamp, work.rims
-    # The patch's rectangle in light space: its bins and its distance from the sun.
-    xa, xb = (
-        (b0 * p[i, 3] + b1 * p[i, 4] + b2 * p[i, 5]) * w,
-        (b0 * p[i, 6] + b1 * p[i, 7] + b2 * p[i, 8]) * h,
-    )
-    ya, yb = (
-        (b3 * p[i, 3] + b4 * p[i, 4] + b5 * p[i, 5]) * w,
-        (b3 * p[i, 6] + b4 * p[i, 7] + b5 * p[i, 8]) * h,
-    )
-    za, zb = (
-        (b6 * p[i, 3] + b7 * p[i, 4] + b8 * p[i, 5]) * w,
-        (b6 * p[i, 6] + b7 * p[i, 7] + b8 * p[i, 8]) * h,
-    )
-    x = b0 * p[i, 0] + b1 * p[i, 1] + b2 * p[i, 2] - gx
-    y = b3 * p[i, 0] + b4 * p[i, 1] + b5 * p[i, 2] - gy
-    z = b6 * p[i, 0] + b7 * p[i, 1] + b8 * p[i, 2]
-    slack = 1e-5 + (1e-6 + 4.0 * tau) * scale
-    i0 = clamp((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack, cols)
-    i1 = clamp((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack, cols)
-    j0 = clamp((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack, rows)
-    j1 = clamp((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack, rows)
-    limits = (
-        np.float32((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack),
-        np.float32((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack),
-        np.float32((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack),
-        np.float32((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack),
-        np.float32(z + min(za, 0.0) + min(zb, 0.0)),
-    )
-    n = 0
-    n_meeting = 0
-    n_own = 0
-    for j in range(j0, j1 + 1):
-        row = begin + j * cols
-        end = bins.starts[row + i1 + 1]
-        for at in range(bins.starts[row + i0], end, LANES):
-            met = meet_rectangles(bins.table, at, limits)
-            if end - at < LANES:
-                met &= (1 << (end - at)) - 1
-            while met != 0:
-                c = at + find_lowest(met)
-                met &= met - 1
-                o = bins.order[c]
-                if stamp[o] == look:
-                    continue
-                stamp[o] = look
-                e = bins.edge[c]
-                ha = f8 * ends[e, 0] + f9 * ends[e, 1] + f10 * ends[e, 2] + f11
-                hb = f8 * ends[e, 3] + f9 * ends[e, 4] + f10 * ends[e, 5] + f11
-                if ha <= tau and hb <= tau:
-                    continue
-                ha = 0.0 if abs(ha) <= tau else ha
-                hb = 0.0 if abs(hb) <= tau else hb
-                ua = f0 * ends[e, 0] + f1 * ends[e, 1] + f2 * ends[e, 2] + f3
-                va = f4 * ends[e, 0] + f5 * ends[e, 1] + f6 * ends[e, 2] + f7
-                ub = f0 * ends[e, 3] + f1 * ends[e, 4] + f2 * ends[e, 5] + f3
-                vb = f4 * ends[e, 3] + f5 * ends[e, 4] + f6 * ends[e, 5] + f7
-                if ha < 0.0:
-                    ua, va = cut_edge(ua, va, ha, ub, vb, hb, True)
-                    ha = 0.0
-                elif hb < 0.0:
-                    ub, vb = cut_edge(ua, va, ha, ub, vb, hb, True)
-                    hb = 0.0
-                ua, va, ub, vb = ua - ha * su, va - ha * sv, ub - hb * su, vb - hb * sv
-                how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
-                if how == _MISSES:
-                    continue
-                if how == _MEETS:
-                    n_meeting += 1
-                    n_own += edges.shell[e] == shell
-                rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
-                rims[n, 4] = bins.change[c]
-                rims[n, 5] = edges.shell[e]
-                n += 1
-    for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
-        ua, va, ub, vb = _four(patches.cuts, c, 0)
-        how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
-        if how == _MISSES:
-            continue
-        face = patches.cut_face[c]
-        m0, m1, m2 = get(tree.normals, face)
-        side = m0 * b6 + m1 * b7 + m2 * b8
-        if abs(side) < _EDGE_ON:
-            return -1
-        if how == _MEETS:
-            n_meeting += 1
-            n_own += edges.face_shell[tree.source[face]] == shell
-        rims[n, 5] = edges.face_shell[tree.source[face]]
-        rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
-        rims[n, 4] = 1.0 if side > 0.0 else -1.0
-        n += 1
-    return n if n_meeting > 0 and (shell < 0 or n_own > 0) else 0

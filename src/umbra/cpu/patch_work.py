@@ -1,22 +1,26 @@
 """Work arrays of a count on patches, and samples that need rays."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import get_num_threads, njit, types
+from numba.extending import intrinsic
 
-from umbra.cpu.patch_rims import Crossings
+from umbra.cpu.patch_rims import CROSSINGS, Crossings
 from umbra.kernels import inlined
 from umbra.rays.face_tree import DEEPEST
 
 __all__ = [
     "BLOCK", "PatchWork", "find_doubts", "find_errors", "find_run", "is_marked", "make_patch_work",
+    "run_blocks", "take_next",
 ]  # fmt: skip
 
 BLOCK = 32
 """Patches per block of a thread: their bins stay in the cache."""
 _ROOM = 1024  # doubtful samples per patch and sun, plus a quarter of its samples
-_CROSSINGS = 16  # per column, plus one per row; beyond this, rays are cast
 _EPS = 1e-7  # rounding error of a rim [squares]
 
 
@@ -47,23 +51,50 @@ class PatchWork(NamedTuple):
     stack: np.ndarray
 
 
+def run_blocks(kernel: Callable[..., None], *arguments: Any) -> None:
+    """
+    Run a kernel on numba's number of threads; it takes blocks by ``take_next`` of its last array.
+
+    numba's own parallel loops take long to compile for so many arrays.
+    """
+    taken = np.zeros(1, np.int64)
+    threads = get_num_threads()
+    if threads == 1:
+        kernel(*arguments, taken)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        for done in [pool.submit(kernel, *arguments, taken) for _ in range(threads)]:
+            done.result()
+
+
+@intrinsic
+def take_next(_: Any, taken: Any) -> Any:  # numpydoc ignore=RT01
+    """Return the number in an array of one int64, and add one for the next thread."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.atomic_rmw("add", data, ir.IntType(64)(1), "monotonic")
+
+    return types.int64(taken), generate
+
+
 @njit(cache=True, nogil=True)
 def make_patch_work(patches, bins, p0, p1):
     """Make the work arrays for a block of patches."""
-    widest, highest, most, cuts = 0, 0, 0, 0
+    widest, highest, crossings, most, cuts = 0, 0, 0, 0, 0
     for i in range(p0, p1):
         if patches.graze[i] < np.inf:
-            widest = max(widest, patches.size[i, 0])
-            highest = max(highest, patches.size[i, 1])
+            cols, rows = patches.size[i, 0], patches.size[i, 1]
+            widest, highest = max(widest, cols), max(highest, rows)
+            crossings = max(crossings, cols * (rows + CROSSINGS))
             most = max(most, patches.first[i + 1] - patches.first[i])
             cuts = max(cuts, patches.cut_start[i + 1] - patches.cut_start[i])
-    at_once = _CROSSINGS + highest
     room = _ROOM + most // 4
     return PatchWork(
         Crossings(
             np.zeros(widest + 1, np.int32),
             np.zeros(widest + 1, np.int32),
-            np.zeros((widest, at_once), np.int64),
+            np.zeros(crossings, np.int64),
             np.zeros(room, np.int64),
             np.zeros((most, 3), np.int64),
             np.zeros(highest + 1, np.int32),
@@ -79,17 +110,18 @@ def make_patch_work(patches, bins, p0, p1):
 @inlined
 def find_errors(patches, i, d, sine):
     """
-    Find the shift of a shadow on a patch per metre of height, and the error bounds of rims.
+    Find the shift of a shadow on a patch per metre of height, and error bounds.
 
-    ``d`` is the direction toward the sun, and ``sine`` that of its angle above the patch. Both are
-    in columns and rows.
+    ``d`` is the direction toward the sun, and ``sine`` that of its angle above the patch. The
+    errors are those of rims along both axes, like the shift in columns and rows, and the distance
+    up to which a face close to the plane may cast a shadow [m].
     """
     f = patches.frame
     su = (f[i, 0] * d[0] + f[i, 1] * d[1] + f[i, 2] * d[2]) / sine
     sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
     # Heights up to tau count as 0, so rims can be off by this much.
-    tau = patches.tau[i]
-    return (su, sv), (_EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv))
+    most = 2.0 * patches.tau[i]
+    return (su, sv), (_EPS + most * abs(su), _EPS + most * abs(sv), most / sine)
 
 
 @inlined
