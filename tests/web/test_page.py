@@ -228,6 +228,15 @@ def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
     days = live.ask("[...document.querySelectorAll('.place .day')].map((e) => e.innerText)")
     assert [day.split()[0] for day in days] == ["Before", "After"]
     assert live.ask(NOW) == ["Now in the sun.", "Now in shadow of tower."]
+    brief = live.ask("document.querySelector('.brief').textContent")
+    assert re.fullmatch(
+        r"Before: \d+ h( \d+ min)? of sun, \S+\. Now in the sun\. "
+        r"After: \d+ h( \d+ min)? of sun, \S+\. Now in shadow of tower\.", brief,
+    )  # fmt: skip
+    wide = "document.querySelector('.brief').clientWidth"
+    assert live.ask(wide) == 1  # beside the panel it is only read out
+    live.resize(320, 640, is_phone=True)
+    live.wait(f"{wide} > 200")
     live.ask("umbra.set({minutes: 30})")
     settle(live)
     assert set(live.ask(NOW)) == {"The sun is below the horizon."}

@@ -49,7 +49,7 @@ export const makeFrame = (app, panels, keys) => {
   );
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
-  picture.append(swipe, views);
+  picture.append(swipe, views, app.place.brief);
   const notes =
     app.notes.length > 0 &&
     el(

@@ -135,10 +135,20 @@ export const makePlacePanel = (app) => {
       el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)),
     );
   };
+  /** In a line over the picture, for screens on which the panel is far below it, and to be read out. */
+  const brief = el("p", { class: "brief hidden", role: "status" });
+  /** @param {Place} place @param {ReturnType<typeof findDays>[number]} one */
+  const tellDay = (place, { title, parts, sun }) => {
+    const [first, last] = [sun?.spells[0], sun?.spells.at(-1)];
+    const ends = first && last ? `, ${tellClock(zone, first[0])}–${tellClock(zone, last[1])}` : "";
+    const hours = sun ? `${tellHours(sun.hours)} of sun${ends}. ` : "";
+    return `${title ? `${title}: ` : ""}${hours}${tellNow(place, parts)}`;
+  };
   /** @param {State} state */
   const update = (state) => {
     const { place } = state;
     if (!place) {
+      brief.textContent = "";
       if (body.dataset.key !== "none") {
         fill(
           body,
@@ -168,6 +178,8 @@ export const makePlacePanel = (app) => {
     const name = object === null ? "The ground" : app.things[object].label || "(no name)";
     const hadFocus =
       body.contains(document.activeElement) && document.activeElement instanceof HTMLSelectElement;
+    const days = findDays(state, place);
+    if (!state.playing) brief.textContent = days.map((one) => tellDay(place, one)).join(" ");
     fill(
       body,
       el(
@@ -177,7 +189,7 @@ export const makePlacePanel = (app) => {
         " ",
         el("span", { class: "quiet" }, tellWhere(place)),
       ),
-      ...findDays(state, place).map((one) => drawDay(place, state, one)),
+      ...days.map((one) => drawDay(place, state, one)),
       el(
         "div",
         { class: "line" },
@@ -196,5 +208,5 @@ export const makePlacePanel = (app) => {
     );
     if (hadFocus) body.querySelector("select")?.focus();
   };
-  return { element, update };
+  return { element, brief, update };
 };
