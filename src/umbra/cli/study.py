@@ -78,7 +78,9 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     with (
         replace_results(out) as unfinished,
         show_progress(quiet) as stages,
-        Painter(outputs.endings) as painter,
+        Painter(
+            outputs.endings, partial(stages.advance, what="drawing", unit="pictures")
+        ) as painter,
     ):
         options = take_record(StudyOptions, given)
         outputs.check_receivers(options.receivers)
@@ -111,7 +113,6 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             )
         first, more = fill_folder(study, unfinished, outputs, options, painter, say)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
-        painter.wait(partial(stages.advance, what="drawing", unit="pictures"))
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     note_earlier(written, say)
     if as_json:

@@ -69,12 +69,17 @@ class Painter:
 
     Where no process can be started, or it ends before its time, this one draws. Leaving the
     ``with`` block waits for the pictures and raises the first error among them; leaving it by an
-    exception ends the children at once. Each picture is written with every one of the ``endings``,
-    whichever its path has; without any there is no child, and nothing can be drawn.
+    exception ends the children at once. While it waits, ``advance`` is told how many of all are
+    drawn. Each picture is written with every one of the ``endings``, whichever its path has;
+    without any there is no child, and nothing can be drawn.
     """
 
-    def __init__(self, endings: Sequence[str] = ("png",)) -> None:
-        self._endings = tuple(endings)
+    def __init__(
+        self,
+        endings: Sequence[str] = ("png",),
+        advance: Callable[[int, int], object] = lambda _done, _of: None,
+    ) -> None:
+        self._endings, self._advance = tuple(endings), advance
         self._futures: list[Job] = []
         self._is_ending = False
         self._drawing_here = Lock()
@@ -120,10 +125,10 @@ class Painter:
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
         return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
 
-    def wait(self, advance: Callable[[int, int], object] = lambda _done, _of: None) -> None:
-        """Wait until every picture is a complete file; ``advance`` is told how many of all are."""
+    def wait(self) -> None:
+        """Wait until every picture is a complete file."""
         for done, future in enumerate(self._futures):
-            advance(done, len(self._futures))
+            self._advance(done, len(self._futures))
             future.result()
 
     def _submit(self, name: str, path: Path, *args: Any, **options: Any) -> Job:
