@@ -15,7 +15,7 @@ from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
-from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.adjacency import Caster, find_caster, make_caster
 
 __all__ = ["Casting", "prepare_casting", "select_casters"]
 
@@ -94,7 +94,7 @@ def prepare_casting(
 ) -> Casting:
     """Find the adjacency of the casters, given as indices of parts, for any receivers."""
     soup = derive(scene, "soup", None, scene.triangles)
-    caster = derive(scene, "caster", tuple(casters), lambda: _make_caster(scene, casters))
+    caster = find_caster(scene, casters)
     if canopy is not None:
         seen = np.ones(len(scene.parts), np.bool_)
         seen[list(canopy.parts)] = False

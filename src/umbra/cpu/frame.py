@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
-from umbra.cpu.volume_rasteriser import LANES, count_sides, find_nearest_tiles
+from umbra.cpu.volume_rasteriser import SurfaceKeys, count_sides
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.methods import METHODS, Softness
@@ -27,37 +27,15 @@ from umbra.rays.holding import find_holders
 from umbra.rays.sight import Sight
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
+from umbra.scene.derived import derive
 from umbra.soft import AreaLight, find_method
-from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.adjacency import Caster, find_caster
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["FrameCounter", "count_shadows"]
 
 _MAKERS = {"scene": "read(FILE)", "camera": "Camera(eye, target)", "light": "point_light(place)"}
 _TRIFLE = 2.0**-30  # of the largest coordinate
-_NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
-
-
-@dataclass(frozen=True, eq=False)
-class _Surface:
-    """
-    Depth keys of the visible surface, ready for counting.
-
-    ``keys`` (rows, cols + LANES) are depth keys, nearer than everything where no count is needed;
-    ``tiles`` come from ``find_nearest_tiles``.
-    """
-
-    view: DepthBuffer
-    keys: NDArray[np.float64]
-    tiles: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, view: DepthBuffer) -> _Surface:
-        """Prepare a view for counting."""
-        rows, cols = view.key.shape
-        keys = np.full((rows, cols + LANES), _NOWHERE)
-        np.copyto(keys[:, :cols], view.key, where=view.face != NOTHING)
-        return cls(view, keys, find_nearest_tiles(keys))
 
 
 @dataclass(eq=False)
@@ -89,7 +67,7 @@ class FrameCounter:
     moved: float = field(init=False, default=0.0)
     caster: Caster = field(init=False)
     transmitters: Transmitters | None = field(init=False, default=None)
-    _surface: _Surface | None = field(init=False, default=None)
+    _surface: tuple[DepthBuffer, SurfaceKeys] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         if self.transmits:
@@ -98,12 +76,11 @@ class FrameCounter:
             self.casters = find_opaque(self.scene, self.casters)
         self.sight = Sight(self.scene, self.transmitters, self.ground, self.threads)
         self.triangles = self.sight.triangles
-        chosen = self.scene.triangles(self.casters) if self.casters is not None else self.triangles
-        groups = self.scene.groups()
-        self.caster = make_caster(chosen.vertices, chosen.faces, groups[chosen.part])
+        parts = range(len(self.scene.parts)) if self.casters is None else self.casters
+        self.caster = find_caster(self.scene, parts)
         self.blocks = FaceBlocks.of(self.caster)
-        self.ends = self.caster.ends()
-        low = self.triangles.vertices[self.triangles.faces.ravel(), 2].min()
+        self.ends = derive(self.caster, "own ends", None, self.caster.ends)
+        low = derive(self.triangles, "lowest", None, self._find_lowest)
         self.floor = min(low, np.inf if self.ground is None else self.ground - self.scene.origin[2])
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
@@ -269,13 +246,17 @@ class FrameCounter:
         self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, floor: float
     ) -> NDArray:
         """Count the sides in front of the visible surface, in int16 if the counts fit."""
-        if self._surface is None or self._surface.view is not view:
-            self._surface = _Surface.of(view)  # the same for every light
+        if self._surface is None or self._surface[0] is not view:
+            self._surface = view, SurfaceKeys.of(view)  # the same for every light
         ((_, found),) = find_silhouettes(caster, light[None])
         return count_sides(
-            self._surface.keys, self._surface.tiles, self.ends, found.codes[: found.starts[1]],
+            self._surface[1], self.ends, found.codes[: found.starts[1]],
             caster.weight, matrix, light, floor, self.threads,
         )  # fmt: skip
+
+    def _find_lowest(self) -> float:
+        """Return the least z of all faces, in the scene's frame."""
+        return float(self.triangles.vertices[self.triangles.faces.ravel(), 2].min())
 
     def _find_floor(self, camera: Camera) -> float:
         """Return a height below which neither receivers nor the eye lie; -inf if there is none."""
@@ -361,6 +342,8 @@ def count_shadows(
         msg = f"the ground's height must be a finite number; got {ground:g}"
         raise InputError(msg, ground=ground)
     counter = FrameCounter(scene, ground=ground, threads=threads)
-    view, _ = counter.see(camera)
+    view = counter.look(camera)
     counts = counter.count(view, camera, light, method).astype(np.int32)
-    return counts + counter.transmit(view, camera, light)[1]
+    if counter.transmitters is not None:
+        counts += counter.transmit(view, camera, light)[1]
+    return counts

@@ -7,37 +7,65 @@ depth key is affine. Where it is nearer than the visible surface it adds its mul
 faces the eye, - if not.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
 from umbra.kernels import inlined
-from umbra.rays.depth import STRIPE
+from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
-__all__ = ["LANES", "count_sides", "find_nearest_tiles"]
+__all__ = ["SurfaceKeys", "count_sides"]
 
 LANES = 32
 TILE = 32
+_NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
 FARTHEST = 1e8
 """Greatest length of a side down to the floor, in distances to the light (for the sun, in m)."""
 _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first and end column
 
 
-def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
+@dataclass(frozen=True, eq=False)
+class SurfaceKeys:
     """
-    Find the lowest key, i.e. the farthest surface, in each tile of 32 x 32 pixels.
+    Depth keys of the visible surface, ready for counting.
 
-    A side with no greater key adds nothing there; keys are infinite where nothing is counted.
+    ``keys`` (rows, cols + LANES) are nearer than everything where nothing is counted; ``tiles`` are
+    the lowest keys, i.e. the farthest surface, in 32 x 32 pixels each: a side with no greater key
+    adds nothing there.
     """
-    rows, cols = keys.shape[0], keys.shape[1] - LANES
-    strips = np.minimum.reduceat(keys[:, :cols], np.arange(0, rows, TILE), axis=0)
-    return np.minimum.reduceat(strips, np.arange(0, cols, TILE), axis=1)
+
+    keys: NDArray[np.float64]
+    tiles: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, view: DepthBuffer) -> "SurfaceKeys":
+        """Prepare a view for counting."""
+        return cls(*_prepare(view.key, view.face))
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _prepare(key, face):
+    """Return a surface's keys and tiles."""
+    rows, cols = key.shape
+    keys = np.empty((rows, cols + LANES))
+    tiles = np.full(((rows + TILE - 1) // TILE, (cols + TILE - 1) // TILE), _NOWHERE)
+    for t in prange(tiles.shape[0]):
+        farthest = np.full(cols, _NOWHERE)
+        for r in range(t * TILE, min(rows, t * TILE + TILE)):
+            for c in range(cols):
+                keys[r, c] = key[r, c] if face[r, c] != NOTHING else _NOWHERE
+                farthest[c] = min(farthest[c], keys[r, c])
+            keys[r, cols:] = _NOWHERE
+        for c in range(cols):
+            tiles[t, c // TILE] = min(tiles[t, c // TILE], farthest[c])
+    return keys, tiles
 
 
 def count_sides(
-    keys: NDArray[np.float64],
-    tiles: NDArray[np.float64],
+    surface: SurfaceKeys,
     ends: NDArray[np.float64],
     codes: NDArray[np.int32],
     weight: NDArray[np.int8],
@@ -49,12 +77,13 @@ def count_sides(
     """
     Sum the multiplicities of the sides in front of the visible surface, in int16 if they fit.
 
-    ``keys`` are (rows, cols + LANES), ``ends`` (n_edges, 6), ``codes`` a silhouette as in
-    ``Silhouettes``; neither receivers nor the eye lie below ``floor``: -inf leaves sides infinite.
+    ``ends`` are (n_edges, 6), ``codes`` a silhouette as in ``Silhouettes``; neither receivers nor
+    the eye lie below ``floor``: -inf leaves sides infinite.
     """
+    keys = surface.keys
     chunks = max(1, min(threads * 4, len(codes) // 512))
     quads, spans, places, listed, deepest = _list_sides(
-        ends, codes, weight, matrix, light, floor, tiles, keys, chunks
+        ends, codes, weight, matrix, light, floor, surface.tiles, keys, chunks
     )
     narrow = deepest <= np.iinfo(np.int16).max
     kind = np.zeros(0, np.int16 if narrow else np.int32)

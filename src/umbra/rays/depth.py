@@ -151,15 +151,20 @@ def add_ground(
     if abs(np.linalg.det(points[:, :3])) < _EDGE_ON:
         return  # the eye lies in the plane
     slope = np.linalg.solve(points[:, :3], points[:, 3])
-    rows, cols = view.key.shape
-    along = slope[0] * np.arange(cols)
-    for first in range(0, rows, STRIPE):  # a few rows at a time stay in the processor's cache
-        some = slice(first, first + STRIPE)
-        key = along + (slope[1] * np.arange(rows)[some] + slope[2])[:, None]
-        # A model's own floor in this plane stays visible: rounding would speckle it.
-        nearer = (key - 1e-9 * np.abs(key) > view.key[some]) & (key <= key_range[1])
-        np.copyto(view.key[some], key, where=nearer)
-        np.copyto(view.face[some], np.int32(GROUND), where=nearer)
+    _draw_ground(slope, key_range[1], view.key, view.face)
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _draw_ground(slope, near, key, face):
+    """Draw the ground, of affine keys, where it is nearer than what is seen."""
+    for r in prange(key.shape[0]):
+        at = slope[1] * r + slope[2]
+        for c in range(key.shape[1]):
+            value = slope[0] * c + at
+            # A model's own floor in this plane stays visible: rounding would speckle it.
+            is_nearer = (value - 1e-9 * abs(value) > key[r, c]) & (value <= near)
+            key[r, c] = value if is_nearer else key[r, c]
+            face[r, c] = GROUND if is_nearer else face[r, c]
 
 
 @njit(cache=True, nogil=True)
@@ -305,6 +310,10 @@ def _rasterise(points, faces, key, face, near, threads, corner, skin):
             span[0] = np.ceil(min(max(low, south), north))
             span[1] = min(np.floor(min(max(high, south - 1.0), north)) + 1.0, north)
             if span[0] >= span[1]:
+                continue
+            # Small faces often lie between the centres of pixels, by more than rounding.
+            slack = 1e-6 + 1e-9 * (abs(least) + abs(most))
+            if np.ceil(least - slack) > most + slack:
                 continue
             for k in range(3):
                 _cross(p, (k + 1) % 3, (k + 2) % 3, line, k)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.kernels import inlined
 from umbra.scene import Camera
+from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
 
 __all__ = [
@@ -55,14 +56,27 @@ class FaceBlocks:
 
     @classmethod
     def of(cls, caster: Caster) -> "FaceBlocks":
-        """Bound a caster's faces."""
-        starts = np.arange(0, len(caster.faces), BLOCK)
-        corners = caster.vertices[caster.faces]
-        low = (
-            np.minimum.reduceat(corners.min(1), starts, axis=0) if len(starts) else np.zeros((0, 3))
-        )
-        high = np.maximum.reduceat(corners.max(1), starts, axis=0) if len(starts) else low
-        return cls(np.concatenate([low, high], 1))
+        """Bound a caster's faces; made once."""
+
+        def bound() -> "FaceBlocks":
+            return cls(_bound_blocks(caster.vertices, caster.faces))
+
+        return derive(caster, "blocks", None, bound)
+
+
+@njit(cache=True, nogil=True)
+def _bound_blocks(vertices, faces):
+    """Return the lowest and highest corner of each run of faces."""
+    bounds = np.empty(((faces.shape[0] + BLOCK - 1) // BLOCK, 6))
+    bounds[:, :3] = np.inf
+    bounds[:, 3:] = -np.inf
+    for f in range(faces.shape[0]):
+        for k in range(3):
+            for axis in range(3):
+                place = vertices[faces[f, k], axis]
+                bounds[f // BLOCK, axis] = min(bounds[f // BLOCK, axis], place)
+                bounds[f // BLOCK, axis + 3] = max(bounds[f // BLOCK, axis + 3], place)
+    return bounds
 
 
 @dataclass(frozen=True, eq=False)

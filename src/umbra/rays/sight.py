@@ -7,6 +7,7 @@ from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, add_transmitting, rasterise_depth
 from umbra.rays.transmission import Transmitters
 from umbra.scene import Camera, Light, Scene
+from umbra.scene.derived import derive
 from umbra.scene.scene import Triangles
 
 __all__ = ["Sight"]
@@ -42,7 +43,7 @@ class Sight:
     ) -> None:
         self.scene, self.transmitters = scene, transmitters
         self.ground, self.threads = ground, threads
-        self.triangles = scene.triangles()
+        self.triangles = derive(scene, "soup", None, scene.triangles)
         self._opaque: NDArray[np.intp] | None = None  # indices of the opaque faces
         if transmitters is not None:
             is_opaque = np.ones(len(self.triangles.faces), np.bool_)

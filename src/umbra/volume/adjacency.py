@@ -17,13 +17,24 @@ apply this rule alone.
 Sources: McGuire et al. 2003, section 6; Kim, Kim, Turk 2008 for multiplicities.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Caster", "make_caster", "make_planes", "sort_along_curve", "weld_vertices"]
+from umbra.scene import Scene
+from umbra.scene.derived import derive
+
+__all__ = [
+    "Caster",
+    "find_caster",
+    "make_caster",
+    "make_planes",
+    "sort_along_curve",
+    "weld_vertices",
+]
 
 
 @njit(cache=True, nogil=True)
@@ -191,6 +202,16 @@ def make_caster(
         turn=turn,
         weight=weight,
     )
+
+
+def find_caster(scene: Scene, parts: Sequence[int]) -> Caster:
+    """Return the caster of some parts, given as indices; made once."""
+
+    def make() -> Caster:
+        soup = scene.triangles(parts)
+        return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+
+    return derive(scene, "caster", tuple(parts), make)
 
 
 @dataclass(frozen=True, eq=False)
