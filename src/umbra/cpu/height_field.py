@@ -8,12 +8,13 @@ away from the sun down to the lowest receiver; a row of cells crosses it in one 
 the side's height is affine.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
+from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.sweep import Sweep, bound_counts
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
@@ -25,6 +26,8 @@ __all__ = ["HeightFieldSweep", "Slopes"]
 
 # Fixed lengths, so that loops become vectors.
 _LANES = 32  # cells compared at once
+_AHEAD = 16  # edges whose ends are read at once: waits for memory overlap
+_MOST = 0.9  # share of edges in use from which all are kept: a copy takes memory
 _ROWS = 16  # rows whose first and last cells are found at once
 _BELOW = 2.0**-10
 """
@@ -84,16 +87,17 @@ class HeightFieldSweep(Sweep):
         threads: int = 1,
         slopes: Slopes | None = None,
     ) -> None:
-        super().__init__(caster, grid, threads)
+        floor = float(heights.min()) - _BELOW
+
+        def choose() -> tuple[Caster, NDArray[np.float64]]:
+            return _choose_edges(caster, caster.ends(grid.to_cells(caster.vertices, ASIDE)), floor)
+
+        used, self.ends = derive(caster, "sides", (grid, floor), choose)
+        super().__init__(used, grid, threads)
         self.slopes = slopes or Slopes.none()
-        self.floor = float(heights.min()) - _BELOW
+        self.floor = floor
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
-
-        def place() -> NDArray[np.float64]:
-            return caster.ends(grid.to_cells(caster.vertices, ASIDE))
-
-        self.ends = derive(caster, "ends", grid, place)
 
     def _run(
         self,
@@ -133,28 +137,52 @@ class HeightFieldSweep(Sweep):
         return lit
 
 
+def _choose_edges(
+    caster: Caster, ends: NDArray[np.float64], floor: float
+) -> tuple[Caster, NDArray[np.float64]]:
+    """Leave out edges whose sides hold no cell under any sun: upright, or below the floor."""
+    is_low = (ends[:, 2] <= floor) & (ends[:, 5] <= floor)
+    used = np.flatnonzero(~is_low & (ends[:, :2] != ends[:, 3:5]).any(1))
+    if len(used) > _MOST * len(ends):
+        return caster, ends
+    parts = {
+        name: getattr(caster, name)[used] for name in ("edges", "edge_faces", "turn", "weight")
+    }
+    return replace(caster, **parts), ends[used]
+
+
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     row, col = corner
+    width = level.shape[1]
     south, north = np.float64(row), np.float64(row + level.shape[0])
-    west, east = np.float64(col), np.float64(col + level.shape[1] - _LANES)
+    west, east = np.float64(col), np.float64(col + width - _LANES)
     kx = sx / sz
     ky = sy / sz
     deepest = 0
-    first = np.zeros(_ROWS, np.int32)
-    end = np.zeros(_ROWS, np.int32)
+    touched = 0.0  # never NaN; it keeps the compiler from leaving the reading out
+    # Of the rows of a stretch: the first cell, as a place in memory too, the number of cells, and
+    # the side's height where x is 0. Places are unsigned, so that their sign needs no test.
+    tops, held = heights.reshape(-1), level.reshape(-1)
+    begins = np.zeros(_ROWS)
+    places = np.zeros(_ROWS, np.uint64)
+    lengths = np.zeros(_ROWS, np.int64)
+    bases = np.zeros(_ROWS)
     for q in range(codes.size):
+        if q % _AHEAD == 0:
+            for near in codes[q : q + _AHEAD]:
+                touched += ends[np.uint64(near >> 2), 0] + ends[np.uint64(near >> 2), 5]
         code = codes[q]
-        e = code >> 2
+        e = np.uint64(code >> 2)
         az = ends[e, 2]
         bz = ends[e, 5]
-        if az <= floor and bz <= floor:
-            continue
         x0 = ends[e, 0]
         y0 = ends[e, 1]
         x1 = ends[e, 3]
         y1 = ends[e, 4]
+        if (az <= floor) & (bz <= floor):
+            continue
         ex = x1 - x0
         ey = y1 - y0
         up = ex * sy - ey * sx  # z of the side's normal, edge x sun
@@ -174,12 +202,10 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         high = max(max(y0, y1), max(y2, y3))
         r0 = np.int64(np.ceil(min(max(low, south), north)))
         r1 = np.int64(np.ceil(min(max(high, south), north)))
-        if r0 >= r1:
-            continue
         # Lines that nearly coincide may cross anywhere: stay within the corners.
         least = max(np.floor(min(min(x0, x1), min(x2, x3))), west)
         most = min(np.ceil(max(max(x0, x1), max(x2, x3))), east)
-        if least >= most:
+        if (r0 >= r1) | (least >= most):
             continue
         # Each bounding line is x = p + q * y, computed from a vertex and a direction that
         # neighbours share. Its direction decides whether it is a left or a right bound.
@@ -189,24 +215,23 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         if y0 != y1:
             k = ex / ey
             p = x0 - y0 * k
-            if (up > 0.0) == (ey > 0.0):
-                p_l0, q_l0 = p, k
-            else:
-                p_r0, q_r0 = p, k
+            is_left = (up > 0.0) == (ey > 0.0)
+            p_l0, q_l0 = (p, k) if is_left else (least, 0.0)
+            p_r0, q_r0 = (most, 0.0) if is_left else (p, k)
         if ky != 0.0:
             k = kx / ky
-            p_l1 = x0 - y0 * k
-            p_r1 = x1 - y1 * k
-            if (up > 0.0) != (sy > 0.0):
-                p_l1, p_r1 = p_r1, p_l1
+            one = x0 - y0 * k
+            two = x1 - y1 * k
+            is_left = (up > 0.0) == (sy > 0.0)
+            p_l1 = one if is_left else two
+            p_r1 = two if is_left else one
             q_l1 = q_r1 = k
         if y2 != y3:
             k = (x3 - x2) / (y3 - y2)
             p = x2 - y2 * k
-            if (up > 0.0) != (y3 > y2):
-                p_l2, q_l2 = p, k
-            else:
-                p_r2, q_r2 = p, k
+            is_left = (up > 0.0) != (y3 > y2)
+            p_l2, q_l2 = (p, k) if is_left else (least, 0.0)
+            p_r2, q_r2 = (most, 0.0) if is_left else (p, k)
         # The side's height is z + gx * x + gy * y, from its normal.
         gx = (sz * ey - (bz - az) * sy) / -up
         gy = ((bz - az) * sx - sz * ex) / -up
@@ -215,37 +240,41 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         load[r1 - row] -= abs(m)
         deepest += abs(m)
         for top in range(r0, r1, _ROWS):
-            widest = np.int32(0)
+            widest = 0
+            start = (top - row) * width - col
             for i in range(_ROWS):
                 y = np.float64(top + i)
                 left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), p_l2 + q_l2 * y)
                 right = min(min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), p_r2 + q_r2 * y)
-                first[i] = np.int32(np.ceil(min(max(left, least), most)))
-                end[i] = np.int32(np.ceil(min(max(right, least), most)))
-                widest = max(widest, end[i] - first[i])
-            for r in range(top, min(r1, top + _ROWS)):
-                c = np.int64(first[r - top])
-                rest = np.int64(end[r - top]) - c
-                x = np.float64(c)
-                at = base + gy * r
-                i = r - row
-                c -= col
-                if widest <= 1:
-                    level[i, c] += m if (heights[i, c] < at + gx * x) & (rest > 0) else 0
+                first = np.ceil(min(max(left, least), most))
+                length = np.int64(np.ceil(min(max(right, least), most)) - first)
+                begins[i] = first
+                places[i] = np.uint64(start + i * width + np.int64(first))
+                lengths[i] = length
+                bases[i] = base + gy * y
+                widest = max(widest, length)
+            if widest <= 1:
+                for i in range(min(r1 - top, _ROWS)):
+                    is_below = tops[places[i]] < bases[i] + gx * begins[i]
+                    held[places[i]] += m if is_below & (lengths[i] > 0) else 0
+                continue
+            for i in range(min(r1 - top, _ROWS)):
+                place, rest, x, at = places[i], lengths[i], begins[i], bases[i]
+                if widest <= FEW_LANES:
+                    add_below(tops, held, place, at, gx, x, rest, m)
                     continue
                 # A row without cells runs once: cheaper than a mispredicted branch.
                 while True:
-                    z = heights[i, c : c + _LANES]
-                    n = level[i, c : c + _LANES]
                     for t in range(_LANES):
-                        n[t] += m if (z[t] < at + gx * (x + t)) & (t < rest) else 0
-                    c += _LANES
+                        is_below = tops[place + np.uint64(t)] < at + gx * (x + t)
+                        held[place + np.uint64(t)] += m if is_below & (t < rest) else 0
                     rest -= _LANES
                     if rest <= 0:
                         break
+                    place += np.uint64(_LANES)
                     x += _LANES
     limit = 32_767 if level.itemsize == 2 else 2_147_483_647
-    return bound_counts(load, deepest, limit) > limit
+    return bound_counts(load, deepest, limit) > limit or touched == np.inf
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
