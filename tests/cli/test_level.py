@@ -33,3 +33,14 @@ def test_ground_that_the_model_does_not_bring_is_named(study, tmp_path):
     told = study(*half, "--ground", "0", files=[path])
     assert told.err == ""
     assert told.json()["mean_shadow_hours"] > 0
+
+
+def test_a_base_that_is_not_zero_is_told_where_ground_is_assumed(study, tmp_path):
+    """A cellar or a foundation below the ground makes all shadows longer than they are."""
+    path = save_obj(tmp_path / "h.obj", {"house": box((0, 0, -1.5), (10, 10, 6))})
+    said = study(files=[path])
+    assert "the ground is assumed level at z = -1.5 m, the base of the model" in said.err
+    for options in (["--ground", "-1.5"], ["--quiet"]):
+        assert study(*options, files=[path]).err == ""
+    level = save_obj(tmp_path / "level.obj", {"house": box((0, 0, 0), (10, 10, 6))})
+    assert study(files=[level]).err == ""

@@ -130,6 +130,11 @@ def test_points_come_from_a_table(study, tmp_path):
     np.testing.assert_array_equal(result.sun_hours, [4, 0])
     np.testing.assert_array_equal(result.sun_spells, [1, 0])
     assert said.json()["samples"] == 2
+    assert "inside bodies" not in said.err
+    # Within the wall no sun comes, and the table alone would not say why.
+    table.write_text("name,x,y,z,nx,ny,nz\nsouth,0,-2,5,0,-1,0\ndeep,0,-1.9,5,0,-1,0\n")
+    said = study(*HALF_DAY, "--receivers", "points", "--points", table, cell=None)
+    assert "points inside bodies, where no sun comes: 1 ('deep' in 'tower')" in said.err
     assert "needs --points" in study("--receivers", "points", cell=None).refusal()
     table.write_text("x,y\n1,2\n")
     refused = study("--receivers", "points", "--points", table, cell=None).refusal()

@@ -148,6 +148,15 @@ def street(tmp_path):
 ASKED = ["--proposed", "tower", "--under", "2h", "--receivers", "top"]
 
 
+def test_pictures_name_their_ground_and_what_they_leave_out(study, street, monkeypatch):
+    seen = find_pictures(monkeypatch)
+    assert study(*HALF_DAY, "--ground", "-1.5", files=[street]).status == 0
+    assert "ground at z = -1.5 m" in seen["hours.png"][3].note
+    where = ["--receivers", "surfaces", "--on", "house", "--spacing", "2"]
+    assert study(*HALF_DAY, *where, files=[street], cell=None).status == 0
+    assert "only house and the ground are drawn" in seen["hours.png"][3].note
+
+
 def test_pictures_of_several_dates_show_each_with_its_daylight(study, street, monkeypatch):
     seen = find_pictures(monkeypatch)
     dates = ["--date", "2026-03-21,2026-06-21,2026-12-21"]

@@ -103,6 +103,17 @@ def test_degrees_become_metres(save, measure):
     assert scene.bounds()[:, 2].tolist() == [170, 174]
 
 
+@pytest.mark.parametrize("code", [3857, 3395])
+def test_metres_of_a_web_map_become_true_ones(save, measure, code):
+    """At 48 degrees north Mercator's metres are 0.67 m: walls would be half as high again."""
+    x, y = Proj(code)(16.37, 48.2)
+    scene = umbra.read(save(f"EPSG:{code}", (x, y, 170)))
+    assert scene.crs == "EPSG:32633"
+    assert any(f"converted from EPSG:{code} to EPSG:32633" in note for note in scene.notes)
+    assert (scene.latitude, scene.longitude) == pytest.approx((48.2, 16.37), abs=1e-4)
+    assert measure.volume(scene) == pytest.approx(24 * np.cos(np.radians(48.2)) ** 2, rel=0.01)
+
+
 def test_degrees_keep_their_datum_where_it_has_zones(save):
     scene = umbra.read(save("EPSG:4269", (-74, 40.7, 0), (1e-4, 1e-4, 1.0)))
     assert scene.crs == "EPSG:26918"

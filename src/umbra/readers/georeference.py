@@ -42,6 +42,9 @@ TITLE = re.compile(r'\s*[A-Z_]+\s*\[\s*"([^"]+)"')
 # Half the northward step [degrees] for the grid's meridian: 1 km.
 STEP = 0.005
 
+# Lengths that a map stretches by more than this are converted: the true penumbra is as wide.
+STRETCH = 0.01
+
 # Farther than this outside its area of use [degrees], a CRS is taken for wrong.
 MARGIN = 1.0
 
@@ -115,7 +118,7 @@ def to_metres(
     parts: tuple[Part, ...], crs: str | None, *, is_high_in_metres: bool
 ) -> tuple[tuple[Part, ...], str | None]:
     """
-    Turn coordinates in degrees or feet into metres of the local UTM zone.
+    Turn degrees, feet and stretched metres, as of web maps, into metres of the local UTM zone.
 
     A CRS that is not known leaves the coordinates as they are.
     """
@@ -131,12 +134,31 @@ def to_metres(
     flat, height = _metres_per_unit(found)
     if is_high_in_metres:
         height = 1.0
-    if found.is_projected and flat == 1.0 and height == 1.0:
+    if found.is_projected and flat == 1.0 and height == 1.0 and not _is_stretched(parts, found):
         return parts, crs
     if found.is_geographic and any(part.transform is not None for part in parts):
         msg = f"geometry templates in degrees ({shown}) are not read; convert to a CRS in metres"
         raise InputError(msg, crs=crs)
     return _reproject(parts, crs, found, height)
+
+
+def _is_stretched(parts: tuple[Part, ...], crs: "CRS") -> bool:
+    """Return whether a projected CRS stretches or shrinks lengths at the first vertex."""
+    from pyproj import Proj  # noqa: PLC0415 - 0.1 s, only with a CRS
+    from pyproj.exceptions import ProjError  # noqa: PLC0415
+
+    part = next((part for part in parts if len(part.mesh.faces)), None)
+    if part is None:
+        return False
+    corner = part.mesh.vertices[part.mesh.faces[0, 0]]
+    x, y = (corner if part.transform is None else part.transform @ [*corner, 1])[:2]
+    try:
+        there = Proj(crs.to_2d())
+        factors = there.get_factors(*there(x, y, inverse=True))
+    except ProjError:
+        return False
+    scales = np.array([factors.meridional_scale, factors.parallel_scale])
+    return bool((np.abs(scales - 1) > STRETCH).any() and np.isfinite(scales).all())
 
 
 def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:

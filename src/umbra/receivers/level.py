@@ -47,17 +47,25 @@ class Level:
         Lowest and highest base of objects, without strays far below [m].
     things : int
         Number of objects that stand on no other.
+    is_read : bool
+        Whether ground surfaces of the file state the middle.
     """
 
     middle: float
     low: float
     high: float
     things: int
+    is_read: bool
 
     def describe(self, level: float) -> dict[str, object]:
-        """Return attributes of the objects' bases, if they are not level."""
+        """Return attributes of the objects' bases, if they are not level, nor known, nor 0."""
+        is_plain = self.is_read or level == 0
         if self.high - self.low <= GAP:
-            return {}
+            told = (
+                f"the ground is assumed level at z = {level:.6g} m, the base of the model with any "
+                "foundations and cellars (ground= sets it)"
+            )
+            return {} if is_plain else {"assumption": told}
         told = (
             f"the ground is assumed level at z = {level:.6g} m; the model's {self.things} objects "
             f"that stand on nothing else do so from {self.low:.6g} to {self.high:.6g} m (ground= "
@@ -185,8 +193,9 @@ def settle_level(bases: Bases) -> Level:
     feet, size = feet[order], size[order]
     feet, size = _drop_strays(feet, size)
     # A building's ground surface is more reliable than its walls' lowest corner.
-    middle = _find_middle(*(bases.floors.T if len(bases.floors) else (feet, size)))
-    return Level(middle, float(feet[0]), float(feet[-1]), len(feet))
+    is_read = len(bases.floors) > 0
+    middle = _find_middle(*(bases.floors.T if is_read else (feet, size)))
+    return Level(middle, float(feet[0]), float(feet[-1]), len(feet), is_read)
 
 
 @njit(cache=True, nogil=True)

@@ -232,17 +232,15 @@ class TopmostSurface(PlanKind):
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
     ) -> dict[str, object]:
-        """Report assumed ground, or that the buildings' bases differ."""
-        if assumed is None:
+        """Report assumed ground where it is seen."""
+        if assumed is None or bare <= 0:
             return {}
-        if bare > 0:
-            told = (
-                f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
-                f"is assumed level at z = {level:.6g} m, where the lowest of its things stands "
-                "(ground=)"
-            )
-            return {"assumption": told, "assumed_ground_share": float(bare)}
-        return assumed.describe(level)
+        told = (
+            f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
+            f"is assumed level at z = {level:.6g} m, where the lowest of its objects stands "
+            "(ground=)"
+        )
+        return {"assumption": told, "assumed_ground_share": float(bare)}
 
     def describe_receivers(self, study: "Study") -> str:
         """Describe the topmost surface."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.receivers.standing import find_crossings
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
 from umbra.study.lights import Period, make_period
@@ -175,16 +176,7 @@ def find_standing(study: Study, x: float, y: float) -> str:
     Empty in the open.
     """
     scene, soup = study.model.scene, study.model.soup
-    flat = soup.vertices[:, :2] - (x, y)
-    corners = flat[soup.faces]
-    near = np.flatnonzero((corners.min(1) <= 0).all(1) & (corners.max(1) >= 0).all(1))
-    a, b, c = (corners[near, k] for k in range(3))
-    # Twice the areas of the triangles from the place to each edge; they sum to the face's.
-    shares = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], 1)
-    whole = shares.sum(1)
-    held = (whole != 0) & ((shares >= 0).all(1) | (shares <= 0).all(1))
-    near, shares, whole = near[held], shares[held], whole[held]
-    z = (shares * soup.vertices[soup.faces[near], 2]).sum(1) / whole
+    near, z, turn = find_crossings(soup, x, y)
     names = np.array([scene.parts[part].name for part in soup.part[near]], object)
     ground = study.model.ground
     is_above = z > (-np.inf if ground is None else ground + _SLACK)
@@ -193,14 +185,10 @@ def find_standing(study: Study, x: float, y: float) -> str:
     if not study.kind.lies_under_roofs:
         return f"on top of {names[z.argmax()]}"
     above = names[is_above]
-    turns = {name: int(np.sign(whole[is_above & (names == name)]).sum()) for name in above}
+    turns = {name: int(turn[is_above & (names == name)].sum()) for name in above}
     inside = [name for name, left in turns.items() if left != 0]
     lowest = above[z[is_above].argmin()]
     return f"inside {inside[0]}" if inside else f"under {lowest}"
-
-
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:

@@ -194,7 +194,11 @@ def describe_making(study: Study, options: StudyOptions) -> str:
     """Describe how a study was made, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
-    return " · ".join([version, cells, *describe_method(study, options)])
+    level = [f"ground at z = {study.ground:.6g} m"] if study.kind.is_level else []
+    shown = []
+    if options.on:  # without a word a shadow of what is not drawn looks like a wall
+        shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
+    return " · ".join([version, cells, *level, *shown, *describe_method(study, options)])
 
 
 def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from umbra.errors import InputError, write_for_shell
+from umbra.receivers.level import has_terrain
+from umbra.receivers.standing import find_holder
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight
 from umbra.writers.atomic import replace_results
@@ -31,6 +33,10 @@ if TYPE_CHECKING:
 __all__ = ["draw_one", "fill_folder", "note_earlier", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
+_MOST_DARK = 1000
+"""Points without sun that are looked for in bodies."""
+_FRONT = 0.01
+"""Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
     r"|(cells|instants|areas|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
@@ -153,7 +159,8 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures += draw_sheet(job, sheets.plan)
     if "assumption" in study.facts:
         job.say(f"note: {study.facts['assumption']}")
-    elif study.kind.is_level and sheets.preview.has_terrain(job.scene.bounds()):
+    is_bare = study.kind.is_level and not has_terrain(job.scene)
+    if is_bare and sheets.preview.has_terrain(job.scene.bounds()):
         job.say(
             f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
             " as a terrain or base plate does; receivers='top' shows the shadows that fall "
@@ -168,6 +175,8 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     study = job.study
     write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     pictures = _draw_points(job) if job.outputs.pictures else []
+    if study.samples is None:
+        _note_buried(job)
     return pictures, _write_more(job, describe_points(job))
 
 
@@ -220,6 +229,26 @@ def _name_casters(job: FolderJob) -> list[str]:
     casters += [f"no_cast={pattern!r}" for pattern in job.options.no_cast]
     is_typed_in_shell = str(job.study.facts["command"]).startswith("umbra ")
     return [write_for_shell(one) if is_typed_in_shell else one for one in casters]
+
+
+def _note_buried(job: FolderJob) -> None:
+    """Report points without sun that lie inside a body, as a window does within its wall."""
+    study, scene = job.study, job.scene
+    names = study.more["name"][1].tolist() if "name" in study.more else None
+    dark = np.flatnonzero((study.sun_hours <= 0) & (study.up_hours > 0))[:_MOST_DARK]
+    found = []
+    places = study.places
+    for k in dark:
+        front = places.points[k] - scene.origin + _FRONT * np.nan_to_num(places.normals[k])
+        holder = find_holder(scene, study.model.soup, front)
+        if holder:
+            found.append(f"{repr(names[k]) if names else f'point {k + 1}'} in '{holder}'")
+    if found:
+        some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+        job.say(
+            f"note: points inside bodies, where no sun comes: {len(found)} ({some}); move them "
+            "out of the wall or roof if that is not meant"
+        )
 
 
 def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
