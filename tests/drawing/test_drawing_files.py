@@ -4,13 +4,16 @@ import re
 import sys
 import xml.etree.ElementTree as ET
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.shapes import box
 
 import umbra
+from umbra.drawing.about import list_losses
 from umbra.scene import Material, Part, Scene
+from umbra.scene.material import Image
 from umbra.scene.mesh import Mesh
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -121,6 +124,33 @@ def test_pdf_has_layers_text_and_a_sound_table(scene, camera, tmp_path):
 def test_pdf_draws_letters_that_its_typeface_lacks(scene, camera, tmp_path):
     umbra.draw_vectors(scene, camera, SUN, caption="Ωμέγα").write(tmp_path / "a.pdf")
     assert (tmp_path / "a.pdf").stat().st_size > 1000
+
+
+def test_faces_of_one_colour_are_one_path_and_seams_one_pixel_wide(camera):
+    # Two level squares in steps of 1 mm: two planes, one colour.
+    corners = np.array([(x, y, z) for z in (0, 1e-3) for y in (0, 2) for x in (0, 2)], float)
+    corners[4:, 0] += 2
+    faces = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6)], np.int32)
+    drawing = umbra.draw_vectors(
+        Scene((Part("", "", Mesh(corners, faces)),), np.zeros(3)), camera, SUN
+    )
+    (part,) = [one for one in drawing.page.parts if one.name != "ground"]
+    (fill,) = part.faces
+    assert len(fill.rings) == 2
+    text = drawing._repr_svg_()
+    assert "vector-effect:non-scaling-stroke" in text
+    assert text.count('class="seam"') == sum(
+        len(one.faces) + len(one.shadows) for one in drawing.page.parts
+    )
+
+
+def test_textures_that_are_left_out_are_told(scene):
+    image = Image("x", lambda: np.zeros((1, 1, 3), np.uint8), is_data=True)
+    images = dict.fromkeys(("normal_image", "occlusion_image", "emission_image"), image)
+    parts = [replace(part, material=replace(part.material, **images)) for part in scene.parts]
+    (line,) = list_losses(replace(scene, parts=tuple(parts)), [SUN])
+    for what in ("normal", "occlusion", "emissive"):
+        assert f"{what} textures of 2 parts" in line
 
 
 def test_python_refuses_too(scene, camera, monkeypatch, tmp_path):

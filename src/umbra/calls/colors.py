@@ -209,6 +209,10 @@ def _sort(
             else:
                 part.shadows.append(Fill(_shift(rings), colors[shade], opacity))
                 shade += 1
+    for part in order.values():
+        if not part.is_clear:
+            part.faces[:] = _merge(part.faces)
+            part.shadows[:] = _merge(part.shadows)
     lines = seen.lines
     for segment, region, is_outline in zip(
         lines.segments + 0.5, lines.region.tolist(), lines.is_outline.tolist(), strict=True
@@ -217,6 +221,20 @@ def _sort(
         part = order.setdefault(index, drawn[index])
         (part.outlines if is_outline else part.creases).append(segment)
     return [order[index] for index in sorted(order)]
+
+
+def _merge(fills: Sequence[Fill | Hatching]) -> list[Any]:
+    """
+    Return one fill for all rings of a colour, and one of a hatching.
+
+    Rings do not overlap. Where two of one path share an edge, nothing shines between them, as each
+    of two paths covers only a part of the pixels along it.
+    """
+    merged: dict[Any, Fill | Hatching] = {}
+    for one in fills:
+        key = one.light if isinstance(one, Hatching) else one.color
+        merged.setdefault(key, replace(one, rings=[])).rings.extend(one.rings)
+    return list(merged.values())
 
 
 def _find_opacity(scene: Scene, index: int) -> float:

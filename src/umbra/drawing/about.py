@@ -18,6 +18,9 @@ def list_losses(scene: Scene, lights: Sequence[Light]) -> list[str]:
             "textures and vertex colours (a part has its mean colour)": material.image is not None
             or mesh.colors is not None,
             "smooth normals (faces are flat)": mesh.normals is not None,
+            "normal textures": material.normal_image is not None,
+            "occlusion textures": material.occlusion_image is not None,
+            "emissive textures": material.emission_image is not None,
             "gloss": material.roughness is not None,
             "holes in textures": material.has_holes,
             "light through transparent parts": material.is_transparent,

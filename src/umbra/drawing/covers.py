@@ -17,10 +17,15 @@ from numpy.typing import NDArray
 
 from umbra.volume.adjacency import sort_along_curve
 
-__all__ = ["CoverTriangles", "Covers", "cut_polygon", "cut_triangles", "find_limits"]
+__all__ = [
+    "BLOCK", "CORNERS", "CoverTriangles", "Covers", "cut_polygon", "cut_triangles", "find_limits",
+    "misses",
+]  # fmt: skip
 
-_BLOCK = 32
-_CORNERS = 24  # most corners of a cut triangle
+BLOCK = 32
+"""Triangles in a block."""
+CORNERS = 24
+"""Most corners of a cut triangle."""
 _ROOM = 64  # polygons for which there is room at first
 _MARGIN = 0.5  # around a region, so that rounding at its frame does not matter [pixels]
 _WHOLE = 1 - 1e-9  # share of a frame that is all of it
@@ -39,7 +44,7 @@ class CoverTriangles:
         """Sort (n, 3, 3) corners into blocks."""
         order = sort_along_curve(corners.mean(1)) if len(corners) else np.zeros(0, np.intp)
         corners = np.ascontiguousarray(corners[order])
-        firsts = np.arange(0, len(corners), _BLOCK)
+        firsts = np.arange(0, len(corners), BLOCK)
         if not len(firsts):
             return cls(corners, region, np.zeros((0, 6)))
         low = np.minimum.reduceat(corners.min(1), firsts)
@@ -61,7 +66,7 @@ class Covers:
     Attributes
     ----------
     is_there : (n_regions,) bool
-        PlanarRegions that may cover others.
+        Regions that may cover others.
     """
 
     def __init__(self, triangles: CoverTriangles, sheet: NDArray[np.intp]) -> None:
@@ -125,7 +130,7 @@ def cut_triangles(
     corners: NDArray[np.float64], matrix: NDArray[np.float64], limits: NDArray[np.float64]
 ) -> list[NDArray[np.float64]]:
     """Cut triangles (n, 3, 3) to half spaces and project them, each to a polygon (k, 2)."""
-    points = np.zeros((len(corners) * _CORNERS, 2))
+    points = np.zeros((len(corners) * CORNERS, 2))
     ends = np.zeros(len(corners), np.int64)
     count, used = _cut_all(corners, matrix, limits, points, ends)
     return _split(points[:used], ends[:count])
@@ -200,7 +205,7 @@ def _project(p, n, matrix, points, at):
 
 @njit(cache=True, nogil=True)
 def _cut_all(corners, matrix, limits, points, ends):
-    p, q = np.zeros((_CORNERS, 3)), np.zeros((_CORNERS, 3))
+    p, q = np.zeros((CORNERS, 3)), np.zeros((CORNERS, 3))
     count = used = 0
     for f in range(corners.shape[0]):
         p[:3] = corners[f]
@@ -258,7 +263,7 @@ def _enclose(subject, matrix, walls, limits):
 
 
 @njit(cache=True, nogil=True)
-def _misses(box, limits, least):
+def misses(box, limits, least):
     """Return whether a box lies outside one of some half spaces, ``least`` inside the first."""
     for i in range(limits.shape[0]):
         most = limits[i, 3]
@@ -280,17 +285,17 @@ def _find_covers(
     """
     corners, region, boxes = triangles
     points, ends, areas = room
-    p, q = np.zeros((_CORNERS, 3)), np.zeros((_CORNERS, 3))
-    spare = np.zeros((_CORNERS, 2))
+    p, q = np.zeros((CORNERS, 3)), np.zeros((CORNERS, 3))
+    spare = np.zeros((CORNERS, 2))
     limits = np.zeros((walls.shape[0] + 8, 4))
     whole = _WHOLE * _enclose(subject, matrix, walls, limits)
     cuts = walls.shape[0] + 4
     count = used = 0
     least = -tolerance if hides_below else tolerance
     for block in range(boxes.shape[0]):
-        if _misses(boxes[block], limits, least):
+        if misses(boxes[block], limits, least):
             continue
-        for f in range(block * _BLOCK, min((block + 1) * _BLOCK, corners.shape[0])):
+        for f in range(block * BLOCK, min((block + 1) * BLOCK, corners.shape[0])):
             other = region[f]
             if not is_there[other]:
                 continue

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.drawing.covers import CoverTriangles, cut_polygon
+from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, cut_polygon, misses
 from umbra.drawing.regions import PlanarRegions
 from umbra.volume.adjacency import weld_vertices
 
@@ -19,7 +19,7 @@ __all__ = ["ModelEdges", "VisibleLines", "find_edges", "find_lines"]
 
 _BEND = np.cos(np.radians(22.0))  # of two faces, from which there is a crease; as in pictures
 _SHORT = 2.0**-6  # of a line that is left out [pixels]
-_CORNERS, _HIDDEN = 24, 256  # of a cut triangle, and intervals for which there is room at first
+_HIDDEN = 256  # intervals for which there is room at first
 _TOUCH = 1e-9  # share of a line within which intervals touch
 
 
@@ -255,35 +255,23 @@ def _misses(points, n, limits):
 
 
 @njit(cache=True, nogil=True)
-def _misses_box(box, limits):
-    for i in range(limits.shape[0]):
-        most = limits[i, 3]
-        for j in range(3):
-            most += limits[i, j] * box[j] + abs(limits[i, j]) * box[3 + j]
-        if most < 0.0:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
 def _find_clear(
     ends, own, own_sheet, triangles, sheet, is_there, matrix, apex, walls, tolerance, found, count
 ):
     """Write the intervals of edges that nothing hides; return their number, room or not."""
     corners, region, boxes = triangles
-    p, q = np.zeros((_CORNERS, 3)), np.zeros((_CORNERS, 3))
+    p, q = np.zeros((CORNERS, 3)), np.zeros((CORNERS, 3))
     limits, span, plane = np.zeros((6, 4)), np.zeros(2), np.zeros(4)
     hidden = np.zeros((_HIDDEN, 2))
-    block = 32
     total = 0
     for e in range(ends.shape[0]):
         a, b = ends[e, 0], ends[e, 1]
         _bound_line(a, b, matrix, limits)
         n_hidden = 0
         for box in range(boxes.shape[0]):
-            if _misses_box(boxes[box], limits):
+            if misses(boxes[box], limits, 0.0):
                 continue
-            for f in range(box * block, min((box + 1) * block, corners.shape[0])):
+            for f in range(box * BLOCK, min((box + 1) * BLOCK, corners.shape[0])):
                 other = region[f]
                 if not is_there[other] or _misses(corners[f], 3, limits):
                     continue

@@ -39,7 +39,7 @@ class PlanarRegions:
     planes : (n_regions, 4) float64
         Unit normal by the winding of the largest face, and offset.
     sheet : (n_regions,) intp
-        PlanarRegions of one plane share a number, wherever they lie and whichever way they face.
+        Regions of one plane share a number, wherever they lie and whichever way they face.
     part : (n_regions,) intp
     tolerance : float
         Distance within which regions lie in one plane [m].
@@ -75,7 +75,7 @@ def find_regions(soup: Triangles) -> PlanarRegions:
     order = np.argsort(-area[kept], kind="stable")
     owner = np.full(len(kept), -1, np.intp)
     _grow(order, starts, others, corners[kept], planes, _EVEN * size, owner)
-    # PlanarRegions in the order of their lowest face: of coplanar ones the lower is in front.
+    # Regions in the order of their lowest face: of coplanar ones the lower is in front.
     seeds, lowest, owner = np.unique(owner, return_index=True, return_inverse=True)
     rank = np.empty_like(lowest)
     rank[np.argsort(lowest)] = np.arange(len(lowest))

@@ -65,7 +65,7 @@ class SurfaceFinder:
     ground : float, optional
         z of a plane that is drawn, in these coordinates [m].
     is_clear : (n_regions,) bool, optional
-        PlanarRegions that hide nothing.
+        Regions that hide nothing.
     """
 
     def __init__(

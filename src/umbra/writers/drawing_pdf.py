@@ -12,7 +12,6 @@ from umbra.writers.drawing_svg import (
     CREASE,
     HATCH,
     OUTLINE,
-    SEAM,
     SPACING,
     TYPE,
     find_angle,
@@ -145,7 +144,8 @@ def _fill(one: Fill | Hatching, opacities: Sequence[float]) -> str:
     color = _color(one.color)
     if one.opacity < 1:
         return f"q /O{opacities.index(one.opacity)} gs {color} rg\n{rings}\nf Q"
-    return f"{color} rg {color} RG {SEAM} w\n{rings}\nB"
+    # The thinnest line that a screen or a printer draws closes the seam to the next face.
+    return f"{color} rg {color} RG 0 w\n{rings}\nB"
 
 
 def _draw_lines(parts: Sequence[DrawnPart]) -> Iterable[str]:

@@ -10,8 +10,11 @@ from umbra.drawing.page import INK, DrawnPart, Fill, Hatching, Page
 
 __all__ = ["find_angle", "tell_number", "tell_svg", "write_drawing_svg"]
 
-SEAM = 0.35
-"""Width of a stroke in a face's own colour, so that no paper shines between faces [pixels]."""
+_SEAM = "path.seam{stroke-width:1px;stroke-linejoin:round;vector-effect:non-scaling-stroke}"
+"""
+A stroke in a face's own colour, so that no paper shines between faces: a pixel of the screen at any
+scale. Each of two faces covers a part of the pixels along their edge, and both together not all.
+"""
 OUTLINE, CREASE = 0.7, 0.35
 """Widths of lines [pixels]."""
 SPACING, HATCH = 4.0, 0.7
@@ -38,6 +41,7 @@ def tell_svg(page: Page) -> Iterable[str]:
         f'width="{cols}" height="{rows}" viewBox="0 0 {cols} {rows}">'
     )
     yield f"<desc>{escape(page.about)}</desc>"
+    yield f"<style>{_SEAM}</style>"
     yield "<defs>"
     yield from _define(page)
     yield "</defs>"
@@ -113,7 +117,7 @@ def _fill(one: Fill | Hatching) -> str:
     if isinstance(one, Hatching):
         return f'<path fill="url(#hatch{one.light})" d="{_trace(one.rings)}"/>'
     color = _color(one.color)
-    seam = f' stroke="{color}" stroke-width="{SEAM}" stroke-linejoin="round"'
+    seam = f' class="seam" stroke="{color}"'
     if one.opacity < 1:
         seam = f' fill-opacity="{one.opacity:g}"'
     return f'<path fill="{color}"{seam} d="{_trace(one.rings)}"/>'
