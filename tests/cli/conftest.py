@@ -66,7 +66,7 @@ def umbra_alone():
 class StandIn:
     """A painter that only leaves files: most tests are not about pictures."""
 
-    def __init__(self, endings):
+    def __init__(self, endings, advance=None):
         self.endings = endings
 
     def draw_hours(self, path, plan, days, *args, **options):
@@ -94,7 +94,7 @@ class StandIn:
         for ending in self.endings:
             Path(path).with_suffix(f".{ending}").write_bytes(PICTURE)
 
-    def wait(self, advance=None):
+    def wait(self):
         pass
 
     def __enter__(self):

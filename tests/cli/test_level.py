@@ -44,3 +44,14 @@ def test_a_base_that_is_not_zero_is_told_where_ground_is_assumed(study, tmp_path
         assert study(*options, files=[path]).err == ""
     level = save_obj(tmp_path / "level.obj", {"house": box((0, 0, 0), (10, 10, 6))})
     assert study(files=[level]).err == ""
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_a_ground_that_misses_the_model_is_told(study, tmp_path, receivers):
+    """A city at 171 m on --ground 0 throws its shadows from the air."""
+    path = save_obj(tmp_path / "h.obj", {"house": box((0, 0, 171), (10, 10, 180))})
+    place = ["--receivers", receivers, "--extent", "-20,-20,30,30"]
+    for ground, where in (("0", "171 m below the model"), ("180", "above the whole model")):
+        said = study(*place, "--ground", ground, files=[path])
+        assert f"lies {where}, which reaches from z = 171 to 180 m; --ground is" in said.err
+    assert study(*place, "--ground", "170", files=[path]).err == ""

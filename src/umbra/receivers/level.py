@@ -13,8 +13,18 @@ from umbra.scene.derived import derive
 from umbra.scene.mesh import find_standing
 
 __all__ = [
-    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "find_level", "has_terrain",
-    "measure_bases", "measure_terrain", "settle_level",
+    "GAP",
+    "TERRAIN",
+    "Bases",
+    "Level",
+    "Terrain",
+    "assume_level",
+    "check_stated",
+    "find_level",
+    "has_terrain",
+    "measure_bases",
+    "measure_terrain",
+    "settle_level",
 ]  # fmt: skip
 
 TERRAIN = {
@@ -139,6 +149,19 @@ def find_level(
         msg = f"the ground's height must be a finite number; got {known:g}"
         raise InputError(msg, ground=ground)
     return known, None
+
+
+def check_stated(scene: Scene, level: float) -> dict[str, object]:
+    """Return an attribute that tells of a stated ground above the model or far below it."""
+    low, high = scene.bounds()[:, 2]
+    if low - GAP <= level < high:
+        return {}
+    where = "above the whole model" if level >= high else f"{low - level:.6g} m below the model"
+    told = (
+        f"the ground at z = {level:.6g} m lies {where}, which reaches from z = {low:.6g} to "
+        f"{high:.6g} m; ground= is a height in the model's own coordinates"
+    )
+    return {"assumption": told}
 
 
 def assume_level(scene: Scene) -> Level:

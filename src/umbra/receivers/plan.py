@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, find_level, has_terrain
+from umbra.receivers.level import Level, check_stated, find_level, has_terrain
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.receivers.raster import Raster
 from umbra.scene import Scene
@@ -202,7 +202,7 @@ class GroundPlane(PlanKind):
                 "nothing; receivers='top' shows the shadows on it"
             )
             return {"assumption": told}
-        return {} if assumed is None else assumed.describe(level)
+        return check_stated(scene, level) if assumed is None else assumed.describe(level)
 
     def describe_receivers(self, study: "Study") -> str:
         """Describe the ground plane."""
@@ -233,8 +233,10 @@ class TopmostSurface(PlanKind):
         self, scene: Scene, level: float, assumed: Level | None, bare: float
     ) -> dict[str, object]:
         """Report assumed ground where it is seen."""
-        if assumed is None or bare <= 0:
+        if bare <= 0:
             return {}
+        if assumed is None:
+            return check_stated(scene, level)
         told = (
             f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
             f"is assumed level at z = {level:.6g} m, where the lowest of its objects stands "
