@@ -429,3 +429,12 @@ def test_a_box_leaves_members_out_before_their_surfaces_are_cut(read, monkeypatc
     scene = read(city(*houses), bbox=(500_012, 5_400_000, 500_021, 5_400_001))
     assert {part.name for part in scene.parts} == set(cut) == {"house 1", "house 2"}
     assert "left out: 4" in notes(scene)[-1]
+
+
+def test_latitudes_near_a_pole_are_told(read):
+    faces = [
+        (kind, [(-77.0 + a * 1e-5, 38.9 + b * 1e-5, z) for a, b, z in corners])
+        for kind, corners in prism()
+    ]
+    text = city(building(faces=faces), crs="http://www.opengis.net/def/crs/EPSG/0/4979")
+    assert notes(read(text))[0].startswith("latitudes are -77.0000° as EPSG:4979 orders")

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.cities import DAY, write_city
+from support.cities import DAY, make_houses, write_city
 
 import umbra
 from umbra.tiles import count, sun_groups
@@ -155,3 +155,74 @@ def test_groups_hold_each_sun_once_and_enough_suns():
         assert min(map(len, groups)) >= min(number, LEAST)
         heights = [(suns[some, 2].min(), suns[some, 2].max()) for some in groups]
         assert all(a[1] < b[0] for a, b in pairwise(heights))
+
+
+@pytest.fixture(scope="module")
+def quarter(tmp_path_factory):
+    """Return two files of houses that share none; some of either are proposed."""
+    folder = tmp_path_factory.mktemp("quarter")
+    west = make_houses(1, 30, (85000, 447000), (85120, 447110), "west")
+    east = make_houses(2, 30, (85122, 447000), (85240, 447110), "east")
+    return [
+        write_city(folder / "a_west.city.json", west),
+        write_city(folder / "b_east.city.json", east),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("receivers", "more"),
+    [
+        ("top", {"proposed": "* 1*", "under": "3h", "date": "2026-03-20,2026-12-21"}),
+        ("ground", {"proposed": "west 2?", "by": "layer", "every": "10min"}),
+        ("top", {"who": ("west 1*", "east*"), "canopy": "east 2*"}),
+        ("ground", {"by": "part", "who": "* 1", "exact": True, "every": "1h"}),
+    ],
+)
+def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers, more):
+    options = {
+        **DAY, **more, "receivers": receivers, "cell": 2.0,
+        "extent": (84960, 446960, 85280, 447180),
+    }  # fmt: skip
+    scene = umbra.read(*quarter)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    for side in (3000, 110, 64):
+        made = umbra.city_study(quarter, out=tmp_path / str(side), tiles=side, **options)
+        compare(made.dataset.load(), whole)
+    if "proposed" in more:
+        assert len(whole.neighbour) > (receivers == "top")
+        assert float(whole.neighbour_area_newly_under.sum()) > 0
+
+
+def test_a_proposal_takes_sun_from_the_same_walls_in_any_tile(quarter, tmp_path):
+    options = {**DAY, "receivers": "surfaces", "spacing": 2.0, "proposed": "west 2?", "by": "kind"}
+    scene = umbra.read(*quarter)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    for side in (3000, 70):
+        made = umbra.city_study(quarter, out=tmp_path / str(side), tiles=side, **options)
+        found = made.dataset.load()
+        for name in whole.variables:
+            if name.startswith(("neighbour", "hours_lost", "newly", "cast", "sole", "shadow")):
+                left, right = found[name].values, whole[name].values
+                assert left.astype(right.dtype).tobytes() == right.tobytes(), name
+    assert len(whole.neighbour) > 5
+
+
+def test_a_year_far_from_the_proposal_has_the_same_bytes(quarter, tmp_path, monkeypatch):
+    options = {
+        "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
+        "by_day": False, "receivers": "ground", "cell": 4.0, "proposed": "west 20",
+        "extent": (84960, 446860, 85280, 447180),
+    }  # fmt: skip
+    scene = umbra.read(*quarter)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    groups = []
+
+    def see(suns):
+        groups.extend(found := list(group_suns(suns)))
+        return found
+
+    monkeypatch.setattr(sun_groups, "group_suns", see)
+    monkeypatch.setattr(sun_groups, "LEAST", 40)
+    made = umbra.city_study(quarter, out=tmp_path, tiles=80, min_altitude=None, **options)
+    compare(made.dataset.load(), whole)
+    assert groups  # of the tiles that the proposal cannot reach

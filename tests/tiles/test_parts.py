@@ -168,7 +168,11 @@ def test_wrong_options_are_named(given, words):
     ("more", "words"),
     [
         ({"receivers": "north"}, "are not counted in tiles"),
-        ({"by": "part"}, "by= is not counted in tiles"),
+        ({"proposed": "no*"}, "proposed='no\\*' matches no part of 3 files"),
+        (
+            {"masks": True, "every": "10s", "tiles": "2km", "cell": 0.5, "memory": "1GB"},
+            "a cell, and",
+        ),
         ({"cast": "tree*"}, "cast='tree\\*' matches no part of 3 files"),
         ({"no_cast": "*"}, "no part is left to cast"),
         ({"ground": float("nan")}, "must be a finite number"),

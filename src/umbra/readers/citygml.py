@@ -37,6 +37,7 @@ _DOCTYPE = "declares a document type or entities, which CityGML does not need; r
 _APPEARANCE = "surfaceDataMember"
 _PASSES = 4
 """Most times that surfaces of other members are looked for: their links may lead on."""
+_POLAR = 72.0  # degrees of latitude beyond which there is hardly a city
 _ELEMENT = 300  # memory of an element with its text [byte]
 
 
@@ -204,6 +205,12 @@ class _City:
                 self.notes.append(
                     f"coordinates are read {read} first, although {self.crs} says {said} first: "
                     f"that way they would lie elsewhere ({why})"
+                )
+            north, east = vertices[0, :2] if self._swaps else vertices[0, 1::-1]
+            if is_in_degrees(self.crs) and abs(north) > _POLAR > abs(east):
+                self.notes.append(
+                    f"latitudes are {north:.4f}° as {self.crs} orders the coordinates, where few "
+                    "cities are; if the file has them the other way, swap them in it"
                 )
         if self._swaps:
             feature["vertices"] = np.ascontiguousarray(vertices[:, [1, 0, 2]])

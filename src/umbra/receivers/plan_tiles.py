@@ -222,7 +222,7 @@ class PlanTile:
     def find_parts(self) -> NDArray[np.intp]:
         """Return the topmost part of each cell, (rows, cols); -1 on the ground."""
         face = self.surface.face
-        return np.where(face < 0, -1, self.model.soup.part[np.maximum(face, 0)])
+        return np.append(self.model.soup.part, -1)[face]  # -1 is the last
 
 
 class PlaneTile(PlanTile):
@@ -232,7 +232,7 @@ class PlaneTile(PlanTile):
 
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
         """Prepare a sweep over the plane's crossings."""
-        grid = self.grid if window is None else self.grid.part(*window)
+        grid = self.grid if window is None else self.grid.window(*window)
         return PlaneSweep(caster, grid, self.model.ground, self.model.threads)
 
     def find_z(self) -> NDArray[np.float64]:
@@ -267,7 +267,7 @@ class TopmostTile(PlanTile):
                 caster, self.grid, surface.heights, model.threads, surface.slopes
             )
         return HeightFieldSweep(
-            caster, self.grid.part(*window), surface.heights[window], model.threads
+            caster, self.grid.window(*window), surface.heights[window], model.threads
         )
 
     def find_z(self) -> NDArray[np.float64]:

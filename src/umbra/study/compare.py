@@ -1,7 +1,8 @@
 """Comparison of two studies: hours of sun lost, and where too few are left."""
 
 import datetime as dt
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from umbra.sun.clock import parse_duration
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["LEAST", "SunLosses", "compare", "is_newly_under", "read_hours"]
+__all__ = ["LEAST", "NeighbourSums", "SunLosses", "compare", "is_newly_under", "read_hours"]
 
 
 def read_hours(under: str | float | dt.timedelta) -> float:
@@ -184,56 +185,115 @@ class SunLosses:
     newly_by_day: NDArray[np.uint8] | None = None
 
     def variables(self, dims: tuple[str, ...]) -> Variables:
-        """
-        Return the arrays of ``study.nc``; only neighbours that lose sun.
-
-        Sorted by hours lost times area, largest first.
-        """
+        """Return the arrays of ``study.nc`` that have a value for each receiver."""
         nan, left = np.float32(np.nan), ~self.is_new
         newly = left & (self.newly_days > 0)
-        labels, mine = self._gather()
-        areas = np.broadcast_to(self.area, self.owner.shape)[left]
-        whole = np.bincount(mine, areas, len(labels))
-        sums = np.bincount(mine, areas * self.lost[left], len(labels))
-        order = np.argsort(-sums, kind="stable")
-        touched = np.bincount(mine, areas * (self.lost[left] > LEAST), len(labels))
-        kept = order[touched[order] > 0]
-
-        def sum_up(lost: NDArray[np.float32], is_newly: NDArray) -> dict[str, NDArray]:
-            loss = lost[left]
-            most = np.zeros(len(labels))
-            np.maximum.at(most, mine, loss)
-            figures = {
-                "area_touched": np.bincount(mine, areas * (loss > LEAST), len(labels)),
-                "area_newly_under": np.bincount(mine, areas * is_newly[left], len(labels)),
-                "most_hours_lost": most,
-                "mean_hours_lost": np.bincount(mine, areas * loss, len(labels))
-                / np.maximum(whole, 1e-300),
-            }
-            return {f"neighbour_{name}": figure[kept] for name, figure in figures.items()}
-
-        one = ("neighbour",)
         found: Variables = {
             "hours_lost": (dims, np.where(left, self.lost, nan)),
             "newly_under": (dims, newly.astype(np.uint8)),
-            "neighbour": (one, labels[kept]),
-            "neighbour_area": (one, whole[kept]),
         }
-        found |= {name: (one, figure) for name, figure in sum_up(self.lost, newly).items()}
         if self.days > 1:
             found["newly_under_days"] = (dims, np.where(left, self.newly_days, np.int16(0)))
         if self.lost_by_day is not None and self.newly_by_day is not None:
-            by_day = [sum_up(*both) for both in zip(self.lost_by_day, self.newly_by_day)]
             found["hours_lost_by_day"] = (("day", *dims), np.where(left, self.lost_by_day, nan))
             found["newly_under_by_day"] = (("day", *dims), left * self.newly_by_day)
-            found |= {
-                f"{name}_by_day": (("day", *one), np.array([day[name] for day in by_day]))
-                for name in by_day[0]
-            }
         return found
 
-    def _gather(self) -> tuple[NDArray[np.str_], NDArray[np.intp]]:
-        """Return the neighbours' names, and the neighbour of each receiver that is not new."""
-        labels, place = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
+    def sum_up(self) -> "NeighbourSums":
+        """Return the figures of each neighbour."""
+        left = ~self.is_new
+        names, place = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
         owner = np.where(self.owner < 0, len(self.names), self.owner)
-        return labels, place.ravel()[owner][~self.is_new]
+        mine = place.ravel()[owner][left]
+        areas = np.broadcast_to(self.area, self.owner.shape)[left]
+        whole = _add_up(mine, areas, len(names))
+        each = [(self.lost, self.newly_days > 0)]
+        if self.lost_by_day is not None and self.newly_by_day is not None:
+            each += zip(self.lost_by_day, self.newly_by_day > 0)
+        sums, most = (
+            np.zeros((len(each), 3, len(names)), np.int64),
+            np.zeros((len(each), len(names))),
+        )
+        for k, (lost, is_newly) in enumerate(each):
+            loss = lost[left]
+            np.maximum.at(most[k], mine, loss)
+            for j, part in enumerate(
+                (areas * loss, areas * (loss > LEAST), areas * is_newly[left])
+            ):
+                sums[k, j] = _add_up(mine, part, len(names))
+        there = np.flatnonzero(np.bincount(mine, minlength=len(names)))
+        return NeighbourSums(names[there], whole[there], sums[..., there], most[:, there])
+
+
+_FINE = 2.0**20
+"""Parts of a square metre, or of one times an hour, in which sums are kept."""
+
+
+def _add_up(owner: NDArray[np.intp], values: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Add up values by owner in whole numbers: the sum does not depend on their order."""
+    sums = np.zeros(count, np.int64)
+    np.add.at(sums, owner, np.rint(values * _FINE).astype(np.int64))
+    return sums
+
+
+@dataclass(frozen=True, eq=False)
+class NeighbourSums:
+    """
+    Figures of neighbours, which can be joined with those of other receivers.
+
+    Parameters
+    ----------
+    names : (n,) str
+        Ascending, each once.
+    area : (n,) int64
+        Of all their receivers [2^-20 m2].
+    sums : (1 + n_days, 3, n) int64
+        Of the whole period and each date kept: hours lost times area, area that loses sun, and area
+        newly under the limit [2^-20 m2 h, 2^-20 m2].
+    most : (1 + n_days, n) float64
+        Most hours lost [h].
+    """
+
+    names: NDArray[np.str_]
+    area: NDArray[np.int64]
+    sums: NDArray[np.int64]
+    most: NDArray[np.float64]
+
+    def join(self, others: Sequence["NeighbourSums"]) -> "NeighbourSums":
+        """Return the figures of these receivers and others."""
+        each = [self, *others]
+        names, own = np.unique(np.concatenate([one.names for one in each]), return_inverse=True)
+        own = own.ravel()
+        every: Any = (..., own)
+        area = np.zeros(len(names), np.int64)
+        sums = np.zeros((*self.sums.shape[:2], len(names)), np.int64)
+        most = np.zeros((len(self.most), len(names)))
+        np.add.at(area, own, np.concatenate([one.area for one in each]))
+        np.add.at(sums, every, np.concatenate([one.sums for one in each], -1))
+        np.maximum.at(most, every, np.concatenate([one.most for one in each], -1))
+        return NeighbourSums(names, area, sums, most)
+
+    def rename(self, names: NDArray[np.str_]) -> "NeighbourSums":
+        """Return the same under other names (n,), of which equal ones are one neighbour."""
+        return replace(self, names=names).join([])
+
+    def variables(self) -> Variables:
+        """Return the arrays of ``study.nc``: neighbours that lose sun, by hours times area."""
+        order = np.argsort(-self.sums[0, 0], kind="stable")
+        kept = order[self.sums[0, 1, order] > 0]
+        one = ("neighbour",)
+        area = self.area[kept] / _FINE
+        figures = {
+            "area_touched": self.sums[:, 1, kept] / _FINE,
+            "area_newly_under": self.sums[:, 2, kept] / _FINE,
+            "most_hours_lost": self.most[:, kept],
+            "mean_hours_lost": self.sums[:, 0, kept] / _FINE / np.maximum(area, 1e-300),
+        }
+        found: Variables = {"neighbour": (one, self.names[kept]), "neighbour_area": (one, area)}
+        found |= {f"neighbour_{name}": (one, rows[0]) for name, rows in figures.items()}
+        if len(self.most) > 1:
+            found |= {
+                f"neighbour_{name}_by_day": (("day", *one), rows[1:])
+                for name, rows in figures.items()
+            }
+        return found

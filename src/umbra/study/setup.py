@@ -171,13 +171,17 @@ class Setup:
             is_cut=self.is_cut,
         )  # fmt: skip
 
-    def begin(self, laid: Receivers) -> Result:
-        """Make the arrays of the results, before anything is counted."""
+    def begin(self, laid: Receivers, *, reads_days: bool = True) -> Result:
+        """
+        Make the arrays of the results, before anything is counted.
+
+        ``reads_days`` is false if no accumulator will read the hours of a date.
+        """
         attribution, results = self.attribution, self.results
         judges_days = attribution.groups is not None and results.tolerance > 0
         arrays = ResultArrays(
             self.period, laid.shape, results, self.canopy,
-            reads_days=bool(attribution.proposed) or judges_days,
+            reads_days=reads_days and (attribution.proposed is not None or judges_days),
         )  # fmt: skip
         return Result(arrays, self.make_accumulators(arrays, laid), 0.0, "cpu")
 

@@ -10,7 +10,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -168,6 +168,22 @@ class Catalogue:
             words = (one.layer, one.reading, *(source.sha256 for source in one.sources))
             summed.update(repr(words).encode())
         return summed.hexdigest()
+
+    def label_parts(self, file: CityFile) -> list[str]:
+        """Name the object of each part of a file, with its layer if another has the name, too."""
+        lead, own = f"{file.layer}/" * bool(file.layer), file.words["names"]
+        return [lead + name if name in self._shared else name for name in own]
+
+    @cached_property
+    def _shared(self) -> set[str]:
+        """Names that objects of several layers have."""
+        layers: dict[str, str] = {}
+        return {
+            name
+            for one in self.files
+            for name in dict.fromkeys(one.words["names"])
+            if layers.setdefault(name, one.layer) != one.layer
+        }
 
     def find_bases(self) -> Bases:
         """Gather the bases of all objects."""

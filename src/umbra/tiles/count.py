@@ -7,25 +7,26 @@ mark counts as not done, whatever chunks there are.
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.kind import Tile, Variables
+from umbra.receivers.kind import Variables
 from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
-from umbra.study.loop import look, pass_lights
+from umbra.study.compare import NeighbourSums
 from umbra.study.result import Study
-from umbra.study.setup import Result
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, Selection
+from umbra.tiles.neighbours import find_neighbours, split_neighbours, write_neighbours
 from umbra.tiles.pieces import write_pieces
+from umbra.tiles.receive import count_receivers
 from umbra.tiles.store import CityStore
 from umbra.tiles.sun_groups import LEAST, SunGroups
 from umbra.tiles.surfaces import count_surfaces
@@ -87,21 +88,25 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     begun = time.perf_counter()
     place, store = job.open(), CityStore(job.store)
     if place.kind.is_plan:
-        triangles, bare = _count_cells(place, store, tile)
+        neighbours, triangles, bare = _count_cells(place, store, tile)
     else:
-        pieces, triangles = count_surfaces(place, tile)
+        pieces, neighbours, triangles = count_surfaces(place, tile)
         write_pieces(store.find_place(tile.number), pieces)
         bare = 0
+    write_neighbours(store.find_place(tile.number), neighbours)
     record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
     store.mark(tile, vars(record))
     return record
 
 
-def _count_cells(place: Workplace, store: CityStore, tile: CityTile) -> tuple[int, int]:
-    """Count and write the cells of a tile; return the numbers of triangles and bare cells."""
+def _count_cells(
+    place: Workplace, store: CityStore, tile: CityTile
+) -> tuple[list[NeighbourSums], int, int]:
+    """Count and write cells; return neighbours, and the numbers of triangles and bare cells."""
     job, lattice = place.job, place.job.lattice
     assert lattice is not None
     arrays: dict[str, NDArray] = {}
+    neighbours: list[NeighbourSums] = []
     triangles = bare = 0
     shape = tile.rows[1] - tile.rows[0], tile.cols[1] - tile.cols[0]
     waiting = list(lattice.cut(tile, lattice.block))[::-1]
@@ -112,7 +117,8 @@ def _count_cells(place: Workplace, store: CityStore, tile: CityTile) -> tuple[in
         if need.bytes(place, grid) > job.memory and max(grid.rows, grid.cols) > _LEAST_SIDE:
             waiting += _halve(rows, cols)
             continue
-        found, casting, empty = count_window(place, grid, need)
+        found, losses, casting, empty = count_window(place, grid, need)
+        neighbours += losses
         triangles, bare = triangles + casting, bare + empty
         where = (
             slice(rows.start - tile.rows[0], rows.stop - tile.rows[0]),
@@ -125,7 +131,7 @@ def _count_cells(place: Workplace, store: CityStore, tile: CityTile) -> tuple[in
                     arrays[name] = np.zeros((*values.shape[:-2], *shape), values.dtype)
                 arrays[name][(..., *where)] = values
     store.write_tile(arrays, slice(*tile.rows), slice(*tile.cols))
-    return triangles, bare
+    return neighbours, triangles, bare
 
 
 def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
@@ -160,7 +166,9 @@ class Needs:
     def bytes(self, place: Workplace, grid: Grid) -> float:
         """Return the memory that a process takes to count the window, from measurements [byte]."""
         cell = _CELL + _CELL_AND_THREAD * place.job.threads + place.bytes_kept
-        return _BASE + self.faces * _FACE + grid.rows * grid.cols * cell
+        # Groups have casters of their own.
+        faces = self.faces * (1 if place.groups is None else 2)
+        return _BASE + faces * _FACE + grid.rows * grid.cols * cell
 
 
 def find_needs(place: Workplace, grid: Grid) -> Needs:
@@ -175,7 +183,9 @@ def find_needs(place: Workplace, grid: Grid) -> Needs:
     return Needs(seen, units, box, near.count_faces(units))
 
 
-def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables, int, int]:
+def count_window(
+    place: Workplace, grid: Grid, needs: Needs
+) -> tuple[Variables, list[NeighbourSums], int, int]:
     """
     Count the cells of a window.
 
@@ -191,13 +201,16 @@ def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables,
     -------
     variables : dict
         As a study's.
+    neighbours : list of NeighbourSums
+        Those that lose sun to a proposal; none without one.
     triangles : int
         Number of casting triangles.
     bare : int
         Number of cells without any of the model.
     """
-    near = Neighbourhood(place)
-    if _has_groups(place):
+    near, groups = Neighbourhood(place), place.groups
+    is_due = groups is not None and groups.are_among(needs.units)
+    if _has_groups(place) and (groups is None or (place.adds_exactly and not is_due)):
 
         def make(suns: NDArray[np.float64]) -> Any:
             laid = _lay_out(place, grid, needs.seen | near.find_casting(needs.box, suns))
@@ -208,8 +221,7 @@ def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables,
         counter: Any = SunGroups(make)
     else:
         laid, counter = _lay_out(place, grid, needs.units), None
-    [(where, make_tile)] = laid.make_tiles(None)
-    result = count_receivers(place, laid, where, make_tile(), counter)
+    result = count_receivers(place, laid, laid.make_tiles(None), counter, is_due=is_due)
     nothing = laid.finish()
     if nothing is not None:
         result.blank(nothing)
@@ -218,7 +230,10 @@ def count_window(place: Workplace, grid: Grid, needs: Needs) -> tuple[Variables,
         laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
         result.variables(laid),
     )  # fmt: skip
-    return study.variables(), near.count_faces(needs.units), int(laid.bare.sum())
+    return (
+        split_neighbours(study.variables()), find_neighbours(result, laid),
+        near.count_faces(needs.units), int(laid.bare.sum()),
+    )  # fmt: skip
 
 
 def _has_groups(place: Workplace) -> bool:
@@ -257,12 +272,3 @@ def find_box(
         least = max(floor, below) if place.job.frame.has_end else floor
         most = max(least, above)
     return np.array([[*low, least], [*high, most]])
-
-
-def count_receivers(place: Workplace, laid: Any, where: Any, tile: Tile, counter: Any) -> Result:
-    """Count all suns on the receivers of one tile, with its own counter by default."""
-    canopy = laid.casting.canopy
-    begun = replace(place.setup, canopy=canopy).begin(laid)
-    run = look(tile, canopy, where, counter or tile.make_counter())
-    pass_lights(run, place.lights, begun.accumulators)
-    return begun

@@ -18,6 +18,7 @@ from umbra.study.options import StudyOptions
 from umbra.study.setup import Setup
 from umbra.sun import Site
 from umbra.tiles.catalogue import Catalogue, read_catalogue
+from umbra.tiles.groups import CityGroups
 from umbra.tiles.lattice import CityTile, Lattice
 from umbra.tiles.roles import Roles
 
@@ -155,6 +156,22 @@ class Workplace:
         return Roles(self.catalogue, self.job.options, self.job.merged)
 
     @cached_property
+    def groups(self) -> CityGroups | None:
+        """Groups of casters whose hours are told apart; None if none are asked for."""
+        options = self.job.options
+        if not (options.by or options.who or options.proposed):
+            return None
+        return CityGroups(self.catalogue, self.roles, options)
+
+    @cached_property
+    def adds_exactly(self) -> bool:
+        """Whether hours are the same whether or not they are added up date by date."""
+        hours = self.lights.weights[:, 0] * 1024
+        results = self.setup.results
+        is_exact = self.roles.season is None and bool((hours == np.rint(hours)).all())
+        return is_exact or results.by_day or results.is_streamed
+
+    @cached_property
     def kind(self) -> ReceiverKind:
         """Kind of the receivers."""
         return KINDS[self.job.kind]
@@ -181,8 +198,9 @@ class Workplace:
         nowhere = Scene((), self.origin)
         options, results = job.options, ResultOptions.of(self.period, job.options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
+        attribution = AttributionOptions() if self.groups is None else self.groups.placeholder
         return Setup(
-            nowhere, job.site, options, self.period, results, AttributionOptions(), [],
+            nowhere, job.site, options, self.period, results, attribution, [],
             job.threads, "cpu", canopy,
         )  # fmt: skip
 

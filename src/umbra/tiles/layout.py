@@ -1,6 +1,6 @@
 """What is decided once for a whole city: its frame, its ground, its lattice, and its duplicates."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,13 +46,9 @@ def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
     if name not in IN_TILES:
         msg = (
             f"receivers='{name}' are not counted in tiles; choose {', '.join(IN_TILES)}, or leave "
-            "tiles= out"
+            "tiles= out and read what lies around them with bbox="
         )
         raise InputError(msg, option="receivers")
-    for refused in ("by", "who", "proposed"):
-        if getattr(options, refused):
-            msg = f"{refused}= is not counted in tiles; leave it out, or leave tiles= out"
-            raise InputError(msg, option=refused)
     if options.device == "gl":
         msg = "tiles are counted on the cpu device; leave device= out"
         raise InputError(msg, option="device")
@@ -106,6 +102,7 @@ def lay_out_lattice(
     period: Period,
     options: StudyOptions,
     length: float,
+    limit: Callable[[int], int],
 ) -> tuple[Lattice, NDArray[np.float64], NDArray[np.float64]]:
     """
     Choose the cells of a plan and its tiles, or the squares of objects.
@@ -119,6 +116,8 @@ def lay_out_lattice(
     options : StudyOptions
     length : float
         Side of a tile [m].
+    limit : callable
+        Returns the longest side of a block in which pieces of casters fit, at most the given one.
 
     Returns
     -------
@@ -154,7 +153,7 @@ def lay_out_lattice(
     widest = max(grid.dx, grid.dy)
     _check_side(length, widest, max(grid.cols, grid.rows) * widest)
     side = min(find_side(length, widest), max(grid.cols, grid.rows))
-    return Lattice(local, side, min(TILE, STREAMED_TILE) if is_streamed else TILE), x, y
+    return Lattice(local, side, limit(min(TILE, STREAMED_TILE) if is_streamed else TILE)), x, y
 
 
 def _check_side(length: float, cell: float, whole: float) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -140,12 +141,15 @@ def prepare_city(
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
     period = make_city_period(options, site, city.min_altitude or 0.0)
-    lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles)
     job = CityJob(
-        str(folder.absolute()), options, site, kind.name, frame, lattice, "",
+        str(folder.absolute()), options, site, kind.name, frame, None, "",
         min_altitude=city.min_altitude or 0.0, memory=city.bytes,
         threads=options.threads or count_cores(), merged=tuple(merged),
     )  # fmt: skip
+    limit = partial(Workplace(job).setup.attribution.limit_tiles, days=len(period.days))
+    lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
+    job = replace(job, lattice=lattice)
+    _check_memory(job, city)
     facts = _describe_run(job, catalogue)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
     found = Preparation(job, catalogue, assumed)
@@ -161,6 +165,22 @@ def prepare_city(
         unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
         unfinished.replace(folder / _STUDY)
     return found
+
+
+def _check_memory(job: CityJob, city: CityOptions) -> None:
+    """Refuse tiles of a plan whose results fill more than half of a process's memory."""
+    if job.lattice is None or not job.tiles() or not Workplace(job).kind.is_plan:
+        return
+    each, share = Workplace(job).bytes_kept, city.bytes / (city.workers or 1) / 2
+    held = each * max(tile.cells for tile in job.tiles())
+    if held > share:
+        side = int(np.sqrt(share / each) * job.lattice.grid.dx)
+        msg = (
+            f"results of a tile take {held / 2**30:.1f} GB, {each:,} bytes a cell, and a process "
+            f"may hold {share / 2**30:.1f} GB of them; choose tiles='{side}m', or fewer groups "
+            "with who=, or leave masks= out"
+        )
+        raise InputError(msg, option="tiles")
 
 
 def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
@@ -198,7 +218,7 @@ def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
 def _find_template(place: Workplace) -> dict[str, Any]:
     """Return the variables of one cell far from everything."""
     grid = Grid(_FAR, _FAR, 1.0, 1.0, 1, 1)
-    variables, _, _ = count_window(place, grid, find_needs(place, grid))
+    variables, *_ = count_window(place, grid, find_needs(place, grid))
     return {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
 
 

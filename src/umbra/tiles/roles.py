@@ -12,7 +12,7 @@ from umbra.scene import Mesh, Part
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
 
-__all__ = ["NOTHING", "Roles"]
+__all__ = ["NOTHING", "Roles", "find_matching"]
 
 NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
@@ -52,7 +52,10 @@ class Roles:
             options, file = self._options, self._catalogue.files[number]
             casts = np.ones(file.counts["parts"], np.bool_)
             if options.cast or options.no_cast:
-                chosen, dropped = _match(file, options.cast), _match(file, options.no_cast)
+                chosen, dropped = (
+                    find_matching(file, options.cast),
+                    find_matching(file, options.no_cast),
+                )
                 casts = (chosen if options.cast else casts) & ~dropped
             casts &= self._find_kept(file)
             self._casts[number] = casts
@@ -60,14 +63,14 @@ class Roles:
 
     def find_canopies(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are canopies, (n_parts,) bool."""
-        return _match(self._catalogue.files[number], self._options.canopy)
+        return find_matching(self._catalogue.files[number], self._options.canopy)
 
     def find_receiving(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
         found = self._find_kept(file)
         if options.on:
-            found &= _match(file, options.on)
+            found &= find_matching(file, options.on)
         return found & ~self.find_canopies(number) if options.canopy else found
 
     def check(self) -> None:
@@ -79,9 +82,9 @@ class Roles:
         InputError
         """
         options, files = self._options, self._catalogue.files
-        for name in ("cast", "no_cast", "canopy", "on"):
+        for name in ("cast", "no_cast", "canopy", "on", "who", "proposed"):
             for pattern in getattr(options, name):
-                if not any(_match(file, [pattern]).any() for file in files):
+                if not any(find_matching(file, [pattern]).any() for file in files):
                     kinds = sorted({kind for file in files for kind in file.kinds if kind})
                     msg = (
                         f"{name}='{pattern}' matches no part of {len(files)} files; "
@@ -103,7 +106,7 @@ class Roles:
         return kept
 
 
-def _match(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
+def find_matching(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
     """Return which parts of a file one of some patterns matches, (n_parts,) bool."""
     found = np.zeros(file.counts["parts"], np.bool_)
     patterns = list(patterns)

@@ -19,6 +19,7 @@ from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
+from umbra.tiles.neighbours import join_neighbours
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.store import CityStore
 
@@ -157,6 +158,10 @@ def run_job(
     if not place.kind.is_plan:
         folders = [store.find_place(tile.number) for tile in tiles]
         assemble(store, SurfacePieces(folders), place.catalogue, facts)
+    if job.options.proposed:
+        folders = [store.find_place(tile.number) for tile in tiles]
+        found = join_neighbours(folders, place.catalogue)
+        store.add(found, {}, {}, int(str(facts.get("days", 1))))
     store.finish(facts)
     return CityStudy(folder, job, facts)
 

@@ -77,14 +77,23 @@ class CityStore:
         facts : mapping
             Global attributes.
         """
-        from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec  # noqa: PLC0415
-
-        zarr = _load_zarr()
-        group = zarr.create_group(
+        _load_zarr().create_group(
             str(self.path), overwrite=True, zarr_format=3,
             attributes={"Conventions": "CF-1.11", **make_plain(facts)},
         )  # fmt: skip
-        dates = int(str(facts.get("days", 1)))
+        self.add(template, sizes, side, int(str(facts.get("days", 1))))
+
+    def add(
+        self,
+        template: Mapping[str, tuple[tuple[str, ...], NDArray]],
+        sizes: Mapping[str, int],
+        side: Mapping[str, int],
+        dates: int,
+    ) -> None:
+        """Make or replace arrays, as ``create`` does; ``dates`` is the number of dates."""
+        from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec  # noqa: PLC0415
+
+        group = _load_zarr().open_group(str(self.path), mode="r+", use_consolidated=False)
         # Bytes of equal weight together: heights, full of digits, take a third less.
         packed: Any = BloscCodec(cname="zstd", clevel=_SHUFFLED, shuffle="shuffle")
         text: Any = ZstdCodec(level=_LEVEL)
@@ -97,7 +106,7 @@ class CityStore:
                 for dim, n in zip(dims, shape, strict=True)
             )
             made = group.create_array(
-                name, shape=shape, chunks=chunks, dimension_names=dims,
+                name, shape=shape, chunks=chunks, dimension_names=dims, overwrite=True,
                 dtype="string" if array.dtype.kind == "O" else array.dtype,
                 compressors=[packed if array.dtype.kind in "fiu" else text, Crc32cCodec()],
                 fill_value={"f": np.nan, "O": ""}.get(array.dtype.kind, 0),

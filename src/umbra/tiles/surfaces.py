@@ -7,7 +7,7 @@ when all tiles are done, ``pieces.py`` and ``assembly.py`` put them in the order
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,14 @@ from umbra.receivers.points import SurfaceSamples
 from umbra.receivers.samples import Samples, sample_surfaces
 from umbra.receivers.single import DIMS
 from umbra.scene.grid import Places
-from umbra.study.loop import look, pass_lights
+from umbra.study.compare import NeighbourSums
 from umbra.study.result import Study
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
+from umbra.tiles.neighbours import find_neighbours, split_neighbours
+from umbra.tiles.receive import count_receivers
 from umbra.volume.adjacency import make_caster
 
 __all__ = ["PartResults", "count_surfaces", "find_objects", "turn_outward"]
@@ -87,24 +89,29 @@ def _meets(box: NDArray[np.float64], grid: Any, row: int, col: int) -> bool:
     return bool((first <= (col, row)).all() and (last >= (col, row)).all())
 
 
-def count_surfaces(place: Workplace, tile: CityTile) -> tuple[list[PartResults], int]:
+def count_surfaces(
+    place: Workplace, tile: CityTile
+) -> tuple[list[PartResults], list[NeighbourSums], int]:
     """
     Count the surfaces of the objects in a tile.
 
     Returns
     -------
     pieces : list of PartResults
+    neighbours : list of NeighbourSums
+        Those that lose sun to a proposal; none without one.
     triangles : int
         Casting triangles that were read, added up over its batches.
     """
     near = Neighbourhood(place)
-    pieces, triangles = [], 0
+    pieces, neighbours, triangles = [], list[NeighbourSums](), 0
     for batch in _make_batches(place, near, find_objects(place, tile)):
-        piece, faces = _count_batch(place, near, batch)
-        triangles += faces
-        if piece is not None:
-            pieces.append(piece)
-    return pieces, triangles
+        found = _count_batch(place, near, batch)
+        if found is not None:
+            pieces.append(found[0])
+            neighbours += found[1]
+            triangles += found[2]
+    return pieces, neighbours, triangles
 
 
 def _make_batches(
@@ -144,15 +151,15 @@ def _pick(geometry: Any, objects: NDArray[np.intp]) -> NDArray[np.intp]:
 
 def _count_batch(
     place: Workplace, near: Neighbourhood, batch: Selection
-) -> tuple[PartResults | None, int]:
-    """Count the surfaces of some objects; return them, and the number of casting triangles."""
+) -> tuple[PartResults, list[NeighbourSums], int] | None:
+    """Count the surfaces of some objects; return them, neighbours, and the number of casters."""
     box = near.find_bounds(batch)
     units = batch | near.find_casting(box, place.suns)
     scene = near.read(units, "any").with_words(place.catalogue)
     parts = _find_parts(place, scene, batch)
     samples = _sample(scene, parts, place.job.options.spacing)
     if samples is None:
-        return None, 0
+        return None
     caster, canopy, soup = make_tile_casters(place, scene)
     casting = Casting(scene, soup, caster, place.job.threads, canopy=canopy)
     laid = SurfaceSamples(
@@ -160,22 +167,21 @@ def _count_batch(
         local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
         samples=samples,
     )  # fmt: skip
-    begun = replace(place.setup, canopy=canopy).begin(laid)
+    groups = place.groups
+    is_due = groups is not None and groups.are_among(units)
     request = Request(
-        scene, place.job.options, [], place.job.threads, canopy, lights=len(place.suns)
-    )
-    for where, make in laid.make_tiles(request):
-        tile = make()
-        pass_lights(
-            look(tile, canopy, where, tile.make_counter()), place.lights, begun.accumulators
-        )
-    arrays = begun.arrays
-    study = Study(
-        laid, place.period, arrays.shadow_hours, arrays.up_hours, begun.masks, {},
-        begun.variables(laid),
+        scene, place.job.options, [], place.job.threads, canopy, lights=len(place.suns),
+        has_groups=groups is not None,
     )  # fmt: skip
-    variables = {**study.variables(), **laid.sum_up(study)}
-    return _cut_to_parts(scene, samples, variables), len(caster.faces)
+    result = count_receivers(place, laid, laid.make_tiles(request), is_due=is_due)
+    arrays = result.arrays
+    study = Study(
+        laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
+        result.variables(laid),
+    )  # fmt: skip
+    variables = split_neighbours({**study.variables(), **laid.sum_up(study)})
+    pieces = _cut_to_parts(scene, samples, variables)
+    return pieces, find_neighbours(result, laid), len(caster.faces)
 
 
 def _find_parts(place: Workplace, scene: PartScene, batch: Selection) -> NDArray[np.intp]:

@@ -12,7 +12,7 @@ from umbra.casters import Canopy
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_groups
+from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_members
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
@@ -35,15 +35,15 @@ class AttributionOptions:
         Groups to attribute hours to; the last is the whole proposal, if any.
     shown : int
         Number of requested groups.
-    proposed : tuple of int
-        Parts of the proposed development.
+    proposed : tuple of int, optional
+        Parts of the proposed development; None if the sun lost to one is not asked for.
     under : float
         Limit of sun on a date [h].
     """
 
     groups: Groups | None = None
     shown: int = 0
-    proposed: tuple[int, ...] = ()
+    proposed: tuple[int, ...] | None = None
     under: float = 0.0
 
     @classmethod
@@ -57,26 +57,31 @@ class AttributionOptions:
         """Read the options, see ``umbra.shadow_study``."""
         weak = () if canopy is None else canopy.casting
         who, by, proposed = options.who, options.by, options.proposed
-        groups = find_groups(scene, casters, who, by, weak) if who or by else None
-        if not proposed:
-            return cls(groups, len(groups.names) if groups else 0)
-        parts = tuple(scene.select(proposed, option="proposed"))
-        # Refuses parts that do not cast.
-        new = find_groups(scene, casters, proposed, None, weak, "proposed")
-        whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
-        shown = len(groups.names) if groups else 0
-        under = read_hours("2h" if options.under is None else options.under)
-        return cls(_join(groups, whole), shown, parts, under)
+        names, member = find_members(scene, casters, who, by)
+        shown = len(names)
+        parts = None
+        if proposed:
+            parts = tuple(scene.select(proposed, option="proposed"))
+            # Refuses parts that do not cast.
+            _, new = find_members(scene, casters, proposed, None, "proposed")
+            names, member = (*names, "proposed"), np.column_stack([member, new.any(1)])
+        groups = Groups.of(names, member, casters, weak) if names else None
+        return cls(groups, shown, parts, cls.read_limit(options))
+
+    @staticmethod
+    def read_limit(options: StudyOptions) -> float:
+        """Return the limit of sun on a date [h]."""
+        return read_hours("2h" if options.under is None else options.under)
 
     def bytes_kept(self, days: int) -> int:
         """Return the memory of each receiver, with results by day of some dates [byte]."""
         kept = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
-        return kept + (18 + 5 * days if self.proposed else 0)
+        return kept + (18 + 5 * days if self.proposed is not None else 0)
 
     @property
     def facts(self) -> dict[str, object]:
         """Attributes of the result."""
-        return {"under_hours": self.under} if self.proposed else {}
+        return {"under_hours": self.under} if self.proposed is not None else {}
 
     def limit_tiles(self, side: int, days: int) -> int:
         """Return the longest tile side whose pieces and dates fit in memory."""
@@ -112,7 +117,7 @@ class Attribution(Accumulator):
         self.sole = np.zeros((count, *shape), np.float32)
         self.cast_by_day = np.zeros((kept, count, *shape), np.float32)
         self.sole_by_day = np.zeros((kept, count, *shape), np.float32)
-        of_proposal = shape if attribution.proposed else (0,)
+        of_proposal = shape if attribution.proposed is not None else (0,)
         self.owner = np.zeros(of_proposal, np.int32)
         self.nothing = np.zeros(of_proposal, np.bool_)
         self.newly_days = np.zeros(of_proposal, np.int16)
@@ -147,7 +152,12 @@ class Attribution(Accumulator):
 
     def end(self, progress: Callable[[int], object]) -> None:
         """End the tile."""
-        self._keep_owner(self._run.tiles[0], self._run.where)
+        self.skip(self._run)
+
+    def skip(self, run: TileRun) -> None:
+        """Keep the owners of receivers that no group's shadow can reach: their hours stay 0."""
+        if self.attribution.proposed is not None:
+            self.owner[run.where] = run.tiles[0].find_parts()
 
     def _enter(
         self, day: int, due: NDArray[np.float32], sole: NDArray[np.float32], where: Any
@@ -159,7 +169,7 @@ class Attribution(Accumulator):
         if len(self.cast_by_day):
             self.cast_by_day[day, :, *inside] = due
             self.sole_by_day[day, :, *inside] = sole
-        if not self.attribution.proposed:
+        if self.attribution.proposed is None:
             return
         up = np.float32(self.arrays.up_hours_by_day[day])
         newly = is_newly_under(
@@ -169,15 +179,11 @@ class Attribution(Accumulator):
         if len(self.newly_by_day):
             self.newly_by_day[day, *inside] = newly
 
-    def _keep_owner(self, tile: Tile, where: Any) -> None:
-        if self.attribution.proposed:
-            self.owner[where] = tile.find_parts()
-
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Blank the results where nothing receives."""
         for hours in (self.cast, self.sole, self.cast_by_day, self.sole_by_day):
             hours[..., nothing] = np.nan
-        if self.attribution.proposed:
+        if self.attribution.proposed is not None:
             self.nothing |= nothing
 
     def variables(self, laid: Receivers) -> Variables:
@@ -194,20 +200,27 @@ class Attribution(Accumulator):
                 axes = ("day", "caster", *dims)
                 found["cast_hours_by_day"] = (axes, self.cast_by_day[:, some])
                 found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
-        if attribution.proposed:
-            losses = SunLosses(
-                self.sole[-1],
-                self.newly_days,
-                np.isin(self.owner, attribution.proposed) | self.nothing,
-                self.owner,
-                self.model.scene.labels(),
-                laid.area,
-                len(self.arrays.period.days),
-                self.sole_by_day[:, -1] if has_days else None,
-                self.newly_by_day if has_days else None,
-            )
-            found |= losses.variables(dims)
+        losses = self.find_losses(laid)
+        if losses is not None:
+            found |= losses.variables(dims) | losses.sum_up().variables()
         return found
+
+    def find_losses(self, laid: Receivers) -> SunLosses | None:
+        """Return the sun that the proposal takes from its neighbours; None if it is not asked."""
+        proposed, has_days = self.attribution.proposed, len(self.cast_by_day) > 0
+        if proposed is None:
+            return None
+        return SunLosses(
+            self.sole[-1],
+            self.newly_days,
+            np.isin(self.owner, proposed) | self.nothing,
+            self.owner,
+            self.model.scene.labels(),
+            laid.area,
+            len(self.arrays.period.days),
+            self.sole_by_day[:, -1] if has_days else None,
+            self.newly_by_day if has_days else None,
+        )
 
 
 class ExactAttribution(Attribution):
@@ -261,19 +274,3 @@ class ExactAttribution(Attribution):
         for day in days:
             self._enter(day, due[day], sole[day], where)
         super().end(progress)
-
-
-def _join(some: Groups | None, more: Groups) -> Groups:
-    """Join two sets of groups, with pieces that are whole in both."""
-    if some is None:
-        return more
-    first = {part: k for k, piece in enumerate(some.pieces) for part in piece}
-    second = {part: k for k, piece in enumerate(more.pieces) for part in piece}
-    pieces: dict[tuple[int, int], list[int]] = {}
-    for part, piece in first.items():
-        pieces.setdefault((piece, second[part]), []).append(part)
-    keys = np.array(list(pieces))
-    member = np.concatenate([some.member[:, keys[:, 0]], more.member[:, keys[:, 1]]])
-    listed = tuple(tuple(parts) for parts in pieces.values())
-    is_weak = some.is_weak[keys[:, 0]]
-    return Groups(some.names + more.names, listed, np.ascontiguousarray(member), is_weak)

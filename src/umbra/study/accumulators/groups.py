@@ -22,7 +22,9 @@ from umbra.receivers.kind import PieceShares
 from umbra.scene import Scene
 from umbra.scene.grid import Places
 
-__all__ = ["BY", "Groups", "PiecesOneByOne", "ShareCount", "Shares", "find_groups"]
+__all__ = [
+    "BY", "Groups", "PiecesOneByOne", "ShareCount", "Shares", "check_count", "find_members",
+]  # fmt: skip
 
 Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
 """Takes suns (n, 3); returns an index of receivers, and their masks (n, ...)."""
@@ -54,6 +56,33 @@ class Groups:
     member: NDArray[np.bool_]
     is_weak: NDArray[np.bool_]
 
+    @classmethod
+    def of(
+        cls,
+        names: Sequence[str],
+        member: NDArray[np.bool_],
+        casters: Sequence[int],
+        weak: Sequence[int] = (),
+    ) -> "Groups":
+        """
+        Cut casters into pieces.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the groups.
+        member : (n_parts, n_groups) bool
+        casters : sequence of int
+            Indices of the parts that cast.
+        weak : sequence of int
+            Indices of the canopies among them.
+        """
+        listed = np.array(sorted(casters), np.intp)
+        rows = np.column_stack([member[listed], np.isin(listed, weak)])  # pieces are not mixed
+        kinds, piece = np.unique(rows, axis=0, return_inverse=True)
+        pieces = tuple(tuple(listed[piece.ravel() == k].tolist()) for k in range(len(kinds)))
+        return cls(tuple(names), pieces, np.ascontiguousarray(kinds.T[:-1]), kinds[:, -1])
+
 
 @dataclass(frozen=True, eq=False)
 class Shares:
@@ -72,14 +101,13 @@ class Shares:
     sole: NDArray[np.float32]
 
 
-def find_groups(
+def find_members(
     scene: Scene,
     casters: Sequence[int],
     who: Sequence[str] = (),
     by: str | None = None,
-    weak: Sequence[int] = (),
     option: str = "who",
-) -> Groups:
+) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
     """
     Group casting parts by patterns, name, kind or layer.
 
@@ -92,10 +120,14 @@ def find_groups(
         Shell patterns of names, kinds, layers or tags; without ``by`` one group each.
     by : {'part', 'kind', 'layer'}, optional
         One group per name, kind or layer, of all casters or those that match ``who``.
-    weak : sequence of int
-        Indices of the canopies among them.
     option : str
         Option that ``who`` comes from, for errors.
+
+    Returns
+    -------
+    names : tuple of str
+        Of the groups.
+    member : (n_parts, n_groups) bool
 
     Raises
     ------
@@ -121,20 +153,18 @@ def find_groups(
         words = scene.labels() if by == "part" else [getattr(part, by) for part in scene.parts]
         for part in some:
             chosen.setdefault(words[part] or f"no {by}", []).append(part)
-    if len(chosen) > _MOST_GROUPS:
-        msg = (
-            f"there are {len(chosen)} {by}s that cast; choose at most {_MOST_GROUPS} of them "
-            "with who="
-        )
-        raise InputError(msg, count=len(chosen))
-    member = np.zeros((len(scene.parts), len(chosen) + 1), np.bool_)
+    check_count(len(chosen), by)
+    member = np.zeros((len(scene.parts), len(chosen)), np.bool_)
     for group, parts in enumerate(chosen.values()):
         member[parts, group] = True
-    member[list(weak), -1] = True  # no piece mixes canopies and opaque parts
-    listed = np.array(sorted(casting))
-    kinds, piece = np.unique(member[listed], axis=0, return_inverse=True)
-    pieces = tuple(tuple(listed[piece.ravel() == k].tolist()) for k in range(len(kinds)))
-    return Groups(tuple(chosen), pieces, np.ascontiguousarray(kinds.T[:-1]), kinds[:, -1])
+    return tuple(chosen), member
+
+
+def check_count(count: int, by: str | None) -> None:
+    """Refuse more groups than are counted."""
+    if count > _MOST_GROUPS:
+        msg = f"there are {count} {by}s that cast; choose at most {_MOST_GROUPS} of them with who="
+        raise InputError(msg, count=count)
 
 
 class PiecesOneByOne:
