@@ -1,6 +1,7 @@
 """Hours of a city's surfaces as attributes of its CityJSON files."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,9 +38,11 @@ def write_city_attributes(
     -------
     paths : list of Path
     """
-    files = {id(one.sources[0]): one for one in result.catalogue.files}
+    # Each was read alone, and so without its layer.
+    named = [replace(one.sources[0], layer=one.layer) for one in result.catalogue.files]
+    files = dict(zip(map(id, named), result.catalogue.files, strict=True))
     written = []
-    sources = find_cityjson([one.sources[0] for one in files.values()])
+    sources = find_cityjson(named)
     for source, name in zip(sources, name_targets(sources), strict=True):
         file = files[id(source)]
         path = result.folder / _FOLDER / name
