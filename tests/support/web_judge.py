@@ -21,7 +21,7 @@ PIXELS = 1 / 64
 ROUNDING = 4e-7
 """Of float32 coordinates and depth, relative to the largest."""
 
-OTHER_GRIDS = (11, 13)
+OTHER_GRIDS = (11, 13, 15, 17, 19, 21)
 """
 Times as large pictures as that in which doubtful pixels are counted again.
 
@@ -54,7 +54,7 @@ class WebJudge:
     def __init__(self, picture, scene, size, ground=0.0):
         self.picture, self.scene = picture, quantise(scene)
         self.cracks = 0
-        self.counter = FrameCounter(self.scene, ground=ground)
+        self.counter = FrameCounter(self.scene, ground=ground, transmits=False)  # glass is a wall
         soup = self.scene.triangles()
         self.rays = RayCaster(soup.vertices, soup.faces, self.scene.origin)
         caster = self.counter.caster
@@ -123,15 +123,17 @@ class WebJudge:
 
     def _find_cracks(self, verdicts, places, expected):
         """Move what another grid of the rasteriser counts right from the wrong to the cracks."""
-        grids = [self.picture.count(times=times).ravel() for times in OTHER_GRIDS]
-        still = []
-        for line in verdicts.wrong:
-            pixel = places[int(line.split()[1])]
-            if any(counts[pixel] == expected[pixel] for counts in grids):
-                self.cracks += 1
-            else:
-                still.append(line)
-        verdicts.wrong = still
+        for times in OTHER_GRIDS:
+            counts, still = self.picture.count(times=times).ravel(), []
+            for line in verdicts.wrong:
+                pixel = places[int(line.split()[1])]
+                if counts[pixel] == expected[pixel]:
+                    self.cracks += 1
+                else:
+                    still.append(line)
+            verdicts.wrong = still
+            if not still:
+                return
 
     def _find_opened(self, camera, light):
         """Find the components that umbra opens; rays of tests/oracle judge that it is right."""
