@@ -71,11 +71,14 @@ def test_two_sheets_of_one_place_and_a_roof_in_the_floors_plane_are_told_apart()
 
 
 def test_a_film_over_the_sample_that_is_asked_first_hides_only_what_it_covers():
-    # Too close to the floor to have rims there: what hides that sample need not hide the others.
-    (mask,), points = count_on_floor(box((-1, -11, 0), (2, -9, 1e-7)), NOON)
-    inside = (points[:, 0] > -1) & (points[:, 0] < 2) & (points[:, 1] < -9)
-    middle = len(points) // 2
-    assert inside[np.lexsort(points.round(6).T[1::-1])[middle]]
+    # Too close to the floor to have rims there: what hides that sample need not hide the others,
+    # so the rims of the tower must be found.
+    film, tower = box((-1, -11, 0), (2, -9, 1e-7)), box((5, -5, 0), (7, -3, 3.2))
+    (mask,), points = count_on_floor(merge(film, tower), NOON)
+    x, y = points[:, 0], points[:, 1]
+    inside = (x > -1) & (x < 2) & (y < -9)
+    assert inside[np.lexsort(points.round(6).T[1::-1])[len(points) // 2]]
+    inside |= (x > 5) & (x < 7) & (y > -5) & (y < -3 + 3.2 * 0.75)
     np.testing.assert_array_equal(mask, inside)
 
 

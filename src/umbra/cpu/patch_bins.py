@@ -59,11 +59,9 @@ class SunBins(NamedTuple):
         Columns, rows, and index of the sun's first bin in ``starts``.
     starts : (n_bins,) int64
         First entry of each bin; the end follows a sun's last bin.
-    edge : (entries,) int32
-    change : (entries,) int16
-        Multiplicity of the edge.
-    order : (entries,) int32
-        Index of the edge in the sun's silhouette.
+    entries : (entries, 4) int32
+        The edge, its index in the sun's silhouette, its multiplicity, and its shell: side by side,
+        as the processor waits for memory more than it computes.
     table : (entries + LANES, 5) float32
         Lowest and highest x [bins], lowest and highest y within the bin's row, and greatest
         coordinate toward the sun [m]; in Fortran order.
@@ -75,9 +73,7 @@ class SunBins(NamedTuple):
     grid: NDArray[np.float64]
     shape: NDArray[np.int64]
     starts: NDArray[np.int64]
-    edge: NDArray[np.int32]
-    change: NDArray[np.int16]
-    order: NDArray[np.int32]
+    entries: NDArray[np.int32]
     table: NDArray[np.float32]
     most: int
 
@@ -169,12 +165,12 @@ class EdgeBinner:
         starts = np.zeros(begin[-1], np.int64)
         totals = np.zeros(n, np.int64)
         held = _make_entries(0)
-        ends = self.edges.ends
-        _fill(ends, edge, change, first, basis, grid, shape, starts, totals, *held)
+        ends, shell = self.edges.ends, self.edges.shell
+        _fill(ends, shell, edge, change, first, basis, grid, shape, starts, totals, *held)
         base = np.append(0, np.cumsum(totals))
         held = _make_entries(int(base[-1]))
         if base[-1]:
-            _fill(ends, edge, change, first, basis, grid, shape, starts, base, *held)
+            _fill(ends, shell, edge, change, first, basis, grid, shape, starts, base, *held)
         return SunBins(basis, grid, shape, starts, *held, int(lengths.max(initial=1)))
 
     def _find(
@@ -203,16 +199,9 @@ class EdgeBinner:
         )
 
 
-def _make_entries(
-    n: int,
-) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int32], NDArray[np.float32]]:
-    """Allocate edges, multiplicities, indices and their table."""
-    return (
-        np.zeros(n, np.int32),
-        np.zeros(n, np.int16),
-        np.zeros(n, np.int32),
-        np.zeros((n + LANES, 5), np.float32, order="F"),
-    )
+def _make_entries(n: int) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Allocate entries and their table."""
+    return np.zeros((n, 4), np.int32), np.zeros((n + LANES, 5), np.float32, order="F")
 
 
 @njit(cache=True, nogil=True)
@@ -266,12 +255,9 @@ def clamp(x, n):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _fill(
-    ends, edge, change, first, basis, grid, shape, starts, base,
-    out_edge, out_change, out_order, table,
-):  # fmt: skip
+def _fill(ends, shell, edge, change, first, basis, grid, shape, starts, base, entries, table):
     """Count the entries of each bin into ``starts`` and ``base``, then write them."""
-    write = out_edge.size > 0
+    write = entries.size > 0
     for s in prange(basis.shape[0]):
         cols, rows, begin = shape[s]
         gx, gy, scale = grid[s, 0], grid[s, 1], grid[s, 2]
@@ -312,9 +298,8 @@ def _fill(
                         continue
                     p = cursor[at]
                     cursor[at] = p + 1
-                    out_edge[p] = edge[q]
-                    out_change[p] = change[q]
-                    out_order[p] = q - first[s]
+                    entries[p, 0], entries[p, 1] = e, q - first[s]
+                    entries[p, 2], entries[p, 3] = change[q], shell[e]
                     table[p, 0], table[p, 1] = min(a, c) - _COARSE, max(a, c) + _COARSE
                     table[p, 2], table[p, 3] = max(y0, j) - _COARSE, min(y1, j + 1) + _COARSE
                     table[p, 4] = near

@@ -1,5 +1,6 @@
 """Shadow of patch samples by rays."""
 
+import numpy as np
 from numba import njit
 
 from umbra.kernels import borrowing, inlined
@@ -22,15 +23,16 @@ def ask_all(patches, bins, tree, stack, change, masks, i, s0, s1, last):
     Returns a face that hides one, or ``last``.
     """
     first, end = patches.first[i], patches.first[i + 1]
+    tried = np.int64(last)  # of no use after a lit sample: the next one is probably lit, too
     for k in range(first, end):
         m = get(patches.normals, k)
         for s in range(s0, s1):
             d = get_sun(bins, s)
             if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-                face = ask(patches, tree, stack, k, d, last)
-                if face < 0:
+                tried = ask(patches, tree, stack, k, d, tried)
+                if tried < 0:
                     continue
-                last = face
+                last = tried
             darken(change, masks, s, k, k + 1, end)
     return last
 

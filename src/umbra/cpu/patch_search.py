@@ -152,10 +152,10 @@ def is_covered(patches, bins, edges, tree, s, i, way, error, window, shell):
             if end - at < LANES:
                 met &= (1 << (end - at)) - 1
             while met != 0:
-                e = bins.edge[at + find_lowest(met)]
+                c = at + find_lowest(met)
                 met &= met - 1
-                if edges.shell[e] == shell:
-                    _, how = _project(patches, edges.ends, e, i, way, error, False)
+                if bins.entries[c, 3] == shell:
+                    _, how = _project(patches, edges.ends, bins.entries[c, 0], i, way, error, False)
                     if how == _MEETS:
                         return False
     return True
@@ -189,18 +189,16 @@ def find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window):
             while met != 0:
                 c = at + find_lowest(met)
                 met &= met - 1
-                o = bins.order[c]
+                e, o, change, shell = _four(bins.entries, c, 0)
                 if stamp[o] == look:
                     continue
                 stamp[o] = look
-                e = bins.edge[c]
                 rim, how = _project(patches, edges.ends, e, i, way, error, n_meeting > 0)
                 if how == _MISSES:
                     continue
                 n_meeting += how == _MEETS
                 rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = rim
-                rims[n, 4] = bins.change[c]
-                rims[n, 5] = edges.shell[e]
+                rims[n, 4], rims[n, 5] = change, shell
                 n += 1
     for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
         rim = _four(patches.cuts, c, 0)
