@@ -270,7 +270,7 @@ def _compose(
     """Resize shade and lines to a picture."""
     ink, fine = resample(jumps, size), resample(creases, size)
     lines = np.maximum(JUMP * ink * _fade(ink, THRONGED), CREASE * fine * _fade(fine, CROWDED))
-    bright = resample(shade.astype(np.float32), size)
+    bright = resample(shade, size)
 
     def pack(values: NDArray) -> NDArray[np.uint8]:
         return (np.clip(values, 0, 1) * 255 + 0.5).astype(np.uint8)
