@@ -8,7 +8,7 @@ from support.shapes import box, merge, nested_boxes, rewound, sheet
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.rays.eye_count import FaceBlocks, find_anchor
+from umbra.rays.eye_count import FaceBlocks, find_anchor, find_faces_before
 from umbra.scene import Camera, directional_light, make_scene, point_light, spot_light
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
@@ -195,3 +195,14 @@ def test_attached_shadow_and_a_spot_s_cone():
         light = spot_light((5, 0, 2), (0, 0, 3.5), half_angle)  # 16.7 degrees off the middle
         counts = counter.count(view, camera, light)
         assert frame.lit(counts, light)[2, 2] == is_lit
+
+
+@pytest.mark.parametrize("target", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
+def test_faces_that_reach_a_little_before_the_near_plane(target):
+    # A box 2 m before the eye, on each side of it: all but the two triangles of its back.
+    low, high = np.array([-1.0, -1, -1]), np.array([1.0, 1, 1])
+    caster = make_caster(*box(low + 3 * np.array(target), high + 3 * np.array(target)))
+    for near, n in ((1.99, 0), (2.01, 10), (4.01, 12)):
+        camera = Camera((0, 0, 0), target, near=near)
+        found = find_faces_before(caster, FaceBlocks.of(caster), camera, np.zeros(3))
+        assert len(found) == n
