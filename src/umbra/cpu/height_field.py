@@ -96,8 +96,7 @@ class HeightFieldSweep(Sweep):
         super().__init__(used, grid, threads)
         self.slopes = slopes or Slopes.none()
         self.floor = floor
-        self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
-        self.heights[:, : grid.cols] = heights
+        self.heights = np.ascontiguousarray(heights, np.float64)
 
     def _run(
         self,
@@ -109,7 +108,9 @@ class HeightFieldSweep(Sweep):
         count_type: type,
     ) -> NDArray[np.bool_]:
         grid = self.grid
-        level = self._buffer("level", (self.threads, grid.rows, grid.cols + _LANES), count_type)
+        beyond = -(-_LANES // grid.cols)  # rows for lanes after the last cell, never counted
+        shape = self.threads, grid.rows + beyond, grid.cols
+        level = self._buffer("level", shape, count_type)
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
         _sweep(
@@ -155,9 +156,9 @@ def _choose_edges(
 def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     row, col = corner
-    width = level.shape[1]
-    south, north = np.float64(row), np.float64(row + level.shape[0])
-    west, east = np.float64(col), np.float64(col + width - _LANES)
+    rows, width = heights.shape
+    south, north = np.float64(row), np.float64(row + rows)
+    west, east = np.float64(col), np.float64(col + width)
     kx = sx / sz
     ky = sy / sz
     deepest = 0
@@ -255,11 +256,17 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
                 widest = max(widest, length)
             if widest <= 1:
                 for i in range(min(r1 - top, _ROWS)):
-                    is_below = tops[places[i]] < bases[i] + gx * begins[i]
-                    held[places[i]] += m if is_below & (lengths[i] > 0) else 0
+                    place = places[i] if lengths[i] > 0 else np.uint64(0)
+                    is_below = tops[place] < bases[i] + gx * begins[i]
+                    held[place] += m if is_below & (lengths[i] > 0) else 0
                 continue
             for i in range(min(r1 - top, _ROWS)):
                 place, rest, x, at = places[i], lengths[i], begins[i], bases[i]
+                if place + np.uint64(max(rest, 0) + _LANES) > np.uint64(tops.size):
+                    for t in range(rest):  # lanes would read beyond the last cell
+                        is_below = tops[place + np.uint64(t)] < at + gx * (x + t)
+                        held[place + np.uint64(t)] += m if is_below else 0
+                    continue
                 if widest <= FEW_LANES:
                     add_below(tops, held, place, at, gx, x, rest, m)
                     continue
@@ -289,7 +296,6 @@ def _add_steps(level, out, cells, face, lit, sun):
         for c in range(o.size):
             o[c] += n[c] != 0
             n[c] = 0
-        n[o.size :] = 0
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -302,13 +308,13 @@ def _sweep(
     for q in prange(which.size):
         t = get_thread_id()
         s = which[q]
-        load = np.zeros(level.shape[1] + 1, np.int64)
+        load = np.zeros(heights.shape[0] + 1, np.int64)
         too_deep[s] = _fill(
             ends, weight, codes[starts[s] : starts[s + 1]],
             away[s, 0], away[s, 1], away[s, 2], heights, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
-            counts[s, :, :] = level[t, :, : counts.shape[2]]
+            counts[s, :, :] = level[t, : counts.shape[1]]
         if keep or too_deep[s]:
             level[t, :, :] = 0
         else:
