@@ -1,6 +1,7 @@
 """Silhouettes: solved by hand, held against a dictionary of edges, and closed at every vertex."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -222,6 +223,23 @@ def test_soups_without_shared_edges_keep_every_border():
     edges = find(mesh, (0.1, 0.2, 0.9, 0))
     assert len(edges) == 90
     assert set(edges.values()) == {1}
+
+
+def test_groups_face_a_light_as_one_but_for_faces_without_direction(monkeypatch):
+    monkeypatch.setattr(facing, "_MANY_FACES", 0)
+    n = 256
+    planes = np.full((4, n + 1), np.nan)
+    planes[:, :n] = np.random.default_rng(3).normal(0, 0.1, (4, n))
+    planes[2, :n] = 1.0
+    planes[:, 70] = 0.0  # never lit, edge-on to every light
+    caster = replace(make_caster(*CUBE), planes=planes, faces=np.zeros((n, 3), np.int32))
+    suns = np.array([(0.1, 0.2, 1, 0), (0.3, 0, 1, 0), (0, 0.1, -1, 0)])
+    for lights in suns, suns - (0, 0, 1, -1):
+        lit, edge_on = np.zeros((2, n + 1), np.uint8), np.zeros((2, 1), np.uint64)
+        facing.find_lit(planes, lights, lit[0], edge_on[0])
+        facing._find_lit_of(caster, lights, lit[1], edge_on[1])
+        np.testing.assert_array_equal(lit[0, :n], lit[1, :n])
+        np.testing.assert_array_equal(edge_on[0], edge_on[1])
 
 
 @pytest.mark.parametrize("name", SCENES)
