@@ -57,8 +57,8 @@ class GlRow:
         Pixels a side.
     driver : str
         What drew for umbra.
-    ours, no_shadows : Timing
-        A frame; a frame without shadows.
+    ours, no_shadows, eye_moving : Timing
+        A frame while the eye stands still; one without shadows; one while the eye moves as well.
     moving, still : Timing
         umbra's frame less all drawing, with the lamp moving and standing.
     peers : sequence of PeerTiming
@@ -69,6 +69,7 @@ class GlRow:
     driver: str
     ours: Timing
     no_shadows: Timing
+    eye_moving: Timing
     moving: Timing
     still: Timing
     peers: Sequence[PeerTiming]
@@ -78,9 +79,9 @@ class GlRow:
         """What shadows add to a frame [s]."""
         return self.ours.median - self.no_shadows.median
 
-    def compare(self, peer: PeerTiming) -> dict[str, float]:
-        """Return how many times longer a peer takes, in three ways."""
-        theirs, ours = peer.timing, self.ours
+    def compare(self, peer: PeerTiming, ours: Timing | None = None) -> dict[str, float]:
+        """Return how many times longer a peer takes than a frame, in three ways."""
+        theirs, ours = peer.timing, ours or self.ours
         return {
             "ratio": theirs.median / ours.median,
             "ratio_of_minima": theirs.least / ours.least,
@@ -90,7 +91,7 @@ class GlRow:
     def to_dict(self) -> dict[str, Any]:
         """Return numbers for programs; times in ms."""
         named = {
-            "ours": self.ours, "no_shadows": self.no_shadows,
+            "ours": self.ours, "no_shadows": self.no_shadows, "eye_moving": self.eye_moving,
             "calls": self.moving, "still_calls": self.still,
         }  # fmt: skip
         times: dict[str, float] = {}
@@ -110,6 +111,7 @@ class GlRow:
                     "driver": peer.driver,
                     **_in_ms(peer.timing),
                     **self.compare(peer),
+                    "ratio_eye_moving": self.compare(peer, self.eye_moving)["ratio"],
                     "mark": peer.kind.mark,
                 }
                 for peer in self.peers
@@ -155,6 +157,7 @@ class GlReport(BenchmarkReport):
             calls = f"below {1e3 * CALLS_MARK:g} ms"
             for work, who, timing, mark in (
                 (row.work, "umbra", row.ours, ""),
+                ("", "... the eye moving, too", row.eye_moving, ""),
                 ("", "... without shadows", row.no_shadows, ""),
                 ("", "... calls alone, lamp moving", row.moving, ""),
                 ("", "... calls alone, lamp standing", row.still, calls),
@@ -166,6 +169,8 @@ class GlReport(BenchmarkReport):
                 ratios = [f"{ratio:.2f}" for ratio in row.compare(peer).values()]
                 mark = "" if peer.kind.mark is None else f"{peer.kind.mark:g}"
                 lines.append(["", peer.name, *_show(peer.timing), *ratios, mark])
+                ratios = [f"{ratio:.2f}" for ratio in row.compare(peer, row.eye_moving).values()]
+                lines.append(["", "... to umbra with the eye moving", "", "", *ratios, ""])
         drivers = {row.driver for row in self.rows}
         drivers |= {peer.driver for row in self.rows for peer in row.peers}
         return (
@@ -238,6 +243,7 @@ def _compare(
         turns = {
             "ours": _Turns(scene.path, frames, ours.time),
             "no_shadows": _Turns(scene.path, frames, lambda way: ours.time(way, shadows=False)),
+            "eye_moving": _Turns(scene.path, frames, lambda way: ours.time(way, moves_eye=True)),
             "moving": _Turns(scene.path, frames, ours.time_calls),
             "still": _Turns(scene.path[:1], frames, ours.time_calls),
             **{peer.kind.name: _Turns(scene.path, frames, peer.render) for peer in peers},
@@ -253,7 +259,8 @@ def _compare(
                 peer.save(place, run.pictures / f"{peer.kind.name}_{size}.png")
         return GlRow(
             work, size, ours.driver,
-            timings["ours"], timings["no_shadows"], timings["moving"], timings["still"],
+            timings["ours"], timings["no_shadows"], timings["eye_moving"],
+            timings["moving"], timings["still"],
             [PeerTiming(p.kind, p.name, p.driver, timings[p.kind.name]) for p in peers],
         )  # fmt: skip
 

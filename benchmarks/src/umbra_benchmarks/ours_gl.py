@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -17,7 +18,9 @@ from umbra_benchmarks.scenes import Spheres
 
 __all__ = ["OursGl", "drawing_nothing", "make_part_scene"]
 
-_CLEARS = ("Clear", "ClearBufferfv", "ClearBufferiv")
+_FILLS = ("BlitFramebuffer", "Clear", "ClearBufferfv", "ClearBufferiv")
+_STEP = 0.01
+"""How far the eye moves from frame to frame where it does [m]."""
 Place = Sequence[float]
 
 
@@ -67,17 +70,22 @@ class OursGl:
         eye, target = np.array(scene.eye), np.array(scene.target)
         self._camera = Camera(eye, target, size=(size, size), fov=scene.fov)
 
-    def render(self, light: Place, *, shadows: bool = True) -> None:
-        """Ask for a frame with the lamp at a place; it may not be drawn yet."""
-        self._renderer.draw(self._camera, [point_light(light)], shadows=shadows)
+    def render(self, light: Place, *, shadows: bool = True, step: float = 0.0) -> None:
+        """Ask for a frame with the lamp at a place and the eye a step [m] aside; it may be late."""
+        camera = replace(self._camera, eye=self._camera.eye + [step, 0.0, 0.0])
+        self._renderer.draw(camera, [point_light(light)], shadows=shadows)
 
     def finish(self) -> None:
         """Wait until all that was asked for is drawn."""
         self._device.gl.Finish()
 
-    def time(self, lights: Sequence[Place], *, shadows: bool = True) -> Spent:
+    def time(
+        self, lights: Sequence[Place], *, shadows: bool = True, moves_eye: bool = False
+    ) -> Spent:
         """
         Draw a frame for each place of the lamp, each finished before the next.
+
+        With ``moves_eye`` each frame is seen from another place, so that nothing seen is kept.
 
         Returns
         -------
@@ -85,8 +93,8 @@ class OursGl:
             On one frame, the mean.
         """
         begun, busy = time.perf_counter(), time.process_time()
-        for light in lights:
-            self.render(light, shadows=shadows)
+        for number, light in enumerate(lights, 1):
+            self.render(light, shadows=shadows, step=_STEP * number * moves_eye)
             self.finish()
         wall, busy = time.perf_counter() - begun, time.process_time() - busy
         return Spent(wall / len(lights), busy / len(lights))
@@ -135,7 +143,7 @@ def drawing_nothing(device: Device) -> Iterator[None]:
 
     with ExitStack() as stack:
         stack.enter_context(patch.object(VertexArray, "render", _do_nothing))
-        for name in _CLEARS:
+        for name in _FILLS:
             stack.enter_context(patch.object(device.gl, name, _do_nothing))
         yield
 

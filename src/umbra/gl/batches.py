@@ -99,6 +99,9 @@ def _list_carried(part: Part) -> tuple[str, ...]:
         "HAS_TANGENTS": mesh.tangents is not None and has_bumps,
         "HAS_TINTS": mesh.colors is not None,
         "IS_UNLIT": material.is_unlit,
+        "IS_GLOWING": any(material.emission),
+        "IS_MASK": material.alpha_mode == "mask",
+        "IS_BLEND": material.alpha_mode == "blend",
     }
     for field, name in IMAGES.items():
         image = getattr(material, field)

@@ -30,6 +30,7 @@ _ARGUMENTS = {
     "BindTexture": "ee",
     "BlendEquation": "e",
     "BlendFunc": "ee",
+    "BlitFramebuffer": "iiiiiiiiee",
     "CheckFramebufferStatus": "e",
     "Clear": "e",
     "ClearBufferfv": "eip",

@@ -15,12 +15,22 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import UmbraError
+from umbra.gl.carried import PREFIX, Lines, carry_uniforms
 from umbra.gl.context import Device, release_all
+from umbra.scene.camera import BOUNCE, FROM_GROUND, FROM_SKY, HORIZON, SKY
 
 __all__ = ["Program", "Programs", "load_source"]
 
 TRIANGLES = 4
 _VERSION = "#version 330 core\n"
+_COLORS: dict[str, Any] = {
+    "SKY": SKY, "HORIZON": HORIZON, "BOUNCE": BOUNCE,
+    "FROM_SKY": FROM_SKY, "FROM_GROUND": FROM_GROUND,
+}  # fmt: skip
+_CONSTANTS = {
+    name: f"vec3({float(red)}, {float(green)}, {float(blue)})"
+    for name, (red, green, blue) in _COLORS.items()
+}
 # Mesa "0:12(3): error: ...", NVIDIA "0(12) : error ...", AMD and Apple "ERROR: 0:12: ...".
 _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.I)
 
@@ -65,11 +75,15 @@ class Program:
         fragment: str,
         defines: Mapping[str, object] | None = None,
     ) -> None:
-        names = {**(defines or {}), **({"REVERSED": 1} if device.reverses_depth else {})}
+        reversed_depth = {"REVERSED": 1} if device.reverses_depth else {}
+        names = {**_CONSTANTS, **(defines or {}), **reversed_depth}
         head = [(f"#define {name} {value}", "defines") for name, value in names.items()]
+        sources: tuple[Lines, Lines] = load_source(vertex), load_source(fragment)
+        if device.is_software:
+            sources = carry_uniforms(*sources)
         self._sources = {
-            "vertex_shader": [*head, *load_source(vertex)],
-            "fragment_shader": [*head, *load_source(fragment)],
+            "vertex_shader": [*head, *sources[0]],
+            "fragment_shader": [*head, *sources[1]],
         }
         self._device = device
         texts = {
@@ -81,11 +95,11 @@ class Program:
         except Exception as error:  # noqa: BLE001  (moderngl is not imported here)
             msg = f"a shader does not compile: {self._explain(str(error), vertex, fragment)}"
             raise UmbraError(msg, report=str(error)) from None
-        self._members = {
-            name: self.handle[name]
-            for name in self.handle
-            if hasattr(self.handle[name], "write") and hasattr(self.handle[name], "location")
-        }
+        self._members: dict[str, list[Any]] = {}
+        for name in self.handle:
+            member = self.handle[name]
+            if hasattr(member, "write") and hasattr(member, "location"):
+                self._members.setdefault(name.removeprefix(PREFIX), []).append(member)
         self._given: dict[str, Any] = {}
         self._array: Any = None
         device.keep("program", self.handle.glo)
@@ -113,18 +127,20 @@ class Program:
         gl = self._device.gl
         gl.UseProgram(self.handle.glo)
         for name, value in uniforms.items():
-            member = self._members.get(name)
-            if member is None or value is self._given.get(name):
+            members = self._members.get(name)
+            if members is None or value is self._given.get(name):
                 continue
             is_array = isinstance(value, np.ndarray)
             self._given[name] = None if is_array and value.flags.writeable else value
-            if is_array:
-                matrix = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
-                member.write(np.ascontiguousarray(matrix, np.float32).tobytes())
-            elif isinstance(value, int):
-                gl.Uniform1i(member.location, value)  # moderngl lacks buffer samplers
-            else:
-                gl.Uniform1f(member.location, value)
+            for member in members:
+                if is_array:
+                    is_matrix = value.ndim == 2 and value.shape[0] == value.shape[1]
+                    matrix = value.T if is_matrix else value
+                    member.write(np.ascontiguousarray(matrix, np.float32).tobytes())
+                elif isinstance(value, int):
+                    gl.Uniform1i(member.location, value)  # moderngl lacks buffer samplers
+                else:
+                    gl.Uniform1f(member.location, value)
 
     def draw(self, count: int) -> None:
         """Draw triangles of ``count`` vertices, computed by the shader from their numbers."""

@@ -35,6 +35,7 @@ from umbra.gl.selection import VolumeOptions
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
+from umbra.gl.still import StillView
 from umbra.gl.surfaces import SurfaceRenderer
 from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
 from umbra.gl.transmission import TransmitterTables
@@ -119,10 +120,13 @@ class Renderer(DeviceUser):
         super().__init__(device)
         with self.device.current():
             self._build(scene)
-            self.shading = Shading(self.device, is_glossy=self.surfaces.is_glossy)
+            surfaces = self.surfaces
+            self.shading = Shading(
+                self.device, is_glossy=surfaces.is_glossy, is_plain=surfaces.is_plain
+            )
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
             self.passes = LightPasses(self.shading, self.lamps, self._timed)
-            self.layers = TransparentLayers(self.device)
+            self.layers, self.still = TransparentLayers(self.device), StillView(self.device)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -139,6 +143,7 @@ class Renderer(DeviceUser):
         silhouette is that of the visible mesh. Adjacency is kept, unless coincident corners
         separate: then all geometry is rebuilt.
         """
+        self.still.forget()
         groups = find_posed(self.geometry.groups, self.scene, scene)
         if groups is None or (groups and not self.planner.can_bend(groups)):
             bodies = self.planner.bodies
@@ -166,7 +171,7 @@ class Renderer(DeviceUser):
         samples: int = 1,
     ) -> NDArray[np.uint8]:
         """
-        Draw a picture and read it back.
+        Draw a picture anew and read it back: the same for the same arguments.
 
         Parameters
         ----------
@@ -187,6 +192,7 @@ class Renderer(DeviceUser):
         rgb : (rows, cols, 3) uint8
             sRGB; row 0 is the top.
         """
+        self.still.forget()
         self.draw(camera, lights, method, shadows=shadows, soft=soft, samples=samples)
         return self.read()
 
@@ -205,6 +211,9 @@ class Renderer(DeviceUser):
     ) -> None:
         """
         Draw a picture into ``targets.picture``; parameters as in ``render``.
+
+        With one light, what a still eye sees is kept (`StillView`): such a picture may differ from
+        the first of its view by one of 255 levels.
 
         Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
         and rows, and enlarged by a filter of ``upsampling``.
@@ -280,27 +289,40 @@ class Renderer(DeviceUser):
         method: str,
         shadows: bool,
     ) -> None:
-        """Draw surfaces in one light, or none, and in its shadow; then select by count."""
+        """
+        Draw surfaces in one light, or none, and in its shadow; then select by count.
+
+        For an eye that stands still, copy the view in shadow and draw the light where none counts.
+        """
         origin = self.scene.origin
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
-        target = targets.both if lights and shadows else targets.drawn
+        is_still = self.still.is_same(targets, projection) and bool(lamps)
+        target = targets.both if lights and shadows and not is_still else targets.drawn
         with self._timed("surfaces"):
-            target.begin(state)
-            lamp, cull = lamps[0] if lamps else None, projection.sees_all
-            self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
-            self.shading.draw_sky(state, target)
+            if is_still:
+                self.still.show(state, targets, self.shading, self.draw_surface)
+            else:
+                target.begin(state)
+                lamp, cull = lamps[0] if lamps else None, projection.sees_all
+                self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
+                self.shading.draw_sky(state, target)
         self.device.gl.Flush()  # a software device draws while volumes are planned
-        if not shadows:
-            return
-        for plan in self._plan(projection, lights, method, exact=counter is not self.counter):
-            if plan.scissor is not None and 0 in plan.scissor[2:]:
-                continue
+        exact, scissor, spares = counter is not self.counter, None, False
+        for plan in self._plan(projection, lights, method, exact=exact) if shadows else ():
+            scissor, spares = plan.scissor, self._spares_turned(counter, plan)
+            if scissor is not None and 0 in scissor[2:]:
+                return
             with self._timed("shadows"):
                 counter.count(state, target, plan, is_clear=True)
+            if not is_still:
+                with self._timed("light"):
+                    targets.drawn.use()
+                    self.shading.darken(state, targets.both, scissor, spares_turned=spares)
+        if is_still:
             with self._timed("light"):
                 targets.drawn.use()
-                spares = self._spares_turned(counter, plan)
-                self.shading.darken(state, targets.both, plan.scissor, spares_turned=spares)
+                given = (state, targets.surface, projection, lamps[0], scissor)
+                self.shading.show_light(*given, spares_turned=spares)
 
     def _draw_in_turn(
         self,
@@ -315,6 +337,7 @@ class Renderer(DeviceUser):
         behind: SoftLights,
     ) -> None:
         """Draw surfaces, add each light, then transparent surfaces and the sky."""
+        self.still.forget()
         with self._timed("surfaces"):
             self.draw_surface(state)
         self.device.gl.Flush()
@@ -372,5 +395,5 @@ class Renderer(DeviceUser):
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def _list_held(self) -> Iterable[Any]:
-        yield from (self.targets, self.shading, self.lamps, self.averaging, self.layers)
+        yield from (self.still, self.targets, self.shading, self.lamps, self.averaging, self.layers)
         yield from self._list_of_scene()

@@ -22,7 +22,6 @@ from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
 from umbra.scene import Light
-from umbra.scene.camera import HORIZON, SKY
 
 if TYPE_CHECKING:
     from umbra.gl.transmission import TransmitterTables
@@ -133,10 +132,14 @@ Scissor = tuple[int, int, int, int]
 
 
 class Shading:
-    """The programs that light a picture, with or without gloss."""
+    """
+    The programs that light a picture.
 
-    def __init__(self, device: Device, *, is_glossy: bool = False) -> None:
-        self._needs = ("HAS_GLOSSY",) if is_glossy else ()
+    ``is_glossy`` if any surface is, ``is_plain`` if none does anything but scatter light.
+    """
+
+    def __init__(self, device: Device, *, is_glossy: bool = False, is_plain: bool = False) -> None:
+        self._needs = ("HAS_GLOSSY",) if is_glossy else ("IS_PLAIN",) if is_plain else ()
         self._light, self._finish, self._sky, self._dark = (
             Programs(device, "picture.vert.glsl", f"{what}.frag.glsl")
             for what in ("light", "finish", "sky", "dark")
@@ -229,6 +232,31 @@ class Shading:
         needs = (*lamp.needs, "IS_TURNED")
         self._draw_light(state, how, surface, projection, needs, extent=0.0, **lamp.uniforms)
 
+    def show_light(
+        self,
+        state: State,
+        surface: Target,
+        projection: Projection,
+        lamp: Lamp,
+        scissor: Scissor | None = None,
+        *,
+        spares_turned: bool = False,
+    ) -> None:
+        """
+        Draw what the only light reaches, as it is shown.
+
+        Before: the picture is in use, all in shadow; inside the scissor the stencil counts
+        shadows, and ``surface`` holds what is before any light. After: where the stencil is 0
+        it shows surfaces in that light; with ``spares_turned`` also where ``darken`` spares them.
+        """
+        surface.bind(_SHARES, LIGHT)
+        lamp.bind()
+        for count, more in ((0, ()), (1, ("IS_TURNED",)))[: 2 if spares_turned else 1]:
+            lit = Stencil(test="equal", reference=count)
+            how = Pass(color_write=True, scissor=scissor, stencil=lit, depth_test="greater")
+            needs = (*lamp.needs, "IS_SHOWN", "IS_FAR", *more)  # nothing where nothing is seen
+            self._draw_light(state, how, surface, projection, needs, extent=0.0, **lamp.uniforms)
+
     def _draw_light(
         self,
         state: State,
@@ -242,7 +270,7 @@ class Shading:
             surface.bind(unit, place)
         draw_samples(
             state, how, self._light, (*needs, *self._needs), surface.samples,
-            places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES,
+            places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, befores=_SHARES,
             **uniforms, **find_rays(projection),
         )  # fmt: skip
 
@@ -267,14 +295,14 @@ class Shading:
         needs = ("IS_LAID",) if is_laid else ()
         draw_samples(
             state, Pass(color_write=True), self._finish, needs, surface.samples,
-            light=_PLACES, faces=_FACES, **_describe_sky(surface),
+            light=_PLACES, faces=_FACES, rows=float(surface.size[1]),
         )  # fmt: skip
 
     def draw_sky(self, state: State, both: Target) -> None:
         """Fill the background of the target in use with sky."""
         state.use(_BEHIND)
         program = self._sky.find("IS_FAR")
-        program.set(**_describe_sky(both))
+        program.set(rows=float(both.size[1]))
         program.draw(3)
 
     def darken(
@@ -304,8 +332,3 @@ class Shading:
     def release(self) -> None:
         """Free the programs."""
         release_all(self._light, self._over, self._finish, self._sky, self._dark)
-
-
-def _describe_sky(target: Target) -> dict[str, Any]:
-    """Return the uniforms of ``sky.glsl``."""
-    return {"sky": np.array(SKY), "horizon": np.array(HORIZON), "rows": float(target.size[1])}

@@ -58,6 +58,12 @@ class Stencil:
     back_depth_fail: str = "keep"
     back_depth_pass: str = "keep"
 
+    @property
+    def is_written(self) -> bool:
+        """Whether any operation changes the stencil."""
+        front = {self.front_depth_fail, self.front_depth_pass}
+        return front | {self.back_depth_fail, self.back_depth_pass} != {"keep"}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pass:
@@ -185,6 +191,8 @@ class State:
             bits |= 0x0400
         gl.Clear(bits)
         gl.DepthMask(now.depth_write)
+        if now.stencil is not None and stencil is not None:
+            gl.StencilMask(0xFF if now.stencil.is_written else 0)
         self._set_scissor(now.scissor)
         self._is_limited = False
 
@@ -202,6 +210,7 @@ class State:
         gl.PolygonOffset(0.0, 0.0)
         gl.SampleMaski(0, _ALL_SAMPLES)
         self._set_stencil(Stencil())
+        gl.StencilMask(0xFF)
         gl.Disable(_STENCIL_TEST)
         self._control_clip(_BOTH_WAYS)
 
@@ -250,7 +259,8 @@ class State:
         self._switch(_STENCIL_TEST, stencil is not None)
         if stencil is None:
             return
-        gl.StencilMask(0xFF)
+        # Where a pass only tests, a software device need not write all of it back.
+        gl.StencilMask(0xFF if stencil.is_written else 0)
         gl.StencilFuncSeparate(_BOTH, _FUNCTIONS[stencil.test], stencil.reference, 0xFF)
         for side, depth_fail, depth_pass in (
             (_FRONT, stencil.front_depth_fail, stencil.front_depth_pass),

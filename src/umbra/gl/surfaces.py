@@ -24,7 +24,7 @@ from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PLACE, Target
 from umbra.scene import Scene
-from umbra.scene.camera import BOUNCE, FROM_GROUND, FROM_SKY, GROUND_COLOR, HORIZON, SKY
+from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.material import WRAPS
 
 __all__ = ["SurfaceRenderer"]
@@ -33,7 +33,7 @@ _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is the lamp
 _BEHIND, _TANGENTS = 7, 11
 _UNITS = dict(zip(IMAGES, (5, 6, 16, 17), strict=True))  # OpenGL 3.3 has 48 units, 16 a shader
 _UV2S = 18
-_EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
+_NOT_PLAIN = {"IS_GLOSSY", "IS_GLOWING", "IS_UNLIT", "HAS_OPENINGS"}
 
 
 class SurfaceRenderer:
@@ -73,6 +73,11 @@ class SurfaceRenderer:
     def is_glossy(self) -> bool:
         """Whether any surface is glossy."""
         return any("IS_GLOSSY" in batch.has for batch in self._batches)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether all surfaces do nothing but scatter light, of which none is their own."""
+        return not any(_NOT_PLAIN & set(batch.has) for batch in self._batches)
 
     @property
     def has_normals(self) -> bool:
@@ -171,7 +176,7 @@ class SurfaceRenderer:
             plane = self._ground.find(*needs, RINGS=RINGS)
             if lamp is not None:
                 lamp.set(plane)
-            shown = {"albedo": np.array(GROUND_COLOR), **_EVEN, **find_rays(projection)}
+            shown = {"albedo": np.array(GROUND_COLOR), **find_rays(projection)}
             draw_ground(state, plane, projection, ground, shown)
 
     def draw_layer(
@@ -209,7 +214,6 @@ class SurfaceRenderer:
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, tangents=_TANGENTS,
             more_uvs=_UV2S, **{IMAGES[name].lower(): unit for name, unit in _UNITS.items()},
-            sky=np.array(SKY), horizon=np.array(HORIZON), bounce=np.array(BOUNCE), **_EVEN,
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
         return program
@@ -225,8 +229,7 @@ class SurfaceRenderer:
         program.set(
             color=np.array(material.color), opacity=material.opacity,
             emission=np.array(material.emission),
-            is_mask=int(material.alpha_mode == "mask"),
-            is_blend=int(material.alpha_mode == "blend"), cutoff=material.cutoff_level,
+            cutoff=material.cutoff_level,
             metallic=float(material.metallic), roughness=float(material.roughness or 0.0),
             bump_scale=float(material.normal_scale), occlusion=float(material.occlusion),
             seconds=np.array([getattr(images[name], "uv_set", 0) for name in _UNITS], float),

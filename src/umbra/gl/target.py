@@ -41,7 +41,7 @@ FORMATS: dict[str, tuple[int, int, int, type, int]] = {
 }
 """What a colour attachment may hold."""
 
-_FRAMEBUFFER, _RENDERBUFFER = 0x8D40, 0x8D41
+_FRAMEBUFFER, _READ_FRAMEBUFFER, _RENDERBUFFER = 0x8D40, 0x8CA8, 0x8D41
 _DEPTH24_STENCIL8, _DEPTH32F_STENCIL8 = 0x88F0, 0x8CAD
 _DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x821A, 0x8CE0
 _COMPLETE = 0x8CD5
@@ -195,6 +195,14 @@ class Target:
         self.use()
         state.use(Pass(color_write=True))
         self.clear_color(*values)
+
+    def copy(self, other: "Target") -> None:
+        """Use the target, and copy another's first attachment, of its size, into its own."""
+        self.use()
+        self._device.gl.BindFramebuffer(_READ_FRAMEBUFFER, other.framebuffer)
+        self._device.gl.ReadBuffer(_COLOR)
+        self._device.gl.BlitFramebuffer(0, 0, *self.size, 0, 0, *self.size, 0x4000, 0x2600)
+        self._device.gl.BindFramebuffer(_READ_FRAMEBUFFER, self.framebuffer)
 
     def clear_color(self, *values: float, place: int = 0) -> None:
         """

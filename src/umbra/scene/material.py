@@ -117,8 +117,8 @@ class Material:
     """
     Material of a surface: diffuse reflection (Lambert), and optional emission.
 
-    Geometry casts whatever it is made of: shadow volumes know no glass and no
-    holes in a texture.
+    What is transparent weakens and tints the light, holes in a texture let it through, in
+    pictures on both devices; all else casts whole shadows (`umbra.rays.transmission`).
 
     Parameters
     ----------

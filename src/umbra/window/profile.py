@@ -179,6 +179,7 @@ class ShadowProfile:
             top=float(suns.hours.sum()), step_hours=suns.step, opacity=_OPACITY, aside=ASIDE,
             projection=projection.clip_matrix,
         )  # fmt: skip
+        self._renderer.still.forget()  # the relief is drawn into its depth
         for each in (_DEPTH, _SURFACE):
             state.use(each)
             self._relief.draw(6 * (grid.cols - 1) * (grid.rows - 1))

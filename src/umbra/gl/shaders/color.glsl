@@ -25,12 +25,12 @@ vec3 encode(vec3 light) {
 
 // What is brighter than a screen shows is compressed toward white, as umbra/cpu/shade.py says.
 vec3 compress(vec3 light) {
-    float peak = max(max(light.r, light.g), light.b);
-    float bright = max(peak, COMPRESSED), room = 1.0 - COMPRESSED;
-    float shown = 1.0 - room * room / (bright + room - COMPRESSED);
-    vec3 scaled = light * (shown / bright);
-    float pale = 1.0 - 1.0 / (DESATURATION * (bright - shown) + 1.0);
-    return peak > COMPRESSED ? mix(scaled, vec3(shown), pale) : light;
+    // It is shown as bright as shown / whole, and keeps whole / kept of its colour: one division.
+    float bright = max(max(max(light.r, light.g), light.b), COMPRESSED), room = 1.0 - COMPRESSED;
+    float whole = bright + room - COMPRESSED, shown = whole - room * room;
+    float kept = whole + DESATURATION * (bright * whole - shown);
+    float part = shown / (whole * bright * kept);
+    return part * (whole * light + (kept - whole) * bright);
 }
 
 vec3 show(vec3 light) {

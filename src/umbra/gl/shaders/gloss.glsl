@@ -1,7 +1,5 @@
 // How glossy surfaces reflect: glTF's metallic-roughness model, as umbra/cpu/gloss.py says it.
 
-uniform vec3 sky, horizon, bounce;  // at the zenith and above the horizon; of the ground
-
 const float DIELECTRIC = 0.04;  // what reflects head-on what is no metal
 const float LEAST = 0.045;      // roughness
 const float TINY = 1e-9;
@@ -26,7 +24,7 @@ vec3 reflect_light(vec3 albedo, float metallic, float roughness, vec3 normal, ve
 // Of the sky in a direction that rises by a sine, as blurred as a mirror is rough.
 vec3 find_dome(float up, float roughness) {
     float above = clamp(0.5 + 0.5 * up / (0.05 + 0.95 * roughness), 0.0, 1.0);
-    return mix(bounce, mix(horizon, sky, clamp(up, 0.0, 1.0)), above);
+    return mix(BOUNCE, mix(HORIZON, SKY, clamp(up, 0.0, 1.0)), above);
 }
 
 // Of an even ambient light, and of the sky.

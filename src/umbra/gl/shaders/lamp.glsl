@@ -33,8 +33,10 @@ vec3 find_way(vec3 place) {
 #endif
 }
 
+// Whether a unit normal is not that of the face, which may have any length.
 bool is_smooth(vec3 normal, vec3 flat_normal) {
-    return dot(normal, flat_normal) < 0.99999;
+    float lean = dot(normal, flat_normal);
+    return lean * abs(lean) < 0.99998 * dot(flat_normal, flat_normal);
 }
 
 // Whether a face is turned from the lamp whose smooth normal is not: near the terminator its own

@@ -1,11 +1,14 @@
 // What one light adds where it reaches, or as much of it as a share says (HAS_SHARE), and as
 // triangles that transmit light leave of it (IS_TRANSMITTED).
 //
+// IS_SHOWN: the colour of the picture there, with what was before any light, where that is changed.
+// IS_PLAIN: before the light there is only an even one.
 // IS_TURNED: only to what is turned from it but for its smooth normal. SPARES_TURNED: to all else,
 // without the share that the face itself hides below its horizon.
 
 #include "color.glsl"
 #include "gloss.glsl"
+#include "ambient.glsl"
 #include "picture.glsl"
 #include "lamp.glsl"
 #include "samples.glsl"
@@ -19,6 +22,7 @@ uniform int n_sheer_lamps;
 uniform PICTURE places;      // normals and depth keys
 uniform PICTURE albedos;
 uniform PICTURE faces;       // their own normals
+uniform PICTURE befores;     // glow and ambient light
 uniform sampler2D shares;    // what part of the light reaches each pixel
 uniform float extent;        // radius of the light, of a directional one as a sine
 
@@ -78,5 +82,18 @@ void main() {
         lamplight *= left / float(n_sheer_lamps);
     }
 #endif
-    added = vec4(lamplight * reflected, 0.0);
+    vec3 light = lamplight * reflected;
+#ifdef IS_SHOWN
+    if (max(max(light.r, light.g), light.b) <= 0.0) {
+        discard;
+    }
+#ifdef IS_PLAIN
+    vec3 before = albedo * find_ambient(seen.xyz);
+#else
+    vec3 before = texelFetch(befores, pixel, which).rgb;
+#endif
+    added = vec4(show(before + light), 1.0);
+#else
+    added = vec4(light, 0.0);
+#endif
 }

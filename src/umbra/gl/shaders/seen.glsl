@@ -22,7 +22,7 @@ struct Seen {
     vec3 before;         // glow and ambient light
     vec3 at;             // relative to the eye
     vec3 normal;
-    vec3 flat_normal;    // the face's own
+    vec3 flat_normal;    // the face's own, of any length
     float key;           // of depth
     float metallic;
     float roughness;     // MATTE or UNLIT where nothing is reflected
@@ -36,10 +36,16 @@ void store(Seen seen) {
     lit = dark = vec4(encode(seen.before), 1.0);
     return;
 #endif
+#if defined(IS_GLOSSY) || defined(IS_GLOWING)
     dark = vec4(show(seen.before), 1.0);
+#else
+    dark = vec4(encode(seen.before), 1.0);  // ambient light is never bright
+#endif
     vec3 shown = seen.before;
 #ifdef HAS_LAMP
+#ifdef HAS_NORMALS
     dark.a = is_turned(seen.at, seen.normal, seen.flat_normal) ? 0.0 : 1.0;
+#endif
     vec3 toward = find_toward(seen.at);
 #ifdef IS_GLOSSY
     vec3 reflected = reflect_light(
@@ -54,6 +60,6 @@ void store(Seen seen) {
     light = vec4(seen.before, 1.0);
     place = vec4(seen.normal, seen.key);
     stored = vec4(pack(seen.albedo), seen.metallic);
-    face = vec4(seen.flat_normal, seen.roughness);
+    face = vec4(normalize(seen.flat_normal), seen.roughness);
 #endif
 }

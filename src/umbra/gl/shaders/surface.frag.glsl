@@ -7,8 +7,9 @@
 
 uniform vec3 color;        // reflectance
 uniform float opacity;
+#ifdef IS_GLOWING
 uniform vec3 emission;
-uniform bool is_mask, is_blend;
+#endif
 uniform float cutoff;      // of a mask's alpha, in levels of 255
 uniform vec2 wraps;        // of the texture, as texel.glsl has it
 uniform sampler2D image;   // sRGB, decoded when fetched
@@ -83,20 +84,20 @@ vec4 find_texel() {
 #endif
 
 void main() {
-    vec4 texel = vec4(1.0);
+    vec4 texel = vec4(vec3(1.0), 255.0);
     float alpha = opacity;
 #ifdef HAS_IMAGE
-    if (is_mask || is_blend) {
-        texel = find_texel();
-        if (is_mask && texel.a < cutoff) {
-            discard;
-        }
-        alpha = is_blend ? 1.0 - (255.0 - opacity * texel.a) / 255.0 : opacity;
-    } else {
-        texel = texture(image, uv);
-    }
+#if defined(IS_MASK) || defined(IS_BLEND)
+    texel = find_texel();
 #else
-    if (is_mask && 255.0 < cutoff) {
+    texel = texture(image, uv);
+#endif
+#ifdef IS_BLEND
+    alpha = 1.0 - (255.0 - opacity * texel.a) / 255.0;
+#endif
+#endif
+#ifdef IS_MASK
+    if (texel.a < cutoff) {
         discard;
     }
 #endif
@@ -107,16 +108,17 @@ void main() {
 
     // The side that is seen counts, however the face is wound: x to the right and y upward turn
     // about what points to the eye.
-    vec3 flat_normal = normalize(cross(dFdx(at), dFdy(at)));
+    vec3 flat_normal = cross(dFdx(at), dFdy(at));
     vec3 seen_normal = flat_normal;
     float side = 1.0;  // -1: the back of what the normals describe is seen
 #ifdef IS_SOUND
-    seen_normal = normalize(normal);
+    seen_normal = normal;
 #elif defined(HAS_NORMALS)
-    seen_normal = dot(normal, normal) > 0.0 ? normalize(normal) : flat_normal;
+    seen_normal = dot(normal, normal) > 0.0 ? normal : flat_normal;
     side = dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
     seen_normal *= side;
 #endif
+    seen_normal = normalize(seen_normal);
 
 #ifdef HAS_BUMPS
     vec2 spot = find_uv(seconds.y), right = dFdx(spot), up = dFdy(spot);
@@ -152,9 +154,12 @@ void main() {
 #endif
     vec3 eye = is_perspective ? -normalize(at) : -forward;
     float metal = 0.0, rough = MATTE;
-    vec3 glows = emission;
+    vec3 glows = vec3(0.0);
+#ifdef IS_GLOWING
+    glows = emission;
 #ifdef HAS_GLOW
     glows *= texture(glow, find_uv(seconds.z)).rgb;
+#endif
 #endif
 #ifdef IS_UNLIT
     vec3 before = glows + reflectance;
