@@ -74,13 +74,13 @@ def test_a_view_shows_its_pose_on_both_devices(device, scene):
         pictures.append(painter.read().astype(int))
         with Renderer(posed, 0.0) as renderer:
             expected = renderer.render(view.viewpoint.camera(SIZE), [*view.shining().values()])
-        np.testing.assert_array_equal(pictures[-1], expected)
+        assert np.abs(pictures[-1] - expected).max() <= 1  # the second picture of the view
         painter.draw(moved.next_device(), SIZE)
         assert (np.abs(painter.read() - pictures[-1]).max(2) > 3).mean() < 0.01
         painter.draw(moved, SIZE)
     assert (np.abs(pictures[1] - pictures[0]).max(2) > 10).mean() > 0.01
     painter.draw(replace(moved, animation=None), SIZE)
-    np.testing.assert_array_equal(painter.read(), pictures[0])
+    assert np.abs(painter.read() - pictures[0]).max() <= 1
     painter.release()
 
 

@@ -121,7 +121,7 @@ def test_without_a_site_there_is_no_profile(painter, tower):
     plain = painter.read()
     drawn = painter.draw(view.toggle("profile").toggle("relief"), SIZE)
     assert drawn.period == 0
-    np.testing.assert_array_equal(painter.read(), plain)
+    assert np.abs(painter.read().astype(int) - plain).max() <= 1  # the eye is still
 
 
 def test_at_night_there_is_no_profile(painter, view):
