@@ -176,8 +176,11 @@ def load_compiler() -> None:
     finally:
         for name in unneeded:  # an import of it has failed
             del sys.modules[name]
-    runtime: Any = import_module("numba.core.runtime").rtsys
+    runtime: Any = getattr(import_module("numba.core.runtime"), "rtsys", None)
     loaded: Any = import_module("numba.core.caching").Cache
+    inner = ("load_overload", "_load_overload", "_guard_against_spurious_io_errors")
+    if runtime is None or not all(hasattr(loaded, name) for name in inner):
+        return  # a later numba, which is left as it is
 
     def load_overload(self: Any, signature: Any, context: Any) -> Any:
         runtime.initialize(context)
