@@ -205,7 +205,7 @@ def test_buffers_beside_a_file_count(tmp_path, reads):
 def test_another_version_of_the_readers_reads_again(tmp_path, reads, monkeypatch):
     path = save_obj(tmp_path / "town.obj", HOUSES)
     umbra.read(path, cache=True)
-    monkeypatch.setattr(readers_cache, "version", lambda _: "99.0")
+    monkeypatch.setattr("importlib.metadata.version", lambda _: "99.0")
     umbra.read(path, cache=True)
     assert len(reads.files) == 2
 

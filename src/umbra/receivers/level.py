@@ -153,6 +153,8 @@ def find_level(
 
 def check_stated(scene: Scene, level: float) -> dict[str, object]:
     """Return an attribute that tells of a stated ground above the model or far below it."""
+    if not scene.parts:  # of a city in tiles, which is never in memory as a whole
+        return {}
     low, high = scene.bounds()[:, 2]
     if low - GAP <= level < high:
         return {}

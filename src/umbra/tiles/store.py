@@ -159,7 +159,9 @@ class CityStore:
         unfinished.replace(self._marks / f"{number:06}.json")
 
     def drop_damaged(self, tiles: Iterable[CityTile]) -> None:
-        """Remove the marks of tiles whose files are not as they were written."""
+        """Remove the marks of tiles whose files are not as they were written, and what is half."""
+        for path in self.path.rglob("*.partial"):  # of a run that was killed
+            path.unlink(missing_ok=True)
         done = self.find_done()
         self.unmark(
             tile.number
