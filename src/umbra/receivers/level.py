@@ -13,18 +13,8 @@ from umbra.scene.derived import derive
 from umbra.scene.mesh import find_standing
 
 __all__ = [
-    "GAP",
-    "TERRAIN",
-    "Bases",
-    "Level",
-    "Terrain",
-    "assume_level",
-    "check_stated",
-    "find_level",
-    "has_terrain",
-    "measure_bases",
-    "measure_terrain",
-    "settle_level",
+    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "check_stated", "find_level",
+    "has_terrain", "measure_bases", "measure_terrain", "settle_level",
 ]  # fmt: skip
 
 TERRAIN = {

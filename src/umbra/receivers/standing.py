@@ -5,11 +5,44 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene import Scene, Triangles
 
-__all__ = ["find_crossings", "find_holder"]
+__all__ = ["find_crossings", "name_holders"]
+
+
+def name_holders(scene: Scene, soup: Triangles, points: ArrayLike) -> list[str]:
+    """
+    Return the name of an object around each point, or nothing.
+
+    Of an object that is open above or below a point it is not known what is inside: such
+    objects hold nothing.
+
+    Parameters
+    ----------
+    scene : Scene
+    soup : Triangles
+        The scene's.
+    points : (n, 3) array_like
+        In the soup's frame [m].
+    """
+    corners = soup.vertices[:, :2][soup.faces]
+    # Bounds are found once for all points, in columns: a point then reads each of them once.
+    (west, south), (east, north) = corners.min(1).T.copy(), corners.max(1).T.copy()
+    found = []
+    for x, y, height in np.asarray(points, np.float64).reshape(-1, 3).tolist():
+        near = np.flatnonzero((west <= x) & (east >= x) & (south <= y) & (north >= y))
+        faces, z, turns = find_crossings(soup, x, y, near)
+        things = scene.groups()[soup.part[faces]]
+        holder = ""
+        for thing in np.unique(things):
+            mine = things == thing
+            if turns[mine].sum() == 0 and turns[mine & (z > height)].sum() != 0:
+                holder = str(scene.parts[soup.part[faces[mine][0]]].full_name)
+                break
+        found.append(holder)
+    return found
 
 
 def find_crossings(
-    soup: Triangles, x: float, y: float
+    soup: Triangles, x: float, y: float, some: NDArray[np.intp] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.int64]]:
     """
     Find the faces that a vertical line meets.
@@ -19,6 +52,8 @@ def find_crossings(
     soup : Triangles
     x, y : float
         In the soup's frame [m].
+    some : (m,) int, optional
+        Faces to look at; all by default.
 
     Returns
     -------
@@ -29,10 +64,8 @@ def find_crossings(
     turns : (n,) int
         1 where the line, upward, leaves the body that the face bounds, -1 where it enters.
     """
-    flat = soup.vertices[:, :2] - (x, y)
-    corners = flat[soup.faces]
-    near = np.flatnonzero((corners.min(1) <= 0).all(1) & (corners.max(1) >= 0).all(1))
-    a, b, c = (corners[near, k] for k in range(3))
+    near = np.arange(len(soup.faces)) if some is None else some
+    a, b, c = (soup.vertices[soup.faces[near, k], :2] - (x, y) for k in range(3))
     # Twice the areas of the triangles from the place to each edge; they sum to the face's.
     shares = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], 1)
     whole = shares.sum(1)
@@ -40,31 +73,6 @@ def find_crossings(
     near, shares, whole = near[held], shares[held], whole[held]
     z = (shares * soup.vertices[soup.faces[near], 2]).sum(1) / whole
     return near, z, np.sign(whole).astype(np.int64)
-
-
-def find_holder(scene: Scene, soup: Triangles, point: ArrayLike) -> str:
-    """
-    Return the name of an object around a point, or nothing.
-
-    Of an object that is open above or below the point it is not known what is inside: such
-    objects hold nothing.
-
-    Parameters
-    ----------
-    scene : Scene
-    soup : Triangles
-        The scene's.
-    point : (3,) array_like
-        In the soup's frame [m].
-    """
-    x, y, height = (float(v) for v in np.asarray(point))
-    faces, z, turns = find_crossings(soup, x, y)
-    things = scene.groups()[soup.part[faces]]
-    for thing in np.unique(things):
-        mine = things == thing
-        if turns[mine].sum() == 0 and turns[mine & (z > height)].sum() != 0:
-            return str(scene.parts[soup.part[faces[mine][0]]].full_name)
-    return ""
 
 
 def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

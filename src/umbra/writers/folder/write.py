@@ -11,7 +11,7 @@ import numpy as np
 
 from umbra.errors import InputError, write_for_shell
 from umbra.receivers.level import has_terrain
-from umbra.receivers.standing import find_holder
+from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight
 from umbra.writers.atomic import replace_results
@@ -236,13 +236,14 @@ def _note_buried(job: FolderJob) -> None:
     study, scene = job.study, job.scene
     names = study.more["name"][1].tolist() if "name" in study.more else None
     dark = np.flatnonzero((study.sun_hours <= 0) & (study.up_hours > 0))[:_MOST_DARK]
-    found = []
     places = study.places
-    for k in dark:
-        front = places.points[k] - scene.origin + _FRONT * np.nan_to_num(places.normals[k])
-        holder = find_holder(scene, study.model.soup, front)
-        if holder:
-            found.append(f"{repr(names[k]) if names else f'point {k + 1}'} in '{holder}'")
+    front = places.points[dark] - scene.origin + _FRONT * np.nan_to_num(places.normals[dark])
+    holders = name_holders(scene, study.model.soup, front) if len(dark) else []
+    found = [
+        f"{repr(names[k]) if names else f'point {k + 1}'} in '{holder}'"
+        for k, holder in zip(dark.tolist(), holders, strict=True)
+        if holder
+    ]
     if found:
         some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
         job.say(
