@@ -235,7 +235,9 @@ def _note_buried(job: FolderJob) -> None:
     """Report points without sun that lie inside a body, as a window does within its wall."""
     study, scene = job.study, job.scene
     names = study.more["name"][1].tolist() if "name" in study.more else None
-    dark = np.flatnonzero((study.sun_hours <= 0) & (study.up_hours > 0))[:_MOST_DARK]
+    every = np.flatnonzero((study.sun_hours <= 0) & (study.up_hours > 0))
+    dark = every[:_MOST_DARK]
+    limit = "" if len(dark) == len(every) else f" of the first {_MOST_DARK:,} without sun"
     places = study.places
     front = places.points[dark] - scene.origin + _FRONT * np.nan_to_num(places.normals[dark])
     holders = name_holders(scene, study.model.soup, front) if len(dark) else []
@@ -247,8 +249,8 @@ def _note_buried(job: FolderJob) -> None:
     if found:
         some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
         job.say(
-            f"note: points inside bodies, where no sun comes: {len(found)} ({some}); move them "
-            "out of the wall or roof if that is not meant"
+            f"note: points inside bodies, where no sun comes: {len(found)}{limit} ({some}); move "
+            "them out of the wall or roof if that is not meant"
         )
 
 
