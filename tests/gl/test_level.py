@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support.gl_judge import closed_faces
+from support.judge import judge_level
 from support.raycaster import RayCaster
 from support.shapes import box, merge
 
@@ -59,3 +60,14 @@ def test_ground_is_counted_as_from_the_viewers_side(device, ground, side):
                         assert np.count_nonzero(counts != true) <= 2e-3 * len(true) + 1
                     shadowed += np.count_nonzero(true)
     assert (shadowed > 1000) == (side > 0)
+
+
+@pytest.mark.parametrize("ground", [0.0, None])
+def test_roofs_in_the_plane_of_the_light(device, ground):
+    vertices, faces = boxes_on(0.0)
+    vertices[vertices[:, 2] > 3.5, 2] = 4.0
+    with GlFrameCounter(make_scene(vertices, faces), ground=ground, device=device) as ours:
+        camera = Camera((20, -25, 14), (0, 0, 2), size=(96, 80))
+        for light in directional_light((0.4, 0.9, 0.0)), point_light((19.5, -7.0, 4.0)):
+            wrong, _ = judge_level(ours, camera, light)
+            assert wrong == 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from support.judge import Verdicts, judge_frame
+from support.judge import Verdicts, judge_frame, judge_level
 from support.shapes import (
     HOUSE,
     SCENES,
@@ -18,6 +18,7 @@ from support.shapes import (
     soup,
     stack_of_triangles,
     staircase,
+    turned,
 )
 
 from umbra.cpu.frame import FrameCounter
@@ -133,6 +134,27 @@ def test_large_coordinates_change_nothing():
     verdicts.check()
     # Vertices near 2.6e6 keep 5e-10 m: no pixel of this picture is that near an edge.
     np.testing.assert_array_equal(counts, near_counts)
+
+
+@pytest.mark.parametrize("camera", ["outside", "orthographic", "below the ground"])
+def test_level_faces_under_a_light_in_their_plane(camera):
+    # Roofs of one height, undersides in their plane, and walls that rise above it.
+    mesh = merge(
+        *(
+            moved(
+                turned(box((-2, -2, low), (2, 1.5, high)), 31 * k),
+                (5 * (k % 4) - 8, 6 * (k // 4) - 8, 0),
+            )
+            for k, (low, high) in enumerate([(0, 4), (0, 7), (4, 8), (-3, 4)] * 3)
+        )
+    )
+    counter = FrameCounter(make_scene(*mesh))
+    found = []
+    for light in directional_light((0.41, 0.29, 0)), point_light((31.0, -20.0, 4.0)):
+        found += [judge_level(counter, CAMERAS[camera], light, how) for how in ("auto", "z-fail")]
+    wrong, shaded = np.sum(found, axis=0)
+    assert wrong == 0
+    assert shaded > 10
 
 
 @pytest.mark.parametrize("length", [1e-300, 1e-33, 1.0, 1e300])

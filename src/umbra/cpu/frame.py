@@ -24,6 +24,7 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
 from umbra.rays.holding import find_holders
+from umbra.rays.level import find_level, recount_level
 from umbra.rays.sight import Sight
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
@@ -132,7 +133,7 @@ class FrameCounter:
         place = light.local(origin)
         near = camera.key_range()[1]
         casting = self.find_casting(place)
-        place = self._lift(place, camera)
+        source, place = place, self._lift(place, camera)
         eye = find_eye_count(casting, self.blocks, camera, origin, place)
         near_faces = find_faces_before(casting, self.blocks, camera, origin)
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
@@ -158,9 +159,13 @@ class FrameCounter:
                 counts = self._in_front(caster, view, eye.matrix, place, floor)
             if method != "z-pass" and (start or np.any(before)):
                 counts = counts + (start + before)
-            if not start and not np.ndim(before):
-                return counts  # no side was counted where nothing is seen
-        return counts * (view.face != NOTHING)
+        if start or np.ndim(before) or eye.along < 0 or method == "z-fail":
+            counts = counts * (view.face != NOTHING)  # else nothing was counted there
+        level = find_level(view, self.triangles, source)
+        if level is not None:
+            frame = self.locate(view, camera)
+            return recount_level(counts, level, frame, self.caster, camera, source, origin)
+        return counts
 
     def find_visibility(
         self,

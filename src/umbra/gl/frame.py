@@ -33,9 +33,11 @@ from umbra.gl.transmission import SheerSurfaces, TransmitterTables
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
+from umbra.rays.level import find_level, recount_level
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
+from umbra.volume.adjacency import find_caster
 
 __all__ = ["GlFrameCounter"]
 
@@ -94,6 +96,7 @@ class GlFrameCounter(DeviceUser):
             opaque = np.setdiff1d(faces, self.transmitters.faces, assume_unique=True)
             faces, self._n_opaque = np.append(opaque, self.transmitters.faces), len(opaque)
         self._order = faces.astype(np.int32)  # opaque faces first
+        self._casters = casters
         local = None if ground is None else ground - scene.origin[2]
         with self.device.current():
             tables = None
@@ -180,8 +183,14 @@ class GlFrameCounter(DeviceUser):
         self.moved = max(self.moved, self.plan.statistics.moved)
         with State(self.device) as state:
             counter.count(state, target, self.plan)
-        counts = counter.read(target, self.plan)
-        return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
+        counts = np.where(view.face != NOTHING, counter.read(target, self.plan), 0)
+        place, origin = light.local(self.scene.origin), self.scene.origin
+        level = find_level(view, self.triangles, place)
+        if level is not None and counter is self.counter:
+            parts = range(len(self.scene.parts)) if self._casters is None else self._casters
+            frame, caster = self.locate(view, camera), find_caster(self.scene, parts)
+            counts = recount_level(counts, level, frame, caster, camera, place, origin)
+        return counts.astype(np.int32)
 
     @on_device
     def find_visibility(

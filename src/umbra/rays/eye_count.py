@@ -134,7 +134,7 @@ def find_anchor(
     if eye[3] == 0 and light[3] == 0:
         return Anchor(lit, unlit, True)  # both beyond everything
     start, end = (eye, light) if eye[3] else (light, eye)
-    is_clean = _pierce(
+    is_clean = pierce(
         caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
         start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit,
     )  # fmt: skip
@@ -193,7 +193,7 @@ def _lies_on(point, a, b, c, normal):
 
 
 @njit(cache=True, nogil=True)
-def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
+def pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
     """Count crossed faces; False if the ray passes an edge or starts in a face, within rounding."""
     clean = True
     end = light[:3] if eye[3] else eye[:3]
