@@ -15,6 +15,7 @@ __all__ = [
     "LONGEST",
     "InputError",
     "UmbraError",
+    "check_type",
     "fit_names",
     "make_printable",
     "shorten",
@@ -24,6 +25,12 @@ __all__ = [
 LONGEST = 500
 """Greatest length of a message in characters; the middle of a longer one is cut."""
 
+_MAKERS = {
+    "Camera": "make_camera(scene)",
+    "Light": "point_light(place)",
+    "Scene": "read(FILE)",
+    "Site": "Site(latitude=, longitude=)",
+}
 _TAIL = 180  # characters kept at a message's end, which holds the remedy
 # Control characters except tab and line feed, lone surrogates, and characters that reorder or hide
 # text. Joiners stay: Persian and Hindi need them.
@@ -168,3 +175,13 @@ class UmbraError(Exception):
 
 class InputError(UmbraError, ValueError):
     """Invalid input or call; the command line exits with status 2."""
+
+
+def check_type(name: str, value: object, kind: type) -> None:
+    """Raise an InputError if an argument is of another type; it names a call that returns one."""
+    if not isinstance(value, kind):
+        msg = (
+            f"{name} is a {type(value).__name__}, not a {kind.__name__}; "
+            f"give umbra.{_MAKERS[kind.__name__]}"
+        )
+        raise InputError(msg)

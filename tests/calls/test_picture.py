@@ -75,7 +75,7 @@ def test_lights_come_in_any_form(scene, lights):
     [
         ({"lights": [(1, 2)]}, r"a light is a Light or \(x, y, z, w\); got \(1, 2\)"),
         ({"lights": [(0, 0, 8, 2)]}, r"lights=\(0, 0, 8, 2\) has a W of 2; it is 1"),
-        ({"camera": (0, 0, 9)}, r"camera is no Camera but a tuple; give umbra.make_camera"),
+        ({"camera": (0, 0, 9)}, r"camera is a tuple, not a Camera; give umbra.make_camera"),
         ({"method": "lengyel"}, "the cpu has no method 'lengyel'; it has auto"),
         ({"device": "tpu"}, "not one of auto, cpu, gl"),
         ({"soft": "fog"}, "samples, wedges, complexity, weng"),
@@ -98,7 +98,7 @@ def test_slips_are_told_in_a_line(scene, options, words):
 def test_what_is_no_scene_is_told():
     for call in (umbra.render, umbra.show, umbra.make_camera):
         with pytest.raises(
-            umbra.InputError, match=r"scene is no Scene but a str; give what umbra\.read"
+            umbra.InputError, match=r"scene is a str, not a Scene; give umbra\.read"
         ):
             call("tower.glb")
 
@@ -224,7 +224,7 @@ def test_without_anywidget_a_notebook_shows_a_picture(scene, monkeypatch):
     ("options", "words"),
     [
         ({"at": "15:00"}, "the site is not known.*give latitude= and longitude="),
-        ({"site": "Vienna"}, "site is no Site but a str"),
+        ({"site": "Vienna"}, "site is a str, not a Site"),
         ({"device": "tpu"}, "not one of cpu, gl"),
         ({"size": (8,)}, "size has 2 whole numbers"),
         ({"layer_gap": 0}, "layer_gap=0 do not make"),

@@ -40,7 +40,7 @@ def test_arrays_make_parts():
         (([(0, 0)], [(0, 0, 0)]), r"vertices are an array \(n, 3\); got \(1, 2\)"),
         ((BOX[0], [0, 1, 2]), r"faces are an array \(n, 3\); got \(3,\)"),
         ((BOX[0], np.array(BOX[1], float)), "faces are whole numbers"),
-        ((BOX[0], [(0, 1, 99)]), "vertices that do not exist"),
+        ((BOX[0], [(0, 1, 99)]), "a vertex that does not exist"),
         ((BOX[0], BOX[1], ["a"]), r"one name or number for each of 12 faces; got \(1,\)"),
         ((BOX[0], "ab"), "arrays of numbers|faces are an array"),
     ],

@@ -87,7 +87,7 @@ def test_patterns_choose_who_casts():
 def test_what_is_no_mesh_is_refused():
     with pytest.raises(InputError, match="no triangles"):
         make_scene(VERTICES, np.zeros((0, 3), int))
-    with pytest.raises(InputError, match="1 faces name vertices that do not exist"):
+    with pytest.raises(InputError, match=r"1 of 2 faces name a vertex that does not exist"):
         make_scene(VERTICES, [[0, 1, 2], [0, 1, 8]])
     wrong = VERTICES.copy()
     wrong[5] = np.nan, 0, np.inf
@@ -96,6 +96,16 @@ def test_what_is_no_mesh_is_refused():
     assert error.value.vertex == 5
     # A vertex that no face uses may be anything.
     assert make_scene(np.vstack([VERTICES, [np.nan] * 3]), FACES)
+
+
+def test_a_scene_is_made_of_a_mesh_or_a_part():
+    mesh = Mesh(VERTICES, FACES)
+    scene = make_scene(mesh, name="barn")
+    assert [(part.name, part.mesh.faces.shape) for part in scene.parts] == [("barn", FACES.shape)]
+    assert make_scene(Part("roof", "", mesh)).parts[0].name == "roof"
+    for other, kind in (([mesh], "Mesh"), (7, "int"), ("a.obj", "str")):
+        with pytest.raises(InputError, match=f"made of parts.* got a {kind} "):
+            make_scene(other)
 
 
 def test_lights_are_homogeneous_and_local():

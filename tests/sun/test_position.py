@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from umbra.errors import InputError
-from umbra.sun import Site, find_sun
+from umbra.sun import Site, find_sun, sun_light
 from umbra.sun import position as position_module
 
 
@@ -375,6 +375,16 @@ loaded = {name.partition(".")[0] for name in sys.modules}
 print(sorted(loaded & {"pandas", "scipy", "pvlib", "numba", "matplotlib", "xarray", "tzfpy"}))
 print(len(path.altitude), os.environ.get("PVLIB_USE_NUMBA"))
 """
+
+
+def test_the_time_of_sunlight_may_stand_with_its_date():
+    site = Site(48.2, 16.37, "Europe/Vienna")
+    sun = sun_light(site, "2026-03-21", "15:00").position
+    when = dt.datetime(2026, 3, 21, 15)
+    for moment in ("2026-03-21T15:00", "2026-03-21 15:00:00", when):
+        np.testing.assert_array_equal(sun_light(site, moment).position, sun)
+    with pytest.raises(InputError, match="needs a clock time; give time='15:00'"):
+        sun_light(site, "2026-03-21")
 
 
 def test_heavy_packages_stay_out():

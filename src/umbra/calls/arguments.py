@@ -8,20 +8,13 @@ from collections.abc import Callable
 from numpy.typing import ArrayLike
 
 from umbra.calls.camera_options import CameraOptions
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Scene
 
-__all__ = ["check_picture_memory", "check_scene", "make_camera", "tell_moved"]
+__all__ = ["check_picture_memory", "make_camera", "tell_moved"]
 
 _BYTES, _LIGHT_BYTES = 330, 16  # memory per pixel, and per pixel and light
-
-
-def check_scene(scene: object) -> None:
-    """Raise an InputError if an argument is not a scene."""
-    if not isinstance(scene, Scene):
-        msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
-        raise InputError(msg)
 
 
 def make_camera(
@@ -63,7 +56,7 @@ def make_camera(
     InputError
         If one of eye and target is missing, or the view is degenerate.
     """
-    check_scene(scene)
+    check_type("scene", scene, Scene)
     options = CameraOptions(
         eye=eye,  # type: ignore[arg-type]
         target=target,  # type: ignore[arg-type]

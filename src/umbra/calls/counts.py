@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.calls.arguments import check_scene
 from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.options import read_texts
 from umbra.rays.hidden import find_hidden_from
 from umbra.scene import Light, Scene
@@ -98,7 +97,7 @@ def count(
     >>> sky = umbra.count(scene, "top", sky_directions, weights=shares, of="light", cell=1.0)
     >>> hours = umbra.count(scene, points, suns.direction, weights=np.full(len(times), 0.25))
     """
-    check_scene(scene)
+    check_type("scene", scene, Scene)
     if of not in {"shadow", "light"}:
         msg = f"of={of!r} is not one of shadow, light"
         raise InputError(msg, option="of")
@@ -263,7 +262,7 @@ def shadow_polygons(
     >>> sun = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
     >>> umbra.shadow_polygons(scene, sun, plane=171.0).to_file("shadow.gpkg")
     """
-    check_scene(scene)
+    check_type("scene", scene, Scene)
     for package in ("shapely", "pyclipr"):
         import_package(package, "shadow_polygons", "gis")
     directions = _find_directions(sun)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls.arguments import check_picture_memory, check_scene, make_camera, tell_moved
+from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
-from umbra.errors import InputError
+from umbra.errors import check_type
 from umbra.machine import count_cores
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
@@ -232,10 +232,9 @@ def render(  # noqa: PLR0913  (each option by its name)
         layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, detail=detail,
         samples=samples, style=style, transparent=transparent, caption=caption, threads=threads,
     )  # fmt: skip
-    check_scene(scene)
-    if camera is not None and not isinstance(camera, Camera):
-        msg = f"camera is no Camera but a {type(camera).__name__}; give umbra.make_camera(scene)"
-        raise InputError(msg)
+    check_type("scene", scene, Scene)
+    if camera is not None:
+        check_type("camera", camera, Camera)
     camera = make_camera(scene) if camera is None else camera
     said: list[str] = []
     picture = draw_picture(scene, camera, make_lights(lights), options, said.append, is_bare=arrays)

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
+from umbra.errors import check_type
 from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
-from umbra.study.study import check_names, check_scene, run
+from umbra.study.study import check_names, run
 from umbra.sun import Site
 
 __all__ = ["shadow_study"]
@@ -172,7 +173,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     """
     own = {"scene", "site", "chunks"}
     given = {name: value for name, value in locals().items() if name not in {*own, "own"}}
-    check_scene(scene, site)
+    check_type("scene", scene, Scene)
+    check_type("site", site, Site)
     options = StudyOptions(**given)
     if chunks is not None:
         return ChunkedStudy(scene, site, options, chunks)

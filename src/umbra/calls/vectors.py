@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from umbra.calls.arguments import check_scene, make_camera
+from umbra.calls.arguments import make_camera
 from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
 from umbra.calls.picture import choose_ground, find_own_lights, tell_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.exchange import import_package
 from umbra.scene.lights import SomeLights, make_lights
@@ -140,10 +140,9 @@ def draw_vectors(
         cast=cast, no_cast=no_cast, ground=ground, style=style, transparent=transparent,
         caption=caption,
     )  # fmt: skip
-    check_scene(scene)
-    if camera is not None and not isinstance(camera, Camera):
-        msg = f"camera is no Camera but a {type(camera).__name__}; give umbra.make_camera(scene)"
-        raise InputError(msg)
+    check_type("scene", scene, Scene)
+    if camera is not None:
+        check_type("camera", camera, Camera)
     drawing = draw_seen(
         scene, make_camera(scene) if camera is None else camera, make_lights(lights), options,
         shadows,

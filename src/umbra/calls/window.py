@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls.arguments import check_scene
 from umbra.calls.first_view import begin_view, draw_view, find_height
 from umbra.calls.options import ViewOptions
-from umbra.errors import InputError
+from umbra.errors import check_type
 from umbra.machine import count_cores
 from umbra.scene import Scene
 from umbra.sun import Site
@@ -110,13 +109,12 @@ def show(  # noqa: PLR0913  (each option by its name)
         If a package that the window needs is missing.
     """
     given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
-    check_scene(scene)
+    check_type("scene", scene, Scene)
     options = ViewOptions(**given)
     if site is None:
         site = _find_site(scene, options)
-    elif not isinstance(site, Site):
-        msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
-        raise InputError(msg)
+    else:
+        check_type("site", site, Site)
     if is_page(options.out):
         from umbra.calls.live import write_live_page  # noqa: PLC0415
 

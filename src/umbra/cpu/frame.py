@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
 from umbra.cpu.volume_rasteriser import SurfaceKeys, count_sides
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.machine import use_threads
 from umbra.methods import METHODS, Softness
 from umbra.rays import VisibleSurface
@@ -35,7 +35,6 @@ from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["FrameCounter", "count_shadows"]
 
-_MAKERS = {"scene": "read(FILE)", "camera": "Camera(eye, target)", "light": "point_light(place)"}
 _TRIFLE = 2.0**-30  # of the largest coordinate
 
 
@@ -337,12 +336,9 @@ def count_shadows(
     >>> camera = umbra.Camera(eye=(40, -60, 30), target=(0, 0, 10))
     >>> counts = umbra.count_shadows(scene, camera, umbra.point_light((4, -3, 8)), ground=0)
     """
-    given = {"scene": (scene, Scene), "camera": (camera, Camera), "light": (light, Light)}
-    for name, (value, kind) in given.items():
-        if not isinstance(value, kind):
-            found = type(value).__name__
-            msg = f"{name} is no {kind.__name__} but a {found}; give umbra.{_MAKERS[name]}"
-            raise InputError(msg)
+    check_type("scene", scene, Scene)
+    check_type("camera", camera, Camera)
+    check_type("light", light, Light)
     if ground is not None and not np.isfinite(ground):
         msg = f"the ground's height must be a finite number; got {ground:g}"
         raise InputError(msg, ground=ground)

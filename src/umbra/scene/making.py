@@ -6,7 +6,7 @@ Parts and lights can be posed at a time of an animation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -25,25 +25,26 @@ Placed = tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]
 
 
 def make_scene(
-    parts: Sequence[Part] | ArrayLike,
+    parts: Sequence[Part] | Part | Mesh | ArrayLike,
     faces: ArrayLike | None = None,
     *,
     name: str = "mesh",
     **facts: Any,
 ) -> Scene:
     """
-    Make a scene from parts, or from one triangle soup.
+    Make a scene from parts or meshes, or from one triangle soup.
 
     Coordinates are the model's own; a local origin is subtracted, so that later arithmetic
     keeps its digits.
 
     Parameters
     ----------
-    parts : sequence of Part, or (n, 3) float64
-        Parts, or the vertices of one mesh when ``faces`` is given.
+    parts : Part, Mesh, a sequence of Part, or (n, 3) float64
+        Parts, a mesh, or the vertices of one when ``faces`` is given; ``Scene.from_trimesh`` and
+        ``Scene.from_pyvista`` take other libraries' meshes.
     faces : (m, 3) int, optional
     name : str
-        Of the one part, when ``faces`` is given.
+        Of the part that one mesh makes.
     **facts
         ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``ground``,
         ``sources``, ``notes``, ``lights``.
@@ -54,16 +55,19 @@ def make_scene(
         If there is no triangle, or a used vertex is not finite.
     """
     if faces is not None:
-        given: tuple[Part, ...] = (Part(name, "", Mesh(np.asarray(parts), np.asarray(faces))),)
-    else:
-        given = tuple(cast("Sequence[Part]", parts))
-        other = next((one for one in given if not isinstance(one, Part)), None)
-        if other is not None:
-            msg = (
-                f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
-                "(umbra.read reads files)"
-            )
-            raise InputError(msg)
+        parts = Mesh(np.asarray(parts), np.asarray(faces))
+    if isinstance(parts, Mesh):
+        parts = Part(name, "", parts)
+    if isinstance(parts, Part) or not isinstance(parts, Iterable):
+        parts = (cast("Part", parts),)
+    given = tuple(cast("Iterable[Part]", parts))
+    other = next((each for each in given if not isinstance(each, Part)), None)
+    if other is not None:
+        msg = (
+            f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
+            "(umbra.read reads files, Scene.from_trimesh and Scene.from_pyvista take their meshes)"
+        )
+        raise InputError(msg)
     kept = tuple(part for part in given if part.triangles)
     if not kept:
         msg = "there are no triangles; export the model with its surfaces"

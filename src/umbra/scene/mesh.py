@@ -93,8 +93,8 @@ class Mesh:
             wrong = (faces < 0) | (faces >= len(vertices))
             first = int(np.flatnonzero(wrong.any(1))[0])
             msg = (
-                f"{int(wrong.any(1).sum())} faces name vertices that do not exist "
-                f"(first: face {first}, {len(vertices)} vertices); repair the file"
+                f"{int(wrong.any(1).sum())} of {len(faces)} faces name a vertex that does not "
+                f"exist (first: face {first}); there are {len(vertices)} vertices: repair the faces"
             )
             raise InputError(msg, face=first)
         for name, width in zip(_ROWS, (3, 2, 3, 4, 2), strict=True):

@@ -29,7 +29,7 @@ from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
 from umbra.sun import Site
 
-__all__ = ["RayCounter", "check_names", "check_scene", "count_lights", "run", "run_study"]
+__all__ = ["RayCounter", "check_names", "count_lights", "run", "run_study"]
 
 
 def run(
@@ -100,23 +100,6 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
         return call(*args, **given)
 
     return checked
-
-
-def check_scene(scene: object, site: object) -> None:
-    """
-    Check the types of a scene and a site.
-
-    Raises
-    ------
-    InputError
-        If either is of another type.
-    """
-    if not isinstance(scene, Scene):
-        msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
-        raise InputError(msg)
-    if not isinstance(site, Site):
-        msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
-        raise InputError(msg)
 
 
 class RayCounter:

@@ -30,7 +30,7 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.scene import Light, directional_light
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import Site, find_zone
@@ -292,7 +292,7 @@ def _round_to_minute(when: dt.datetime) -> dt.datetime:
     return (when + dt.timedelta(seconds=30)).replace(second=0, microsecond=0)
 
 
-def sun_light(site: Site, date: str | dt.date, time: str | dt.time) -> Light:
+def sun_light(site: Site, date: str | dt.date, time: str | dt.time | None = None) -> Light:
     """
     Make the light of the sun at a clock time.
 
@@ -300,8 +300,8 @@ def sun_light(site: Site, date: str | dt.date, time: str | dt.time) -> Light:
     ----------
     site : Site
     date : str or datetime.date
-        Local date, ``"2026-03-21"``.
-    time : str or datetime.time
+        Local date, ``"2026-03-21"``; without ``time`` with it, ``"2026-03-21T15:00"``.
+    time : str or datetime.time, optional
         Local clock time, ``"15:00"``.
 
     Returns
@@ -312,13 +312,19 @@ def sun_light(site: Site, date: str | dt.date, time: str | dt.time) -> Light:
     Raises
     ------
     InputError
-        If the date or the time is not written so, the clock skips the time, or the sun is
-        below the horizon then.
+        If the date or the time is missing or not written so, the clock skips the time, or the
+        sun is below the horizon then.
 
     Examples
     --------
     >>> light = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
     """
+    check_type("site", site, Site)
+    if time is None:
+        date, _, time = str(date).strip().replace(" ", "T").partition("T")
+        if not time:
+            msg = "the sun needs a clock time; give time='15:00' or a date as 2026-03-21T15:00"
+            raise InputError(msg)
     day = parse_date(date)
     path = find_sun(site, [find_instant(day, time, find_zone(site.zone), "time")])
     if not path.is_up[0]:
