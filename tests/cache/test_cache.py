@@ -274,7 +274,7 @@ def test_arrays_that_make_no_scene_are_read_around(tmp_path, folder, reads):
             ("parts", lambda a: a + [0, 0, 1]),
             ("parts", lambda a: a + [0, 100, 0]),
             ("meshes", lambda a: a - 1),
-            ("meshes", lambda a: a + [0, 0, 0, 1, 0, 0, 0]),
+            ("meshes", lambda a: a + [0, 0, 0, 1, 0, 0, 0, 0]),
             ("vertices_length", lambda a: a * [2, 0, *[1] * (len(a) - 2)]),
             ("vertices_length", lambda a: a * -1),
             ("vertices", lambda a: a * np.nan),

@@ -10,6 +10,7 @@ from support.gltf_files import Document
 
 import umbra
 from umbra import InputError
+from umbra.casters import describe_opaque
 from umbra.readers import checks as companions
 from umbra.scene.material import sample
 
@@ -225,14 +226,23 @@ def test_glow_and_occlusion_by_textures(made, read):
 
 def test_what_is_not_read_of_a_material_is_noted(made, read):
     made.material["extensions"] = {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}
-    made.material["alphaMode"] = "BLEND"
+    assert read(made).notes == ("m.glb: materials' KHR_materials_clearcoat left out: 1",)
+
+
+def test_opacity_of_vertices(made, read):
     made.attributes["COLOR_0"] = made.accessor(np.full((4, 4), 0.5, "f4"))
-    assert read(made).notes == (
-        "m.glb: materials' KHR_materials_clearcoat left out: 1",
-        "m.glb: opacities of vertices, left out: 1",
-    )
+    for mode, is_transparent, has_holes in ("BLEND", True, False), ("MASK", False, True):
+        made.material["alphaMode"] = mode
+        (part,) = read(made).parts
+        assert part.mesh.alpha.tolist() == [[0.5]] * 4
+        assert (part.is_transparent, part.has_holes) == (is_transparent, has_holes)
+        assert part.transmits
+        assert "1 part is transparent" in describe_opaque(read(made), [0])
+    made.attributes["COLOR_0"] = made.accessor(np.ones((4, 4), "f4"))
+    assert not read(made).parts[0].transmits
     made.material["alphaMode"] = "OPAQUE"
-    assert len(read(made).notes) == 1
+    made.attributes["COLOR_0"] = made.accessor(np.full((4, 4), 0.5, "f4"))
+    assert read(made).parts[0].mesh.alpha is None
 
 
 def test_colours_of_older_files(made, read):

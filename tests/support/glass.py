@@ -85,9 +85,16 @@ def textures():
         (Material((1, 1, 1), make_image(steep), alpha_mode="blend"),
          tuple((u + 4096, v - 2048) for u, v in far)),
     ]  # fmt: skip
+    kinds += [
+        (Material((0.9, 0.8, 0.2), alpha_mode="blend", opacity=0.9), None),
+        (Material((0.9, 0.8, 0.2), alpha_mode="mask", alpha_cutoff=0.41), None),
+        (Material((1, 1, 1), make_image(steep), alpha_mode="mask", alpha_cutoff=0.2), far),
+    ]
+    alphas = np.random.default_rng(4).uniform(0, 1, (3, 4, 1))
     cards = [
         Part(f"card {k}", "", level_card(-7 + 4 * (k % 3), -7 + 4 * (k // 3), 2 + 0.1 * k, 3.2,
-                                         uv=uv), material=material)
+                                         uv=uv, alpha=alphas[k - 9] if k > 8 else None),
+             material=material)
         for k, (material, uv) in enumerate(kinds)
     ]  # fmt: skip
     return make_scene([FLOOR, *cards])
@@ -187,9 +194,9 @@ class GlassOracle:
         soup = scene.triangles()
         self.corners = soup.vertices[soup.faces] + scene.origin
         self.materials = [scene.parts[k].material for k in soup.part]
-        self.transmits = np.array([material.transmits for material in self.materials])
+        self.transmits = np.array([scene.parts[k].transmits for k in soup.part])
         count = len(soup.faces)
-        self.uv, self.tints = np.zeros((count, 3, 2)), np.ones((count, 3, 3))
+        self.uv, self.tints = np.zeros((count, 3, 2)), np.ones((count, 3, 4))
         first = 0
         for part in scene.parts:
             rows = slice(first, first + part.triangles)
@@ -197,7 +204,9 @@ class GlassOracle:
             if part.mesh.uv is not None:
                 self.uv[rows] = part.mesh.uv[part.mesh.faces]
             if part.mesh.colors is not None:
-                self.tints[rows] = part.mesh.colors[part.mesh.faces]
+                self.tints[rows, :, :3] = part.mesh.colors[part.mesh.faces]
+            if part.mesh.alpha is not None:
+                self.tints[rows, :, 3:] = part.mesh.alpha[part.mesh.faces]
 
     def look(self, camera, pixels):
         """Find the nearest triangle that is there on the rays of pixels (n, 2), and its lights."""
@@ -278,11 +287,11 @@ class GlassOracle:
     def _cover(self, k, weights):
         """Find how opaque a triangle is at weights (n, 3), and its colour there."""
         material = self.materials[k]
-        color = weights @ self.tints[k] * np.array(material.color)
-        alpha = np.ones(len(weights))
+        tint = weights @ self.tints[k]
+        color, alpha = tint[:, :3] * np.array(material.color), tint[:, 3]
         if material.image is not None:
             texel = sample(material.image, weights @ self.uv[k])
-            color, alpha = color * texel[:, :3], texel[:, 3]
+            color, alpha = color * texel[:, :3], alpha * texel[:, 3]
         if material.alpha_mode == "mask":
             is_there = alpha * material.opacity >= material.alpha_cutoff - 1e-9
             return np.where(is_there, material.opacity, 0.0), color

@@ -188,7 +188,7 @@ def _sort(
 ) -> list[DrawnPart]:
     """Sort polygons and lines by part; the colours are those of surfaces, then of shadows."""
     drawn = {
-        index: DrawnPart(part.full_name, part.kind, part.material.transmits)
+        index: DrawnPart(part.full_name, part.kind, part.transmits)
         for index, part in enumerate(scene.parts)
     }
     ground = DrawnPart("ground")
@@ -238,12 +238,13 @@ def _merge(fills: Sequence[Fill | Hatching]) -> list[Any]:
 
 
 def _find_opacity(scene: Scene, index: int) -> float:
-    """Return how much a part hides, on average over its texture."""
-    material = scene.parts[index].material
-    if not material.transmits:
+    """Return how much a part hides, on average over its texture and corners."""
+    part = scene.parts[index]
+    if not part.transmits:
         return 1.0
-    texture = material.texture
+    material, texture = part.material, part.material.texture
     alpha = 1.0 if texture is None else float(texture[..., 3].mean()) / 255.0
+    alpha *= 1.0 if part.mesh.alpha is None else float(part.mesh.alpha.mean())
     return round(material.opacity * alpha, 3)
 
 

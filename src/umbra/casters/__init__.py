@@ -168,7 +168,10 @@ def describe_opaque(
         part.name
         for part in parts
         if part.material.opacity < 1
-        or (part.material.alpha_mode != "opaque" and part.material.image is not None)
+        or (
+            part.material.alpha_mode != "opaque"
+            and (part.material.image is not None or part.mesh.alpha is not None)
+        )
     ]
     if not found:
         return None

@@ -22,8 +22,8 @@ def list_losses(scene: Scene, lights: Sequence[Light]) -> list[str]:
             "occlusion textures": material.occlusion_image is not None,
             "emissive textures": material.emission_image is not None,
             "gloss": material.roughness is not None,
-            "holes in textures": material.has_holes,
-            "light through transparent parts": material.is_transparent,
+            "holes": part.has_holes,
+            "light through transparent parts": part.is_transparent,
         }
         for what, is_there in has.items():
             parts[what] = parts.get(what, 0) + is_there

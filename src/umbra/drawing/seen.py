@@ -67,7 +67,7 @@ def see_model(
     middle = scene.bounds().mean(0) - scene.origin
     origin = scene.origin + middle
     regions = find_regions(Triangles(soup.vertices - middle, soup.faces, soup.part))
-    is_clear = np.array([part.material.transmits for part in scene.parts], np.bool_)[regions.part]
+    is_clear = np.array([part.transmits for part in scene.parts], np.bool_)[regions.part]
     height = None if ground is None else ground - float(origin[2])
     finder = SurfaceFinder(regions, camera, origin, height, is_clear)
     seen = finder.find_visible(

@@ -35,6 +35,8 @@ class Batch:
         Attributes of the faces, as defines of ``surface.frag.glsl``: no others are fetched.
     is_solid : bool
         Outward faces of closed components, whose backs are never seen from outside.
+    is_transparent : bool
+        Drawn in layers.
     is_sound : bool
         Solid, with outward normals at all corners: no pixel need check them.
     """
@@ -43,6 +45,7 @@ class Batch:
     count: int
     material: Material
     has: tuple[str, ...]
+    is_transparent: bool
     is_solid: bool
     is_sound: bool
 
@@ -58,14 +61,14 @@ def make_batches(
     ``find_solid_faces``; no normals of ``bent`` parts are taken to be sound.
     """
     numbers: dict[tuple, int] = {}
-    kinds: list[tuple[Material, tuple[str, ...]]] = []
+    kinds: list[tuple[Material, tuple[str, ...], bool]] = []
     batch_of_part = []
     for part in scene.parts:
         material, has = part.material, _list_carried(part)
         key = (_describe(material), has)
         batch_of_part.append(numbers.setdefault(key, len(numbers)))
         if len(kinds) < len(numbers):
-            kinds.append((material, has))
+            kinds.append((material, has, part.is_transparent))
     soup = scene.triangles()
     bodies = (
         np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid, bent)
@@ -78,9 +81,9 @@ def make_batches(
     for number, (first, end) in enumerate(pairwise(starts)):
         if first == end:
             continue
-        (material, has), body = kinds[number // 3], number % 3
+        body = number % 3
         solid, sound = body != _OPEN, body == _SOUND
-        batches.append(Batch(first, end - first, material, has, solid, sound))
+        batches.append(Batch(first, end - first, *kinds[number // 3], solid, sound))
     return order, batches
 
 
@@ -97,7 +100,8 @@ def _list_carried(part: Part) -> tuple[str, ...]:
         "HAS_IMAGE": material.image is not None,
         "IS_GLOSSY": material.roughness is not None and not material.is_unlit,
         "HAS_TANGENTS": mesh.tangents is not None and has_bumps,
-        "HAS_TINTS": mesh.colors is not None,
+        "HAS_TINTS": mesh.colors is not None or mesh.alpha is not None,
+        "HAS_ALPHA": mesh.alpha is not None,
         "IS_UNLIT": material.is_unlit,
         "IS_GLOWING": any(material.emission),
         "IS_MASK": material.alpha_mode == "mask",

@@ -324,6 +324,7 @@ def _is_bent(before: Mesh, after: Mesh) -> bool:
         and before.uv is after.uv
         and before.uv2 is after.uv2
         and before.colors is after.colors
+        and before.alpha is after.alpha
         and before.tangents is after.tangents
         and (before.normals is None) == (after.normals is None)
     )

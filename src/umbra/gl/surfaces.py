@@ -67,7 +67,7 @@ class SurfaceRenderer:
     @property
     def has_transparent(self) -> bool:
         """Whether any surface is transparent."""
-        return any(batch.material.is_transparent for batch in self._batches)
+        return any(batch.is_transparent for batch in self._batches)
 
     @property
     def is_glossy(self) -> bool:
@@ -165,7 +165,7 @@ class SurfaceRenderer:
         fronts = replace(both, cull="back")
         programs: dict[tuple[str, ...], Program] = {}
         for batch in self._batches:
-            if batch.material.is_transparent:
+            if batch.is_transparent:
                 continue
             carried = (*batch.has, "IS_SOUND") if batch.is_sound and cull else batch.has
             if carried not in programs:
@@ -192,7 +192,7 @@ class SurfaceRenderer:
         state.use(Pass(depth_test="greater", depth_write=True, color_write=True))
         behind.bind(_BEHIND, PLACE)
         for batch in self._batches:
-            if batch.material.is_transparent:
+            if batch.is_transparent:
                 program = self._set_up(projection, (*batch.has, "IS_LAYER"))
                 program.set(is_first=is_first, behind=_BEHIND)
                 self._draw_batch(program, batch)
@@ -240,7 +240,8 @@ class SurfaceRenderer:
         """Upload the normal, uv, tint and, if any has one, tangent and second uv of each point."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
-        tints = np.full((count, 4), 255, np.uint8)
+        has_tints = any("HAS_TINTS" in batch.has for batch in self._batches)
+        tints = np.ones((count if has_tints else 1, 4), np.float32)
         has_tangents = any(part.mesh.tangents is not None for part in scene.parts)
         tangents = np.zeros((count if has_tangents else 1, 4), np.float32)
         has_second = any(image.uv_set for part in scene.parts for image in part.material.images)
@@ -253,7 +254,9 @@ class SurfaceRenderer:
             if mesh.uv is not None:
                 uvs[rows] = mesh.uv
             if mesh.colors is not None:
-                tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
+                tints[rows, :3] = np.clip(mesh.colors, 0, 1)
+            if mesh.alpha is not None:
+                tints[rows, 3:] = np.clip(mesh.alpha, 0, 1)
             if mesh.tangents is not None:
                 tangents[rows] = mesh.tangents
             if mesh.uv2 is not None and has_second:
@@ -261,7 +264,7 @@ class SurfaceRenderer:
         return {
             _NORMALS: TextureBuffer(self._device, normals, "rgba32f"),
             _UVS: TextureBuffer(self._device, uvs, "rg32f"),
-            _TINTS: TextureBuffer(self._device, tints, "rgba8"),
+            _TINTS: TextureBuffer(self._device, tints, "rgba32f"),
             _TANGENTS: TextureBuffer(self._device, tangents, "rgba32f"),
             _UV2S: TextureBuffer(self._device, more, "rg32f"),
         }

@@ -71,6 +71,8 @@ def find_cover(f, w0, w1, w2, rows, materials, texels, color):
             high = _LINEAR[a[k]] + along * (_LINEAR[b[k]] - _LINEAR[a[k]])
             low = _LINEAR[c[k]] + along * (_LINEAR[d[k]] - _LINEAR[c[k]])
             color[k] *= high + down * (low - high)
+    # Between equal opacities, too.
+    level *= row[23] + w1 * (row[27] - row[23]) + w2 * (row[31] - row[23])
     if look[4] == MASK:
         return look[3] if level >= look[5] else 0.0
     if look[4] == BLEND:

@@ -57,7 +57,7 @@ class Transmitters:
     rows : (n, 32) float64
         Corners a, b, c in the scene's frame (x, y, z at 0, 4, 8) [m]; at 3 which edges run from
         the higher to the lower corner (1: a b, 2: b c, 4: c a), at 7 the material; uv of the
-        corners from 12 on, their tints from 20 on.
+        corners from 12 on, their tints and opacities from 20 on.
     nodes : (n_nodes, 8) float64
         Lowest corner, next node if the ray misses the box; highest corner, row of a leaf, or -1.
         Casters only.
@@ -163,7 +163,7 @@ def make_transmitters(scene: Scene, casters: Sequence[int] | None = None) -> Tra
     InputError
         If a texture cannot be decoded; the error names it.
     """
-    parts = [k for k, part in enumerate(scene.parts) if part.material.transmits]
+    parts = [k for k, part in enumerate(scene.parts) if part.transmits]
     if not parts:
         return None
     looks: dict[int, int] = {}
@@ -194,7 +194,7 @@ def find_opaque(scene: Scene, casters: Sequence[int] | None = None) -> list[int]
     None if no part of the scene transmits; raises as ``make_transmitters``.
     """
     some = range(len(scene.parts)) if casters is None else casters
-    found = [index for index in some if not scene.parts[index].material.transmits]
+    found = [index for index in some if not scene.parts[index].transmits]
     return None if casters is None and len(found) == len(some) else found
 
 
@@ -221,6 +221,8 @@ def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.fl
     tints = np.ones((len(corners), 3, 4))
     if mesh.colors is not None:
         tints[..., :3] = np.clip(mesh.colors[mesh.faces], 0.0, 1.0)
+    if mesh.alpha is not None:
+        tints[..., 3:] = np.clip(mesh.alpha[mesh.faces], 0.0, 1.0)
     rows[:, _TINT:] = tints.reshape(-1, 12)
     return rows
 

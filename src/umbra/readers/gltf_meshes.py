@@ -18,7 +18,6 @@ __all__ = ["Piece", "read_mesh"]
 
 DRACO = "KHR_draco_mesh_compression"
 TRIANGLES, STRIP, FAN = 4, 5, 6
-SHEER = "opacities of vertices, left out"
 ODD = "normals, texture coordinates or colours that do not fit their vertices, left out"
 
 
@@ -80,8 +79,8 @@ def read_mesh(
             uv = _read_shown(buffers, key, where, len(vertices), 2, counts)
             shown[name] = None if uv is None else placing.transform(uv)
         if surface.material.alpha_mode != "opaque":
-            alpha = _read_shown(buffers, attributes.get("COLOR_0"), where, len(vertices), 4)
-            counts[SHEER] += alpha is not None and bool((alpha[:, 3] < 1).any())
+            key = attributes.get("COLOR_0")
+            shown["alpha"] = _read_alpha(buffers, key, where, len(vertices))
         targets = primitive.get("targets", ())
         mesh = Mesh(vertices.astype(np.float64), faces.astype(np.int32), **shown)
         # Of a mesh that deforms they are found from its faces in each pose.
@@ -152,6 +151,14 @@ def _read_shown(
             counts[ODD] += 1
         return None
     return values[:, :width].astype(np.float32, copy=False)
+
+
+def _read_alpha(
+    buffers: Buffers, index: int | None, where: str, count: int
+) -> NDArray[np.floating] | None:
+    """Read the opacities of vertices, (n, 1); None where all are opaque."""
+    colors = _read_shown(buffers, index, where, count, 4)
+    return None if colors is None or (colors[:, 3] >= 1).all() else colors[:, 3:]
 
 
 def _read_targets(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Mesh", "Part", "change", "find_standing", "multiply_rows"]
 
 PLAIN = Material()
-_ROWS = ("normals", "uv", "colors", "tangents", "uv2")  # fields with a row for each vertex
+_ROWS = ("normals", "uv", "colors", "tangents", "uv2", "alpha")  # fields with a row for each vertex
 
 
 T = TypeVar("T", "Mesh", "Part")
@@ -55,12 +55,14 @@ class Mesh:
         tangent points up in the image; all 0, or none, for those of each face.
     uv2 : (n_vertices, 2) float32, optional
         Places in the images of the material whose ``uv_set`` is 1.
+    alpha : (n_vertices, 1) float32, optional
+        Opacity, multiplies the texture's alpha; for materials with an ``alpha_mode`` that has one.
 
     Raises
     ------
     InputError
         If a face names a vertex that does not exist, or normals, uv, colors,
-        tangents or uv2 are not one row for each vertex.
+        tangents, uv2 or alpha are not one row for each vertex.
     """
 
     vertices: NDArray[np.float64]
@@ -70,6 +72,7 @@ class Mesh:
     colors: NDArray[np.float32] | None = None
     tangents: NDArray[np.float32] | None = None
     uv2: NDArray[np.float32] | None = None
+    alpha: NDArray[np.float32] | None = None
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} triangles)"
@@ -97,7 +100,7 @@ class Mesh:
                 f"exist (first: face {first}); there are {len(vertices)} vertices: repair the faces"
             )
             raise InputError(msg, face=first)
-        for name, width in zip(_ROWS, (3, 2, 3, 4, 2), strict=True):
+        for name, width in zip(_ROWS, (3, 2, 3, 4, 2, 1), strict=True):
             given = getattr(self, name)
             if given is None:
                 continue
@@ -196,6 +199,25 @@ class Part:
     def color(self) -> Color:
         """The material's diffuse reflectance, linear RGB in 0 to 1."""
         return self.material.color
+
+    @property
+    def is_transparent(self) -> bool:
+        """Whether any of it is transparent, apart from holes."""
+        material, mesh = self.material, self.mesh
+        return material.is_transparent or (
+            mesh.alpha is not None and material.alpha_mode == "blend"
+        )
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether alpha may cut holes into it."""
+        material, mesh = self.material, self.mesh
+        return material.has_holes or (mesh.alpha is not None and material.alpha_mode == "mask")
+
+    @property
+    def transmits(self) -> bool:
+        """Whether light passes through any of it; `InputError` if its texture cannot be decoded."""
+        return self.is_transparent or self.has_holes
 
     @property
     def triangles(self) -> int:

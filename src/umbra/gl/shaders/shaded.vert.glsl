@@ -21,7 +21,7 @@ out vec2 uv;
 out vec2 uv2;
 #endif
 #ifdef HAS_TINTS
-out vec3 tint;
+out vec4 tint;
 #endif
 #ifdef HAS_TANGENTS
 out vec4 tangent;
@@ -60,7 +60,7 @@ void main() {
     tangent = vec4(dot(a, way.xyz), dot(b, way.xyz), dot(c, way.xyz), mirror * way.w);
 #endif
 #ifdef HAS_TINTS
-    tint = texelFetch(tints, stored).rgb;
+    tint = texelFetch(tints, stored);
 #endif
     gl_Position = projection * vec4(at, 1.0);
 }

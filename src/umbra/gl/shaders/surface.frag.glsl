@@ -37,7 +37,7 @@ in vec2 uv;
 in vec2 uv2;
 #endif
 #ifdef HAS_TINTS
-in vec3 tint;
+in vec4 tint;
 #endif
 #ifdef HAS_TANGENTS
 in vec4 tangent;
@@ -92,9 +92,12 @@ void main() {
 #else
     texel = texture(image, uv);
 #endif
+#endif
+#ifdef HAS_ALPHA
+    texel.a *= tint.a;
+#endif
 #ifdef IS_BLEND
     alpha = 1.0 - (255.0 - opacity * texel.a) / 255.0;
-#endif
 #endif
 #ifdef IS_MASK
     if (texel.a < cutoff) {
@@ -103,7 +106,7 @@ void main() {
 #endif
     vec3 reflectance = color * texel.rgb;
 #ifdef HAS_TINTS
-    reflectance *= tint;
+    reflectance *= tint.rgb;
 #endif
 
     // The side that is seen counts, however the face is wound: x to the right and y upward turn

@@ -32,9 +32,9 @@ float find_cover(int row, vec3 weights, out vec3 color) {
     int look = 3 * int(texelFetch(sheer_rows, 8 * row + 1).w);
     vec4 base = texelFetch(sheer_looks, look), kind = texelFetch(sheer_looks, look + 1);
     vec4 image = texelFetch(sheer_looks, look + 2);
-    color = base.rgb * (weights.x * texelFetch(sheer_rows, 8 * row + 5).rgb
-                        + weights.y * texelFetch(sheer_rows, 8 * row + 6).rgb
-                        + weights.z * texelFetch(sheer_rows, 8 * row + 7).rgb);
+    vec4 first = texelFetch(sheer_rows, 8 * row + 5);
+    vec4 second = texelFetch(sheer_rows, 8 * row + 6), third = texelFetch(sheer_rows, 8 * row + 7);
+    color = base.rgb * (weights.x * first.rgb + weights.y * second.rgb + weights.z * third.rgb);
     float level = 255.0;
     if (image.x > 0.0) {
         vec4 uv = texelFetch(sheer_rows, 8 * row + 3);
@@ -55,6 +55,7 @@ float find_cover(int row, vec3 weights, out vec3 color) {
         color *= texel.rgb;
         level = texel.a;
     }
+    level *= first.a + weights.y * (second.a - first.a) + weights.z * (third.a - first.a);
     if (kind.x == MASK) {
         return level >= kind.y ? base.a : 0.0;
     }
