@@ -1,7 +1,6 @@
 """Options for reading and locating models, which several commands share, and their use."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -82,7 +81,7 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool 
         msg = f"--animation {animation} is posed at a time; give --time S too"
         raise InputError(msg)
     scene = read(*files, canopy=canopy, **take_reading())
-    scene = replace(scene, notes=tuple(map(write_for_shell, scene.notes)))
+    scene = scene.with_facts(notes=tuple(map(write_for_shell, scene.notes)))
     if time is None or not poses:
         return scene
     from umbra.scene import pose  # noqa: PLC0415

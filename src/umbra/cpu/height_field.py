@@ -90,7 +90,7 @@ class HeightFieldSweep(Sweep):
         floor = float(heights.min()) - _BELOW
 
         def choose() -> tuple[Caster, NDArray[np.float64]]:
-            return _choose_edges(caster, caster.ends(grid.to_cells(caster.vertices, ASIDE)), floor)
+            return _choose_edges(caster, grid.to_cells(caster.vertices, ASIDE), floor)
 
         used, self.ends = derive(caster, "sides", (grid, floor), choose)
         super().__init__(used, grid, threads)
@@ -139,17 +139,19 @@ class HeightFieldSweep(Sweep):
 
 
 def _choose_edges(
-    caster: Caster, ends: NDArray[np.float64], floor: float
+    caster: Caster, placed: NDArray[np.float64], floor: float
 ) -> tuple[Caster, NDArray[np.float64]]:
-    """Leave out edges whose sides hold no cell under any sun: upright, or below the floor."""
-    is_low = (ends[:, 2] <= floor) & (ends[:, 5] <= floor)
-    used = np.flatnonzero(~is_low & (ends[:, :2] != ends[:, 3:5]).any(1))
-    if len(used) > _MOST * len(ends):
-        return caster, ends
-    parts = {
-        name: getattr(caster, name)[used] for name in ("edges", "edge_faces", "turn", "weight")
-    }
-    return replace(caster, **parts), ends[used]
+    """
+    Return the ends of edges, with vertices placed in cells.
+
+    Edges whose sides hold no cell under any sun are left out: upright, or below the floor.
+    """
+    (x0, x1), (y0, y1), (z0, z1) = (axis.take(caster.edges.T) for axis in placed.T)
+    used = np.flatnonzero(((z0 > floor) | (z1 > floor)) & ((x0 != x1) | (y0 != y1)))
+    if len(used) <= _MOST * len(caster.edges):
+        names = "edges", "edge_faces", "turn", "weight"
+        caster = replace(caster, **{n: getattr(caster, n).take(used, axis=0) for n in names})
+    return caster, caster.ends(placed)
 
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})

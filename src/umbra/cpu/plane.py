@@ -7,6 +7,7 @@ the rows gives every cell its count. Vertices are projected once and rows are ro
 open), so every closed chain of edges leaves the count beyond it unchanged.
 """
 
+from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from umbra.cpu.crossings import count_winding, sweep
 from umbra.cpu.sweep import Sweep
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
-from umbra.volume.adjacency import Caster
+from umbra.volume.adjacency import Caster, weld_vertices
 from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["PlaneSweep", "clip_above"]
@@ -32,40 +33,38 @@ def clip_above(caster: Caster, height: float) -> Caster:
     triangle soup. Faces keep their planes; faces wholly below stay, without edges. ``faces`` is
     unchanged.
     """
-    z = caster.vertices[:, 2]
-    above = z > height
+    above = caster.vertices[:, 2] > height
     if above.all() or not len(caster.edges):
         return caster
-    above_first, above_second = above[caster.edges].T
+    above_first, above_second = above.take(caster.edges.T)
     kept = np.flatnonzero(above_first | above_second)
     crossed = np.flatnonzero(above_first != above_second)
 
-    # One cut point for each pair of vertices, shared by all its edges.
-    def key(a: NDArray, b: NDArray) -> NDArray[np.int64]:
-        return (np.minimum(a, b).astype(np.int64) << 32) | np.maximum(a, b)
-
-    cuts, place = np.unique(key(*caster.edges[crossed].T), return_inverse=True)
-    a, b = (cuts >> 32).astype(np.int64), (cuts & 0xFFFFFFFF).astype(np.int64)
-    low, high = np.where(above[a], b, a), np.where(above[a], a, b)
-    along = (height - z[low]) / (z[high] - z[low])
-    points = caster.vertices[low] + along[:, None] * (caster.vertices[high] - caster.vertices[low])
+    one, two = caster.edges.T.take(crossed, axis=1)
+    low, high = np.where(above_first[crossed], (two, one), (one, two))
+    bottom, top = caster.vertices.take(low, axis=0), caster.vertices.take(high, axis=0)
+    along = (height - bottom[:, 2:]) / (top[:, 2:] - bottom[:, 2:])
+    points = bottom + along * (top - bottom)
     points[:, 2] = height
     n = len(caster.vertices)
+    place = n + weld_vertices(points)  # edges of the same vertices share one
 
     edges = caster.edges.copy()
-    edges[crossed, above_first[crossed].astype(np.intp)] = n + place
+    edges[crossed, above_first[crossed].astype(np.intp)] = place
 
     # The new edge of a face runs from where its outline goes below to where it returns.
-    cut, leaves, enters = _find_cut_faces(caster.faces, above)
-    cut_edges = n + np.stack([np.searchsorted(cuts, key(*m)) for m in (leaves, enters)], 1)
+    cuts = np.full((len(caster.faces), 2), -1, np.int32)
+    _find_cuts(caster.faces, above, caster.edges, caster.edge_faces, crossed, cuts)
+    cut = np.flatnonzero(cuts[:, 0] >= 0)
+    cut_edges = place.take(cuts.take(cut, axis=0))
     closed = caster.face_is_closed[cut]
     partner = np.where(closed, len(caster.faces), cut)  # the last plane is never lit
     return replace(
         caster,
         vertices=np.concatenate([caster.vertices, points]),
-        edges=np.concatenate([edges[kept], cut_edges.astype(np.int32)]),
+        edges=np.concatenate([edges.take(kept, axis=0), cut_edges]),
         edge_faces=np.concatenate(
-            [caster.edge_faces[kept], np.stack([cut, partner], 1).astype(np.int32)]
+            [caster.edge_faces.take(kept, axis=0), np.stack([cut, partner], 1).astype(np.int32)]
         ),
         turn=np.concatenate([caster.turn[kept], ~closed]),
         weight=np.concatenate([caster.weight[kept], np.ones(len(cut), np.int8)]),
@@ -73,25 +72,16 @@ def clip_above(caster: Caster, height: float) -> Caster:
 
 
 @njit(cache=True, nogil=True)
-def _find_cut_faces(faces, above):
-    """Return faces with corners on both sides, and where their outlines go below and return."""
-    cut = np.zeros(faces.shape[0], np.int64)
-    count = 0
-    for f in range(faces.shape[0]):
-        a, b, c = above[faces[f, 0]], above[faces[f, 1]], above[faces[f, 2]]
-        if a != b or b != c:
-            cut[count] = f
-            count += 1
-    leaves = np.zeros((2, count), np.int32)
-    enters = np.zeros((2, count), np.int32)
-    for i in range(count):
-        for k in range(3):
-            tail, head = faces[cut[i], k], faces[cut[i], (k + 1) % 3]
-            if above[tail] and not above[head]:
-                leaves[0, i], leaves[1, i] = tail, head
-            elif above[head] and not above[tail]:
-                enters[0, i], enters[1, i] = tail, head
-    return cut[:count], leaves, enters
+def _find_cuts(faces, above, edges, edge_faces, crossed, cuts):
+    """Write for each face which of the crossed edges its outline goes below on, and returns on."""
+    for i in range(crossed.size):
+        tail = edges[crossed[i], 0]
+        for f in edge_faces[crossed[i]]:
+            k = 0
+            while faces[f, k] != tail:
+                k += 1
+            is_forward = faces[f, (k + 1) % 3] == edges[crossed[i], 1]
+            cuts[f, 0 if above[tail] == is_forward else 1] = i
 
 
 class PlaneSweep(Sweep):
@@ -122,8 +112,8 @@ class PlaneSweep(Sweep):
         opened, self.ends = derive(caster, "cut", (grid, height), cut)
         super().__init__(opened, grid, threads)
         # Clipping leaves no edges in the plane but those that it made, the last ones.
-        in_plane = (self.ends[:, 2] == 0) & (self.ends[:, 5] == 0)
-        fixed = len(in_plane) - int(in_plane.sum())
+        every = range(len(self.ends))
+        fixed = bisect_left(every, 1, key=lambda e: not self.ends[e, [2, 5]].any())
         rows = self.ends[fixed:, [1, 4]]
         self.level = fixed, float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
 

@@ -143,7 +143,7 @@ def _name_places(scene: Scene, files: Files) -> Scene:
             layer, content = next(left)
             source = replace(source, path=str(content.path.absolute()), layer=layer)  # noqa: PLW2901
         sources.append(source)
-    return replace(scene, sources=tuple(sources))
+    return scene.with_facts(sources=tuple(sources))
 
 
 def _read_files(files: Files, choices: ReadChoices) -> Scene:

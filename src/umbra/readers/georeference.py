@@ -173,7 +173,7 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     remedy = "give latitude= and longitude= (and true_north= if the plan is turned)"
     if found is None or not (found.is_projected or found.is_geographic):
         note = f"the CRS '{shown}' is not known, so coordinates are taken as metres; {remedy}"
-        return replace(scene, notes=(*scene.notes, note))
+        return scene.with_facts(notes=(*scene.notes, note))
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat = found.to_2d()
@@ -187,10 +187,10 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
             f"the coordinates lie outside the area where {shown} ({found.name}) is used, "
             f"so the site is not known; {remedy}"
         )
-        return replace(scene, notes=(*scene.notes, note))
+        return scene.with_facts(notes=(*scene.notes, note))
     xs, ys = back.transform([lon, lon], [lat - STEP, lat + STEP])
     north = float(np.degrees(np.arctan2(xs[1] - xs[0], ys[1] - ys[0])))
-    return replace(scene, latitude=float(lat), longitude=float(lon), true_north=north)
+    return scene.with_facts(latitude=float(lat), longitude=float(lon), true_north=north)
 
 
 def _is_in_use(crs: "CRS", lon: float, lat: float) -> bool:

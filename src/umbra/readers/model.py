@@ -204,8 +204,8 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
                 )
     heights = [place.elevation for place in places.values() if place.elevation is not None]
     ground = _find_ground(places, notes)
-    return replace(
-        scene, latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
+    return scene.with_facts(
+        latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
         elevation=heights[0] if heights else scene.elevation, ground=ground,
     )  # fmt: skip
 

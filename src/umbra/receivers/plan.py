@@ -1,5 +1,6 @@
 """Plans: cells that receive on the ground plane, or on the topmost surface."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -44,6 +45,9 @@ class PlanRaster(Raster):
     kind: "PlanKind"
     assumed: Level | None = field(kw_only=True)
     cut: tuple[Grid, slice, slice] | None = field(default=None, kw_only=True)
+    _looked: dict[Grid, tuple[int, Any, NDArray[np.bool_] | None]] = field(
+        default_factory=dict, init=False
+    )
 
     def pick(self, rows: slice, cols: slice) -> "PlanRaster":
         """Return a part of the plan, to be counted alone with the bits of the whole."""
@@ -84,38 +88,34 @@ class PlanRaster(Raster):
     def _make_tile(self, where: tuple[slice, slice], part: Grid) -> PlanTile:
         tile = self.casting.make_tile(part)
         if not tile.on_plane:
-            self._look(where, tile)
+            nothing = tile.nothing
+            bare = int(((tile.surface.face < 0) & ~nothing).sum())
+            self._looked[part] = bare, where, nothing if self.casting.has_end else None
         return tile
 
-    def _look(self, where: tuple[slice, slice], tile: PlanTile) -> None:
-        surface, heights = tile.surface, self._seen[0]
-        heights[where] = surface.heights + self.casting.scene.origin[2]
-        heights[where][tile.nothing] = np.nan
-        self._seen[1][where] = (surface.face < 0) & ~tile.nothing
-
     @property
-    def bare(self) -> NDArray[np.bool_]:
-        """Cells without any of the model, (rows, cols) bool; unknown on a plane."""
-        return self._seen[1]
-
-    @cached_property
-    def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        return np.zeros(self.shape), np.zeros(self.shape, np.bool_)
+    def bare(self) -> int:
+        """Number of cells without any of the model in the tiles made so far; 0 on a plane."""
+        return sum(bare for bare, _, _ in self._looked.values())
 
     @cached_property
     def heights(self) -> NDArray[np.float64]:
-        """Surface heights; on a plane found on first access, for pictures."""
-        if self.kind.tile.on_plane:
-            for rows, cols, part in self._parts:
-                self._look((rows, cols), self.casting.make_tile(part))
-        return self._seen[0]
+        """Surface heights, found on first access: while a study counts they would take memory."""
+        heights = np.zeros(self.shape)
+        for *where, part in self._parts:
+            tile, window = self.casting.make_tile(part), heights[*where]
+            np.add(tile.surface.heights, self.casting.scene.origin[2], out=window)
+            window[tile.nothing] = np.nan
+        return heights
 
     def finish(self) -> NDArray[np.bool_] | None:
         """Add the assumptions about the ground to the facts."""
-        heights, bare = self._seen
-        scene, share = self.casting.scene, float(bare.mean())
+        scene, share = self.casting.scene, self.bare / math.prod(self.shape)
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
-        nothing = np.isnan(heights) if self.casting.has_end else np.zeros(0, np.bool_)
+        nothing = np.zeros(self.shape if self.casting.has_end else 0, np.bool_)
+        for _, where, found in self._looked.values():
+            if found is not None:
+                nothing[where] = found
         return nothing if nothing.any() else None
 
     def variables(self) -> Variables:
@@ -151,9 +151,11 @@ class PlanKind(ReceiverKind):
             scene, cast.soup, cast.caster, request.threads, level - origin[2], self.tile,
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
+        is_stated = request.options.extent is not None
+        skyline = Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level)
         # If nothing receives beyond a terrain, the extent need not hold shadows.
-        reaching = np.zeros((0, 3)) if has_end else request.find_reaching()
-        grid, x, y = lay_out(_find_skyline(model, level), reaching, **request.find_room())
+        reaching = np.zeros((0, 3)) if has_end or is_stated else request.find_reaching()
+        grid, x, y = lay_out(skyline, reaching, **request.find_room())
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
             {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,

@@ -75,14 +75,13 @@ def make_scene(
     scene = Scene(_drop_unused(kept), np.zeros(3))
     if not np.isfinite(scene.bounds()).all():
         _refuse_infinite(kept)
-    kept = scene.parts
     bounds = scene.bounds()
     # Whole metres, so that adding the origin back restores the file's digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
     origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
     if origin.any():
-        kept = _shift(kept, origin)
-    return replace(scene, parts=kept, origin=origin, **facts)
+        scene = Scene(_shift(scene.parts, origin), origin)
+    return scene.with_facts(**facts)
 
 
 def _refuse_infinite(parts: tuple[Part, ...]) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -221,9 +222,31 @@ class Scene(Exchange):
 
     @cached_property
     def _bounds(self) -> NDArray[np.float64]:
-        bounds = find_box(self.triangles().find_corners()) + self.origin
+        boxes = []
+        shared: dict[int, tuple[NDArray[np.float64], NDArray[np.bool_]]] = {}
+        for part in self.parts:
+            vertices, faces = part.mesh.vertices, part.mesh.faces
+            if part.transform is not None:
+                if len(faces):
+                    moved = transform_points(part.transform, vertices)
+                    boxes.append(find_box(moved[find_used(vertices, faces)]))
+                continue
+            if id(vertices) not in shared:
+                shared[id(vertices)] = vertices, np.zeros(len(vertices), np.bool_)
+            shared[id(vertices)][1][faces.ravel()] = True
+        for vertices, is_used in shared.values():
+            if is_used.any():
+                boxes.append(find_box(vertices if is_used.all() else vertices[is_used]))
+        bounds = find_box(np.concatenate(boxes)) + self.origin
         bounds.setflags(write=False)
         return bounds
+
+    def with_facts(self, **facts: Any) -> Scene:
+        """Return the scene with other facts, all but its parts, origin and bounds."""
+        told = replace(self, **facts)
+        if "_bounds" in vars(self):
+            vars(told)["_bounds"] = self._bounds
+        return told
 
     def select(
         self, cast: Sequence[str] = (), no_cast: Sequence[str] = (), *, option: str = "cast"

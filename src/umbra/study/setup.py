@@ -34,6 +34,8 @@ from umbra.sun import Site
 __all__ = ["Result", "Setup"]
 
 Progress = Callable[[int, int], object]
+_warm: set[type] = set()
+"""Counters whose kernels have run in this process."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +206,9 @@ class Setup:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)
-                if n == 0 and len(suns):  # warm up kernels and buffers, untimed
+                if type(counter) not in _warm and len(suns):  # load kernels, untimed
                     counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
+                    _warm.add(type(counter))
                 started = time.perf_counter()
                 run = look(tile, self.canopy, where, counter)
                 pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))

@@ -232,7 +232,7 @@ def count_window(
     )  # fmt: skip
     return (
         split_neighbours(study.variables()), find_neighbours(result, laid),
-        near.count_faces(needs.units), int(laid.bare.sum()),
+        near.count_faces(needs.units), laid.bare,
     )  # fmt: skip
 
 

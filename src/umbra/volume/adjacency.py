@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import Scene
 from umbra.scene.derived import derive
+from umbra.volume.half_edges import HalfEdges, renumber, sort
 
 __all__ = [
     "Caster",
@@ -167,29 +168,29 @@ def make_caster(
     closed on its own stays closed even if it touches an open one. ``is_welded`` says that only
     equal indices are one vertex.
     """
-    welded = faces if is_welded else weld_vertices(vertices)[faces]
+    welded = faces if is_welded else weld_vertices(vertices).take(faces)
     whole = (
         (welded[:, 0] != welded[:, 1])
         & (welded[:, 1] != welded[:, 2])
         & (welded[:, 2] != welded[:, 0])
     )
     source = np.flatnonzero(whole).astype(np.int32)
-    source = source[sort_along_curve(vertices[welded[source, 0]])]
-    welded = np.ascontiguousarray(welded[source])
+    source = source[sort_along_curve(vertices.take(welded[source, 0], axis=0))]
+    welded = welded.take(source, axis=0)
     objects = np.zeros(len(source), np.int32) if group is None else group[source]
 
-    half = _HalfEdges.of(welded)
-    component = _join(half, len(welded))
-    is_closed = _find_closed(half, component)
+    half = HalfEdges.of(welded)
+    component = half.join(len(welded))
+    is_closed = half.find_closed(component)
     loose = ~is_closed[component]
     if loose.any() and objects.any():
         # A closed house must not become open because a fence touches it.
         part = half.within(loose, objects)
-        again = _join(part, len(welded))
-        component = _renumber(np.where(loose, again + len(is_closed), component))
-        is_closed = _find_closed(half.within(np.ones_like(loose), component), component)
+        again = part.join(len(welded)) + np.int32(len(is_closed))
+        component = renumber(np.where(loose, again, component))
+        is_closed = half.within(np.ones_like(loose), component).find_closed(component)
 
-    edges, edge_faces, turn, weight = _pair(half, component, is_closed)
+    edges, edge_faces, turn, weight = half.pair(is_closed[component])
     return Caster(
         vertices=vertices,
         faces=welded,
@@ -208,135 +209,11 @@ def find_caster(scene: Scene, parts: Sequence[int]) -> Caster:
     """Return the caster of some parts, given as indices; made once."""
 
     def make() -> Caster:
-        soup = scene.triangles(parts)
+        is_whole = len(parts) == len(scene.parts)
+        soup = derive(scene, "soup", None, scene.triangles) if is_whole else scene.triangles(parts)
         return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
 
     return derive(scene, "caster", tuple(parts), make)
-
-
-@dataclass(frozen=True, eq=False)
-class _HalfEdges:
-    """Directed edges of all faces, sorted so that half-edges of one edge are adjacent."""
-
-    key: NDArray[np.uint64]  # lower vertex << 32 | higher vertex, ascending
-    face: NDArray[np.int32]
-    sign: NDArray[np.int8]  # +1 where the face runs from lower to higher
-    start: NDArray[np.bool_]  # first half-edge of its run
-
-    @classmethod
-    def of(cls, faces: NDArray[np.int32]) -> "_HalfEdges":
-        tail = faces.ravel()
-        head = faces[:, [1, 2, 0]].ravel()
-        low = np.minimum(tail, head).astype(np.uint64)
-        key = (low << np.uint64(32)) | np.maximum(tail, head).astype(np.uint64)
-        order = np.argsort(key, kind="stable")
-        key = key[order]
-        face = (order // 3).astype(np.int32)
-        sign = np.where(tail < head, 1, -1).astype(np.int8)[order]
-        return cls(key, face, sign, _run_starts(key))
-
-    def within(self, chosen: NDArray[np.bool_], group: NDArray[np.int32]) -> "_HalfEdges":
-        """Keep the chosen faces, and split the runs by group."""
-        kept = np.flatnonzero(chosen[self.face])
-        key, face, sign = self.key[kept], self.face[kept], self.sign[kept]
-        order = np.lexsort((group[face], key))
-        key, face, sign = key[order], face[order], sign[order]
-        return _HalfEdges(key, face, sign, _run_starts(key) | _run_starts(group[face]))
-
-
-def _run_starts(values: NDArray) -> NDArray[np.bool_]:
-    starts = np.ones(len(values), np.bool_)
-    starts[1:] = values[1:] != values[:-1]
-    return starts
-
-
-def _renumber(labels: NDArray) -> NDArray[np.int32]:
-    return np.unique(labels, return_inverse=True)[1].astype(np.int32).ravel()
-
-
-def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
-    """Return each face's component, connected by edges, (n_faces,) int32."""
-    root = np.arange(n_faces, dtype=np.int32)
-    _union_roots(half.face, half.start, root)
-    return _renumber(root)
-
-
-@njit(cache=True, nogil=True)
-def _union_roots(face, start, root):
-    """Find the lowest face of every face's component (union-find, path halving)."""
-    for i in range(1, face.size):
-        if start[i]:
-            continue
-        a = face[i - 1]
-        b = face[i]
-        while root[a] != a:
-            root[a] = root[root[a]]
-            a = root[a]
-        while root[b] != b:
-            root[b] = root[root[b]]
-            b = root[b]
-        if a < b:
-            root[b] = a
-        elif b < a:
-            root[a] = b
-    for f in range(root.size):
-        root[f] = root[root[f]]  # a root is lower than its faces, so it is final
-
-
-def _find_closed(half: _HalfEdges, component: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Find the components whose every edge has signed incidences that sum to 0."""
-    if not len(half.face):
-        return np.zeros(int(component.max(initial=-1)) + 1, np.bool_)
-    starts = np.flatnonzero(half.start)
-    sums = np.add.reduceat(half.sign.astype(np.int32), starts)
-    is_closed = np.ones(int(component.max()) + 1, np.bool_)
-    is_closed[component[half.face[starts[sums != 0]]]] = False
-    return is_closed
-
-
-def _pair(
-    half: _HalfEdges, component: NDArray[np.int32], is_closed: NDArray[np.bool_]
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_], NDArray[np.int8]]:
-    """Pair the half-edges of every edge, closed faces with closed and open with open."""
-    closed = is_closed[component[half.face]]
-    key, face, sign = half.key, half.face, half.sign
-    runs = np.diff(np.append(np.flatnonzero(half.start), len(key)))
-    if (runs > 2).any() or closed.any() != closed.all():
-        # In a run sorted by sign the first half is opposite to the second.
-        order = np.lexsort((-sign, closed, key))
-        key, face, sign, closed = key[order], face[order], sign[order], closed[order]
-    a, b = _halve_runs(np.flatnonzero(_run_starts(key) | _run_starts(closed)), len(key))
-    same_way = sign[a] == sign[b]  # true of a border, which is its own partner
-    size = np.where(closed[a] | (a == b), 1, 2)
-    order = np.argsort(np.minimum(face[a], face[b]), kind="stable")
-    a, b, same_way, size = a[order], b[order], same_way[order], size[order]
-    ends = np.stack([key[a] >> np.uint64(32), key[a] & np.uint64(0xFFFFFFFF)], 1)
-    return (
-        ends.astype(np.int32),
-        np.stack([face[a], face[b]], 1),
-        same_way,
-        (sign[a] * size).astype(np.int8),
-    )
-
-
-@njit(cache=True, nogil=True)
-def _halve_runs(starts, end):
-    """Pair the first half of every run with the second; a leftover last one with itself."""
-    first = np.zeros(end, np.int64)
-    second = np.zeros(end, np.int64)
-    pairs = 0
-    for r in range(starts.size):
-        length = (starts[r + 1] if r + 1 < starts.size else end) - starts[r]
-        for k in range(length // 2):
-            first[pairs] = starts[r] + k
-            second[pairs] = starts[r] + length // 2 + k
-            pairs += 1
-    for r in range(starts.size):
-        last = (starts[r + 1] if r + 1 < starts.size else end) - 1
-        if (last - starts[r]) % 2 == 0:
-            first[pairs] = second[pairs] = last
-            pairs += 1
-    return first[:pairs], second[:pairs]
 
 
 def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
@@ -349,8 +226,8 @@ def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDAr
 @njit(cache=True, nogil=True)
 def _fill_planes(vertices, faces, planes):
     for f in range(faces.shape[0]):
-        i, j, k = faces[f]
-        x, y, z = vertices[i]
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
         ax, ay, az = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
         bx, by, bz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
         nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -369,7 +246,9 @@ def sort_along_curve(points: NDArray[np.float64]) -> NDArray[np.intp]:
     code = np.zeros(len(points), np.uint32)
     for axis in range(3):
         code |= _spread_bits(grid[axis]) << np.uint32(2 - axis)
-    return np.argsort(code, kind="stable")
+    code = code.view(np.int32)
+    order = sort(code & 0x7FFF, np.arange(len(points), dtype=np.int32))
+    return sort(code >> 15, order).astype(np.intp)
 
 
 def _spread_bits(value: NDArray[np.uint32]) -> NDArray[np.uint32]:
