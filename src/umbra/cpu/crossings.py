@@ -16,12 +16,51 @@ __all__ = ["count_winding", "sweep"]
 _LARGE = 500_000  # edges whose ends fit into no cache
 _AHEAD = 64  # edges whose ends are read at once: waits for memory overlap
 _WRAPPED = 255  # largest count for which a wrapped 8-bit sum is 0 only for 0
+_CLEAR = 2.0**-10  # distance from the raster [cells], and share of coordinates, that
+_ROUNDING = 2.0**-44  # is far above rounding
 
 
 @njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
-def _scatter(ends, weight, codes, fixed, slope_x, slope_y, corner, diff, loads, states):
+def _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, diff, south):
     """
-    Add each edge's multiplicity where it crosses columns.
+    Add a multiplicity where an edge crosses columns c0 to c1, of which some may miss the raster.
+
+    South of it, where low suns have most crossings, they add up in ``south`` as a difference along
+    the row; north of it they change no cell. Returns what tells whether one may have overflowed.
+    """
+    row, col = corner
+    low, top = np.float64(row), np.float64(row + diff.shape[0] - 1)
+    rise = (y1 - y0) / (x1 - x0)
+    clear = _CLEAR + _ROUNDING * (abs(y0) + abs(y1) + (abs(x0) + abs(x1)) * abs(rise))
+    # Where the edge crosses those rows; a quotient of 0 by 0 keeps all columns inside.
+    begin = np.ceil(x0 + (low - clear - y0) / rise)
+    end = np.ceil(x0 + (top - 1.0 + clear - y0) / rise)
+    first = c0 if not begin > c0 else np.int64(min(begin, np.float64(c1)))
+    last = c1 if not end < c1 else np.int64(max(end, np.float64(c0)))
+    if rise < 0.0:
+        first, last = (
+            c0 if not end > c0 else np.int64(min(end, np.float64(c1))),
+            c1 if not begin < c1 else np.int64(max(begin, np.float64(c0))),
+        )
+        south[last - col] += m
+        south[c1 - col] -= m
+    else:
+        south[c0 - col] += m
+        south[first - col] -= m
+    half = np.int64(1) << (8 * diff.itemsize - 1)
+    spill = np.int64(0)
+    for c in range(first, last):
+        r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top))) - row
+        held = diff[r, c - col] + m
+        diff[r, c - col] = held
+        spill |= held + half
+    return spill
+
+
+@njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
+def _scatter(ends, weight, codes, fixed, slope_x, slope_y, corner, diff, south, loads, states):
+    """
+    Add each edge's multiplicity where it crosses columns, as ``_add_clipped`` does.
 
     From ``fixed`` on edges lie in the plane: their multiplicities are written to ``states``, 0 of
     edges in no silhouette. Returns the least and greatest row, the sum of all multiplicities, and
@@ -69,21 +108,16 @@ def _scatter(ends, weight, codes, fixed, slope_x, slope_y, corner, diff, loads, 
             c1 = np.int64(min(max(np.ceil(x1), np.float64(col)), np.float64(end)))
             if c0 >= c1:
                 continue
-            rise = (y1 - y0) / (x1 - x0)
-            # Most edges lie within the raster and need no clamping of rows.
+            # Most edges lie within the raster and need no clipping.
             if min(y0, y1) >= low and max(y0, y1) <= top - 1.0:
+                rise = (y1 - y0) / (x1 - x0)
                 for c in range(c0, c1):
                     place = np.uint64(np.int64(np.ceil(y0 + (c - x0) * rise)) * cols + c - origin)
                     held = flat[place] + m
                     flat[place] = held
                     spill |= held + half
             else:
-                for c in range(c0, c1):
-                    r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top)))
-                    place = np.uint64(r * cols + c - origin)
-                    held = flat[place] + m
-                    flat[place] = held
-                    spill |= held + half
+                spill |= _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, diff, south)
             lowest = min(lowest, y0, y1)
             highest = max(highest, y0, y1)
             loads[np.uint64(c0 - col)] += abs(m)
@@ -93,14 +127,13 @@ def _scatter(ends, weight, codes, fixed, slope_x, slope_y, corner, diff, loads, 
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _renew(ends, states, held, corner, base, loads):
+def _renew(ends, states, held, corner, base, south, loads):
     """
     Change kept crossings of edges in the plane from the multiplicities ``held`` to ``states``.
 
     Returns whether a single crossing may have overflowed.
     """
-    row, col = corner
-    low, top = np.float64(row), np.float64(row + base.shape[0] - 1)
+    col = corner[1]
     west, east = np.float64(col), np.float64(col + base.shape[1])
     half = np.int64(1) << (8 * base.itemsize - 1)
     spill = np.int64(0)
@@ -119,12 +152,7 @@ def _renew(ends, states, held, corner, base, loads):
         c1 = np.int64(min(max(np.ceil(x1), west), east))
         if c0 >= c1:
             continue
-        rise = (y1 - y0) / (x1 - x0)
-        for c in range(c0, c1):
-            r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top))) - row
-            sums = base[r, c - col] + m
-            base[r, c - col] = sums
-            spill |= sums + half
+        spill |= _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, base, south)
         loads[c0 - col] += load
         loads[c1 - col] -= load
     return spill < 0 or spill >= 2 * half
@@ -160,9 +188,8 @@ def _sum_both(diff, base, first, last, level, out):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sum_counts(diff, first, last, out):
+def _sum_counts(diff, first, last, level, out):
     """Sum columns over a range of rows into ``out``, which is 0; reset ``diff`` to 0."""
-    level = np.zeros(diff.shape[1], np.int32)
     for r in range(first, last):
         d = diff[r]
         o = out[r]
@@ -184,14 +211,15 @@ def _find_rows(lowest, highest, corner, diff):
 @njit(cache=True, nogil=True)
 def count_winding(ends, weight, corner, diff, counts):
     """Count how often edges in the plane go around each cell, from ``diff`` of 0."""
-    loads = np.zeros(diff.shape[1] + 1, np.int64)
+    south, loads = np.zeros((2, diff.shape[1] + 1), np.int64)
     codes = (np.arange(ends.shape[0]) << 2 | 1).astype(np.int32)
     nothing = np.zeros(0, np.int8)
     lowest, highest, _, _ = _scatter(
-        ends, weight, codes, codes.size, 0.0, 0.0, corner, diff, loads, nothing
+        ends, weight, codes, codes.size, 0.0, 0.0, corner, diff, south, loads, nothing
     )
     first, last = _find_rows(lowest, highest, corner, diff)
-    _sum_counts(diff, first, last, counts)
+    level = np.cumsum(south[:-1]).astype(np.int32)
+    _sum_counts(diff, first, last, level, counts)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -203,43 +231,47 @@ def sweep(
 
     Steps in shadow are added to ``out[thread]``; if there are as many ``counts`` as suns, counts
     are written there instead. ``level`` holds the first of the edges in the plane, and their least
-    and greatest row. ``kept`` holds by thread: their crossings; the loads of columns; the
-    multiplicities that both hold, and a sun's; whether a crossing ever overflowed.
+    and greatest row. ``kept`` holds by thread: their crossings; the loads of columns and what
+    crosses them south of the raster; the multiplicities that these hold, and a sun's; whether a
+    crossing ever overflowed.
     """
     keep = counts.shape[0] == slope.shape[0]
     fixed, lowest_fixed, highest_fixed = level
-    base, loads, states, wrapped = kept
+    base, sums, states, wrapped = kept
     has_fixed = fixed < ends.shape[0]
     for q in prange(which.size):
         t = get_thread_id()
         s = which[q]
         mine = codes[starts[s] : starts[s + 1]]
         cols = diff.shape[2]
-        own = np.zeros(cols + 1, np.int64)
+        own = np.zeros((2, cols + 1), np.int64)
         lowest, highest, deepest, has_spilled = _scatter(
-            ends, weight, mine, fixed, slope[s, 0], slope[s, 1], corner, diff[t], own, states[t, 1]
-        )
+            ends, weight, mine, fixed, slope[s, 0], slope[s, 1], corner, diff[t], own[1], own[0],
+            states[t, 1],
+        )  # fmt: skip
         if has_fixed:
             wrapped[t] |= _renew(
-                ends[fixed:], states[t, 1], states[t, 0], corner, base[t], loads[t]
+                ends[fixed:], states[t, 1], states[t, 0], corner, base[t], sums[t, 1], sums[t, 0]
             )
             has_spilled |= wrapped[t]
             lowest, highest = min(lowest, lowest_fixed), max(highest, highest_fixed)
-            own += loads[t]
+            own = own + sums[t]
         first, last = _find_rows(lowest, highest, corner, diff[t])
         # Crossings of a closed chain in a column sum to 0: half of them count up.
-        depth = bound_counts(own, deepest, 2 * _WRAPPED) // 2
+        depth = bound_counts(own[0], deepest, 2 * _WRAPPED) // 2
         is_narrow = depth <= _WRAPPED
+        level = np.cumsum(own[1, :cols]).astype(np.int32)
+        narrow = level.astype(np.int8)
         if has_spilled and (keep or not is_narrow):
             too_deep[s] = True
             diff[t, :, :] = 0
         elif keep:
-            _sum_counts(diff[t], first, last, counts[s])
+            _sum_counts(diff[t], first, last, level, counts[s])
         elif has_fixed and is_narrow:
-            _sum_both(diff[t], base[t], first, last, np.zeros(cols, np.int8), out[t])
+            _sum_both(diff[t], base[t], first, last, narrow, out[t])
         elif has_fixed:
-            _sum_both(diff[t], base[t], first, last, np.zeros(cols, np.int32), out[t])
+            _sum_both(diff[t], base[t], first, last, level, out[t])
         elif is_narrow:
-            _sum_steps(diff[t], first, last, np.zeros(cols, np.int8), out[t])
+            _sum_steps(diff[t], first, last, narrow, out[t])
         else:
-            _sum_steps(diff[t], first, last, np.zeros(cols, np.int32), out[t])
+            _sum_steps(diff[t], first, last, level, out[t])

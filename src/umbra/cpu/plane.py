@@ -135,7 +135,7 @@ class PlaneSweep(Sweep):
         n = len(self.ends) - fixed
         kept = (
             self._buffer("base", shape if n else (threads, 1, 1), count_type),
-            self._buffer("loads", (threads, grid.cols + 1), np.int64, count_type),
+            self._buffer("sums", (threads, 2, grid.cols + 1), np.int64, count_type),
             self._buffer("states", (threads, 2, n), np.int8, count_type),
             self._buffer("wrapped", (threads,), np.bool_, count_type),
         )
