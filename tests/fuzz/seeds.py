@@ -151,6 +151,10 @@ def _make_strangers(folder: Path) -> dict[str, bytes]:
     seeds = {"house.hbjson": json.dumps(model).encode(), "tileset.json": json.dumps(tree).encode()}
     seeds["tile.b3dm"] = head + (folder / "town.glb").read_bytes()
     (folder / "tile.b3dm").write_bytes(seeds["tile.b3dm"])
+    table = b'{"INSTANCES_LENGTH":2,"POSITION":{"byteOffset":0},"SCALE":{"byteOffset":24}}   '
+    body = np.arange(8, dtype="<f4").tobytes()
+    head = struct.pack("<4s7I", b"i3dm", 1, 32, len(table), len(body), 0, 0, 1)
+    seeds["trees.i3dm"] = head + table + body + (folder / "town.glb").read_bytes()
     if find_spec("lxml"):
         seeds["town.gml"] = gml_city(
             *(gml_building(f"h{n}", prism(9 * n)) for n in range(3))

@@ -30,6 +30,14 @@ def test_source_has_the_files_hash(save):
     assert source.sha256 == hashlib.sha256(TRIANGLE.encode()).hexdigest()
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "is_told"), [(9, 900, 0), (90, 1100, 1), (30000, 1400, 0)]
+)
+def test_a_model_as_high_as_no_building_is_told(save, width, height, is_told):
+    scene = umbra.read(save(f"v 0 0 0\nv {width} 0 {height}\nv 0 1 0\nf 1 2 3\n", "a.obj"))
+    assert sum("in millimetres or feet" in note for note in scene.notes) == is_told
+
+
 def test_several_files_become_one_scene(save):
     one, two = save(TRIANGLE, "a.obj"), save(TRIANGLE.replace("1", "3", 1), "b.OBJ")
     scene = umbra.read(one, two)

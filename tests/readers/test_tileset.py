@@ -54,6 +54,15 @@ def place(lon, lat, height=0.0):
     return matrix.T.ravel().tolist()
 
 
+def i3dm(content, tree, *arrays, is_within=True):
+    """Instances of a glTF, whose properties lie one after the other in the binary body."""
+    body = b"".join(np.asarray(one).tobytes() for one in arrays)
+    table = json.dumps(tree).encode()
+    table += b" " * (-len(table) % 8)
+    head = (1, 32 + len(table) + len(body) + len(content), len(table), len(body), 0, 0, is_within)
+    return struct.pack("<4s7I", b"i3dm", *head) + table + body + content
+
+
 @pytest.fixture
 def write(tmp_path):
     def save(root, files, version="1.1", name="tileset.json"):
@@ -154,6 +163,76 @@ def test_the_net_points_and_instances_are_left_out_and_counted(write):
     said = " ".join(scene.notes)
     assert "lie on the net: 1 (first: 'https://a.example/2.glb')" in said
     assert "point clouds (pnts) left out: 1 (first: '3.pnts')" in said
+
+
+PLACES = np.array([[10, 20, 30], [-5, 0, 65535]], "<f4")
+
+
+@pytest.mark.parametrize(
+    ("tree", "arrays", "expected"),
+    [
+        ({}, [], [[10, 20, 30, 12, 20, 33], [-5, 0, 65535, -3, 0, 65538]]),
+        ({"RTC_CENTER": [1, 2, 0], "SCALE": {"byteOffset": 24}}, [np.array([1, 3], "<f4")],
+         [[11, 22, 30, 13, 22, 33], [-4, 2, 65535, 2, 2, 65544]]),
+        ({"NORMAL_UP": {"byteOffset": 24}, "NORMAL_RIGHT": {"byteOffset": 48}},
+         [np.array([[0, 1, 0], [1, 0, 0]], "<f4"), np.array([[1, 0, 0], [0, -1, 0]], "<f4")],
+         [[10, 20, 30, 12, 20, 33], [-5, -2, 65535, -5, 0, 65538]]),
+        ({"NORMAL_UP_OCT32P": {"byteOffset": 24}, "NORMAL_RIGHT_OCT32P": {"byteOffset": 32}},
+         [np.array([[32768, 65535], [65535, 32768]], "<u2"),
+          np.array([[65535, 32768], [32768, 0]], "<u2")],
+         [[10, 20, 30, 12, 20, 33], [-5, -2, 65535, -5, 0, 65538]]),
+        ({"SCALE_NON_UNIFORM": {"byteOffset": 24}}, [np.array([[1, 1, 1], [2, 1, 5]], "<f4")],
+         [[10, 20, 30, 12, 20, 33], [-5, 0, 65535, -1, 0, 65550]]),
+    ],
+)  # fmt: skip
+def test_instances_stand_where_their_table_says_and_share_a_mesh(write, tree, arrays, expected):
+    """A wall 2 m wide along x and 3 m high, without thickness."""
+    table = {"INSTANCES_LENGTH": 2, "POSITION": {"byteOffset": 0}, **tree}
+    data = i3dm(glb(2, 3), table, PLACES, *arrays)
+    scene = umbra.read(write(tile("1.i3dm"), {"1.i3dm": data}, "1.0"))
+    assert [part.name for part in scene.parts] == ["1/wall 1", "1/wall 2"]
+    np.testing.assert_allclose([p.bounds.ravel() for p in scene.parts], expected, atol=1e-3)
+    assert scene.parts[0].mesh is scene.parts[1].mesh
+    assert scene.parts[1].matches("wall")
+
+
+def test_instances_may_be_quantised_and_name_their_model(write, tmp_path):
+    table = {"INSTANCES_LENGTH": 1, "QUANTIZED_VOLUME_OFFSET": [1, 2, 3],
+             "QUANTIZED_VOLUME_SCALE": [10, 20, 40], "POSITION_QUANTIZED": {}}  # fmt: skip
+    table["POSITION_QUANTIZED"]["byteOffset"] = 0
+    data = i3dm(b"m/wall.glb  ", table, np.array([65535, 0, 65535], "<u2"), is_within=False)
+    scene = umbra.read(write(tile("1.i3dm"), {"1.i3dm": data, "m/wall.glb": glb()}, "1.0"))
+    np.testing.assert_allclose(scene.bounds(), [[11, 2, 43], [12, 2, 44]])
+    np.testing.assert_allclose(umbra.read(tmp_path / "1.i3dm").bounds(), scene.bounds())
+    (tmp_path / "m/wall.glb").unlink()
+    with pytest.raises(InputError, match=r"'m/wall\.glb' is not beside the file"):
+        umbra.read(tmp_path / "1.i3dm")
+
+
+def test_instances_on_the_earth_stand_upright(write):
+    height = np.array(TO_EARTH.transform(LON, LAT, 40))
+    table = {"INSTANCES_LENGTH": 1, "EAST_NORTH_UP": True, "POSITION": [0, 0, 0],
+             "RTC_CENTER": height.tolist()}  # fmt: skip
+    root = tile("1.i3dm")
+    root["boundingVolume"] = {"sphere": [*height.tolist(), 50.0]}
+    scene = umbra.read(write(root, {"1.i3dm": i3dm(glb(8, 20), table)}, "1.0"))
+    np.testing.assert_allclose(scene.bounds(), [[0, 0, 40], [8, 0, 60]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("tree", "match"),
+    [
+        ({"INSTANCES_LENGTH": 9, "POSITION": {"byteOffset": 0}}, "is damaged"),
+        ({"INSTANCES_LENGTH": 2, "POSITION": {"byteOffset": -1}}, "is damaged"),
+        ({"POSITION": {"byteOffset": 0}}, "INSTANCES_LENGTH.* is missing"),
+        ({"INSTANCES_LENGTH": 1, "POSITION": [1e308] * 3, "RTC_CENTER": [1e308] * 3}, "not finite"),
+    ],
+)
+def test_damaged_instances_are_named(tmp_path, tree, match):
+    path = tmp_path / "1.i3dm"
+    path.write_bytes(i3dm(glb(), tree, PLACES))
+    with pytest.raises(InputError, match=match):
+        umbra.read(path)
 
 
 def subtree(tiles, contents, children):

@@ -8,6 +8,7 @@ import pytest
 
 from umbra.errors import InputError
 from umbra.sun import parse_dates
+from umbra.sun.local_time import tell_skipped
 
 
 @pytest.mark.parametrize(
@@ -60,3 +61,13 @@ def test_words_name_these_dates(words, every, count, first, last):
 def test_slips_are_told(words, every, says):
     with pytest.raises(InputError, match=says):
         parse_dates(words, every)
+
+
+@pytest.mark.parametrize(
+    ("words", "lost"),
+    [("2026-*-31", 5), ("2026-*-30", 1), ("2024-*-29", 0), ("2026-*-28", 0), ("2026-02", 0)],
+)
+def test_months_without_such_a_day_are_named(words, lost):
+    told = tell_skipped([dt.date(2026, 3, 21), f"2026-03-21, {words}"])
+    assert sum(line.count(",") for line in told) == lost
+    assert ("left out are February" in " ".join(told)) == (lost > 0)

@@ -149,6 +149,13 @@ def test_no_site_known(facts, given, options):
         find_site(scene(**facts), **given)
 
 
+def test_why_no_site_is_known_is_told():
+    note = "the files' sites disagree (a; b), so the site is not known; give latitude="
+    found = scene(notes=("other", note))
+    with pytest.raises(InputError, match=r"not known: the files' sites disagree \(a; b\); give la"):
+        find_site(found)
+
+
 def test_a_site_is_found_for_anything_with_the_three_facts():
     place = SimpleNamespace(latitude=1.0, longitude=2.0, true_north=None)
     assert find_site(place, zone="UTC") == Site(1, 2, "UTC")

@@ -141,9 +141,15 @@ def test_a_file_that_is_removed_between_two_runs_is_named(tmp_path):
 
 
 def test_a_night_says_that_there_is_no_sun(city, tmp_path):
-    night = {"date": "2026-12-21", "start": "00:00", "end": "02:00", "every": "1h"}
-    made = umbra.city_study(city, out=tmp_path / "a", tiles=300, cell=4.0, extent=HERE, **night)
-    assert any("the sun is below the horizon" in note for note in made.notes)
+    night = {"date": "2026-*-31", "start": "00:00", "end": "02:00", "every": "1h"}
+    swapped = {"latitude": 4.4, "longitude": 52.0}
+    made = umbra.city_study(
+        city, swapped, out=tmp_path / "a", tiles=300, cell=4.0, extent=HERE, **night
+    )
+    said = " ".join(made.notes)
+    assert "the sun is below the horizon" in said
+    assert "left out are February, April" in said
+    assert "km from 52.0" in said
     assert float(made.dataset.shadow_hours.max()) == 0
     day = umbra.city_study(city, out=tmp_path / "b", tiles=300, cell=4.0, extent=HERE, **DAY)
     assert not any("below the horizon" in note for note in day.notes)

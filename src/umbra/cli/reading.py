@@ -7,6 +7,7 @@ import click
 
 from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
 from umbra.cli.options import record_options
+from umbra.cli.terminal import echo
 from umbra.errors import InputError, write_for_shell
 from umbra.options import list_options
 
@@ -89,8 +90,16 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool 
     return pose(scene, time, 0 if animation is None else animation)
 
 
-def find_model_site(scene: "Scene") -> "Site":
-    """Find a model's site from a command's options and the file."""
+def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) -> "Site":
+    """Find a model's site from a command's options and the file; say if they are far apart."""
     from umbra.sun import find_site  # noqa: PLC0415
+    from umbra.sun.site import tell_moved  # noqa: PLC0415
 
-    return find_site(scene, **take_site())
+    site = find_site(scene, **take_site())
+    for note in tell_moved(scene, site):
+        (say or _say)(f"note: {note}")
+    return site
+
+
+def _say(line: str) -> None:
+    echo(write_for_shell(line), err=True)

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -86,9 +87,10 @@ def command(
         scene = read_model(files)
         stages.show_scene(scene)
         stages.begin("drawing")
-        shining = lights.make(lambda: find_model_site(scene))
+        find_once = cache(lambda: find_model_site(scene))
+        shining = lights.make(find_once)
         if lights.date is not None and not options.caption:
-            options = replace(options, caption=lights.tell_sun(find_model_site(scene)))
+            options = replace(options, caption=lights.tell_sun(find_once()))
         view = scene, lens.make(scene), shining, options
         summary = {}
         if out is not None and kind in VECTORS:

@@ -85,7 +85,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         options = take_record(StudyOptions, given)
         outputs.check_receivers(options.receivers)
         from umbra.study import run  # noqa: PLC0415
-        from umbra.sun.site import tell_moved  # noqa: PLC0415
+        from umbra.sun.local_time import tell_skipped  # noqa: PLC0415
         from umbra.writers.folder.write import (  # noqa: PLC0415
             fill_folder,
             note_earlier,
@@ -96,8 +96,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         scene = read_model(files, options.canopy)
         for note in scene.notes:
             say(f"note: {note}")
-        site = find_model_site(scene)
-        for note in tell_moved(scene, site):
+        site = find_model_site(scene, say)
+        for note in tell_skipped(options.date):
             say(f"note: {note}")
         stages.show_scene(scene)
         stages.begin("preparing")

@@ -26,6 +26,10 @@ __all__ = ["read"]
 
 FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 
+HIGHEST = 1000.0
+"""Height of a model that is more than a building's [m]."""
+STEEP = 0.05  # share of its length that is more than most mountains'
+
 UPS = ("x", "y", "z")
 
 
@@ -237,7 +241,17 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
         )  # fmt: skip
         bounds = scene.bounds()
         _check_size(bounds)
-        return settle(locate(scene, bounds), places)
+        found = settle(locate(scene, bounds), places)
+        return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
+
+
+def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
+    """Report a model without a CRS that is as high as no building, as one in millimetres is."""
+    *_, height = size = np.ptp(bounds, axis=0).tolist()
+    if scene.crs is not None or height < HIGHEST or height < STEEP * max(size):
+        return []
+    told = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
+    return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
 
 
 def _check_size(bounds: NDArray[np.float64]) -> None:

@@ -35,6 +35,7 @@ READERS = {
     "collada": ("umbra.readers.collada", "read_collada"),
     "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
+    "i3dm": ("umbra.readers.tileset_instances", "read_i3dm"),
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "parquet": ("umbra.readers.parquet", "read_parquet"),
@@ -83,6 +84,7 @@ CITYGML = (".gml", ".citygml")
 BY_CONTENT = {
     b"glTF": "glb",
     b"b3dm": "b3dm",
+    b"i3dm": "i3dm",
     b"ply\n": "ply",
     b"ply\r": "ply",
     b"fcb\x01fcb": "fcb",
@@ -312,8 +314,8 @@ REFUSED = (
                  (".usd", ".usda", ".usdc", ".usdz"), (b"PXR-USDC", b"#usda")),
     UnreadFormat("an ESRI ASCII grid is not read; convert it to GeoTIFF (gdal_translate FILE.asc "
                  "FILE.tif)", (".asc",), (b"ncols", b"NCOLS")),
-    UnreadFormat("of 3D Tiles only sets (tileset.json), B3DM and GLB are read",
-                 (".i3dm", ".cmpt", ".pnts"), (b"i3dm", b"cmpt", b"pnts")),
+    UnreadFormat("of 3D Tiles only sets (tileset.json), B3DM, I3DM and GLB are read",
+                 (".cmpt", ".pnts"), (b"cmpt", b"pnts")),
     UnreadFormat("Revit files are not read; export IFC from Revit",
                  (".rvt", ".rfa"), (b"\xd0\xcf\x11\xe0",)),
     UnreadFormat("is compressed (gzip) and holds no CityGML; unpack it first", (), (b"\x1f\x8b",)),

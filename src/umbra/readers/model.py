@@ -186,10 +186,12 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
         (first, here), *others = said.items()
         wrong = [name for name, there in others if not _is_near(here, there)]
         if wrong:
+            shrunk = np.array([1.0, np.cos(np.radians(here[0]))])  # a degree eastward is shorter
+            apart = max(np.linalg.norm((np.subtract(there, here)) * shrunk) for _, there in others)
             listed = "; ".join(f"{name} at {a:.4f}°, {b:.4f}°" for name, (a, b) in said.items())
             notes.append(
-                f"the files' sites disagree ({listed}), so the site is not known; "
-                "give latitude= and longitude="
+                f"the files' sites disagree by up to {apart * 111.2:,.0f} km ({listed}), so the "
+                "site is not known; give latitude= and longitude="
             )
         else:
             latitude, longitude = here

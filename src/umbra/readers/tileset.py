@@ -16,8 +16,15 @@ from umbra.readers.checks import Budget, Companions, Losses, errors_of, list_cou
 from umbra.readers.georeference import show_crs
 from umbra.readers.gltf import read_gltf, read_gltf_tree
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames
-from umbra.readers.tileset_frame import Frame, find_frame, find_volume, make_matrix
+from umbra.readers.tileset_frame import (
+    Frame,
+    find_frame,
+    find_volume,
+    make_matrix,
+    move_part,
+)
 from umbra.readers.tileset_implicit import expand
+from umbra.readers.tileset_instances import read_i3dm
 from umbra.scene import Part
 
 __all__ = ["read_b3dm", "read_tileset"]
@@ -25,8 +32,7 @@ __all__ = ["read_b3dm", "read_tileset"]
 _TILE, _PART = 1000, 1000  # memory of a tile and of a part without its mesh [byte]
 _CORNER = 36  # memory of a triangle's corners beside the mesh [byte]
 _DEEPEST = 60
-_OTHERS = {b"i3dm": "instanced models (i3dm)", b"pnts": "point clouds (pnts)",
-           b"vctr": "vector tiles (vctr)"}  # fmt: skip
+_OTHERS = {b"pnts": "point clouds (pnts)", b"vctr": "vector tiles (vctr)"}
 
 Matrix = NDArray[np.float64]
 
@@ -35,7 +41,7 @@ def read_b3dm(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read one tile of 3D Tiles 1.0, in its own frame."""
     glb, centre = split_b3dm(data)
     model = read_gltf(glb, path, choices)
-    parts = tuple(_move(part, _shift(centre)) for part in model.parts)
+    parts = tuple(move_part(part, _shift(centre)) for part in model.parts)
     return replace(model, format="3D Tiles B3DM", parts=parts)
 
 
@@ -190,6 +196,8 @@ class _TilesetReader:
             return FileModel("", ())
         if magic == b"b3dm":
             model = read_b3dm(data, path, choices)
+        elif magic == b"i3dm":
+            model = read_i3dm(data, path, choices)
         elif magic == b"glTF":
             model = read_gltf(data, path, choices)
         elif data.lstrip()[:1] == b"{":
@@ -199,7 +207,7 @@ class _TilesetReader:
             raise InputError(msg)
         # Files of a tile are files of the set: the cache checks those beside the named file.
         for one in choices.opened:
-            folder = PurePosixPath(where).parent
+            folder = one.path.parent.relative_to(self._path.parent)
             self._companions.record |= {str(folder / name): s for name, s in one.record.items()}
         for note in model.notes:
             what, _, count = note.rpartition(": ")
@@ -220,7 +228,7 @@ class _TilesetReader:
             name = names.setdefault(word, "") or self._unique.add(word)
             names[word] = name
             tags = (*part.tags, part.name, stem)
-            self.parts.append(replace(_move(part, matrix), name=name, tags=tags))
+            self.parts.append(replace(move_part(part, matrix), name=name, tags=tags))
 
 
 def _list_contents(tile: dict[str, Any]) -> Iterator[str]:
@@ -228,11 +236,6 @@ def _list_contents(tile: dict[str, Any]) -> Iterator[str]:
     for content in (tile.get("content"), *(tile.get("contents") or ())):
         if content:
             yield str(content.get("uri") or content["url"])
-
-
-def _move(part: Part, matrix: Matrix) -> Part:
-    own = np.eye(4) if part.transform is None else part.transform
-    return replace(part, transform=matrix @ own, binding=None)
 
 
 def _shift(centre: Any) -> Matrix:

@@ -1,5 +1,6 @@
 """Where 3D Tiles lie: bounding volumes, and the plane in which a set on the earth is read."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,8 +8,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.region import DEGREES, Region
+from umbra.scene import Part
 
-__all__ = ["Frame", "find_frame", "find_volume", "make_matrix"]
+__all__ = ["Frame", "find_axes", "find_frame", "find_volume", "make_matrix", "move_part"]
 
 NEAREST = 6.2e6
 """Less than the distance of any land from the centre of the earth [m]."""
@@ -80,18 +82,32 @@ class Frame:
 
         there = Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
         lon, lat, height = (float(value) for value in there.transform(*centre))
-        a, b = np.radians([lon, lat])
-        east = [-np.sin(a), np.cos(a), 0]
-        north = [-np.sin(b) * np.cos(a), -np.sin(b) * np.sin(a), np.cos(b)]
-        up = [np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)]
         self.matrix = np.eye(4)
-        self.matrix[:3, :3] = [east, north, up]
+        self.matrix[:3, :3] = find_axes(centre[None])[0].T
         self.matrix[:3, 3] = -self.matrix[:3, :3] @ centre + [0, 0, height]
         self._to_degrees = there
         self._back = np.linalg.inv(self.matrix)
         text = f"+proj=ortho +lat_0={lat:.9f} +lon_0={lon:.9f} +datum=WGS84 +units=m +no_defs"
         wkt = CRS.from_proj4(f"{text} +type=crs").to_wkt()
         self.crs = wkt.replace('"unknown"', f'"east and north at {lat:.4f}°, {lon:.4f}°"', 1)
+
+
+def find_axes(points: Points) -> NDArray[np.float64]:
+    """Return east, north and up at geocentric points (n, 3) as columns, (n, 3, 3)."""
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s
+
+    there = Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
+    a, b = np.radians(there.transform(*points.T)[:2])
+    east = np.stack([-np.sin(a), np.cos(a), np.zeros_like(a)], axis=1)
+    north = np.stack([-np.sin(b) * np.cos(a), -np.sin(b) * np.sin(a), np.cos(b)], axis=1)
+    up = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], axis=1)
+    return np.stack([east, north, up], axis=2)
+
+
+def move_part(part: Part, matrix: NDArray[np.float64]) -> Part:
+    """Place a part by a matrix (4, 4); the mesh stays shared, and moves no more by itself."""
+    own = np.eye(4) if part.transform is None else part.transform
+    return replace(part, transform=matrix @ own, binding=None)
 
 
 def find_frame(points: Points | None, region: Region | None) -> Frame | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from umbra.errors import InputError
 
-__all__ = ["find_instant", "has_offset", "parse_date", "parse_dates"]
+__all__ = ["find_instant", "has_offset", "parse_date", "parse_dates", "tell_skipped"]
 
 # The calendar is Gregorian since October 1582; pvlib's Delta T ends with the year 3000, which
 # the last evening of 2999 reaches in UTC.
@@ -224,6 +224,21 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
         msg = "there is no date; give one, such as 2026-09-18"
         raise InputError(msg, dates=dates)
     return tuple(sorted(found))
+
+
+def tell_skipped(dates: Date | Sequence[Date]) -> list[str]:
+    """Name the months that a day of every month leaves out, one line for each expression."""
+    given = [dates] if isinstance(dates, Date) else dates
+    words = [word.strip() for item in given if isinstance(item, str) for word in item.split(",")]
+    told = []
+    for word in words:
+        found = {day.month for day in _find_days(word, 1)} if _EVERY_MONTH.fullmatch(word) else ()
+        lost = [
+            calendar.month_name[month] for month in range(1, 13) if found and month not in found
+        ]
+        if lost:
+            told.append(f"date={word}: left out are {', '.join(lost)}, which have no such day")
+    return told
 
 
 def _find_days(word: Date, every_days: int) -> list[dt.date]:

@@ -16,6 +16,7 @@ __all__ = ["Site", "find_site", "find_zone", "tell_moved"]
 # Names that the database holds and that are no civil time of a place: the copies
 # with and without leap seconds, and aliases that depend on the machine.
 _ALIKE = 0.6  # names that share more may be meant
+_UNKNOWN = "the site is not known"  # words of the readers' notes, too
 _FAR = 1.0  # degrees between a given site and the file's that are worth a word
 _NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
 
@@ -106,10 +107,12 @@ def find_site(
             for word, value in (("latitude", latitude), ("longitude", longitude))
             if value is None
         ]
-        msg = (
-            f"the site is not known: the file does not say its {' and '.join(missing)}; "
-            f"give {' and '.join(w + '=' for w in missing)} in degrees"
-        )
+        # Files may say more than one place, or one that cannot be.
+        told = (note for note in getattr(scene, "notes", ()) if _UNKNOWN in note)
+        reason = next(told, f"the file does not say its {' and '.join(missing)}")
+        reason = reason.partition(f", so {_UNKNOWN}")[0]
+        remedy = f"give {' and '.join(w + '=' for w in missing)} in degrees"
+        msg = f"{_UNKNOWN}: {reason}; {remedy}"
         raise InputError(msg, missing=missing)
     return Site(
         latitude,

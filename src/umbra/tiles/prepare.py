@@ -15,12 +15,14 @@ from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.readers.georeference import locate
-from umbra.readers.model import Crowns
+from umbra.readers.model import Crowns, FilePlace, settle
 from umbra.receivers.level import Level
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
 from umbra.sun import Site, find_site
+from umbra.sun.local_time import tell_skipped
+from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
@@ -61,6 +63,8 @@ class Preparation:
         """Losses and assumptions of the files, one line each, and what was merged."""
         found = [note for one in self.catalogue.files for note in one.notes]
         found += self.catalogue.notes
+        found += tell_moved(_locate(self.catalogue), self.job.site)
+        found += tell_skipped(self.job.options.date)
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
@@ -207,12 +211,17 @@ def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
 
 def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
     """Find the site in the middle of a city; ``given`` are arguments of ``find_site``."""
-    first = catalogue.files[0].place
+    return find_site(_locate(catalogue), **given)
+
+
+def _locate(catalogue: Catalogue) -> Scene:
+    """Return a scene without parts at the place that the files say."""
+    scene = Scene((), np.zeros(3), crs=catalogue.crs)
+    if catalogue.crs is not None:
+        return locate(scene, catalogue.bounds)
     names = ("latitude", "longitude", "elevation", "true_north")
-    scene = Scene(
-        (), np.zeros(3), crs=catalogue.crs, **{name: first[name] for name in names}
-    )  # fmt: skip
-    return find_site(locate(scene, catalogue.bounds), **given)
+    each = {one.path: [one.place[name] for name in names] for one in catalogue.files}
+    return settle(scene, {path: FilePlace(*facts) for path, facts in each.items()})
 
 
 def _find_template(place: Workplace) -> dict[str, Any]:
