@@ -9,174 +9,138 @@ are kept from sun to sun, and the changes are added to them.
 import numpy as np
 from numba import get_thread_id, njit, prange
 
+from umbra.cpu.lanes import FEW_LANES, write_crossings
 from umbra.cpu.sweep import bound_counts
 
 __all__ = ["count_winding", "sweep"]
 
-_LARGE = 500_000  # edges whose ends fit into no cache
-_AHEAD = 64  # edges whose ends are read at once: waits for memory overlap
+_BLOCK = 64  # edges projected at once
 _WRAPPED = 255  # largest count for which a wrapped 8-bit sum is 0 only for 0
 _CLEAR = 2.0**-10  # distance from the raster [cells], and share of coordinates, that
 _ROUNDING = 2.0**-44  # is far above rounding
 
 
 @njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
-def _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, diff, south):
+def _clip(x, y, rise, clear, rows, first, after, more, south):
     """
-    Add a multiplicity where an edge crosses columns c0 to c1, of which some may miss the raster.
+    Return the first column and the end of those where a line may cross a raster's rows.
 
-    South of it, where low suns have most crossings, they add up in ``south`` as a difference along
-    the row; north of it they change no cell. Returns what tells whether one may have overflowed.
+    South of them, where low suns have most crossings, the multiplicity is added to ``south`` as a
+    difference along the row; north of them crossings change no cell.
     """
-    row, col = corner
-    low, top = np.float64(row), np.float64(row + diff.shape[0] - 1)
-    rise = (y1 - y0) / (x1 - x0)
-    clear = _CLEAR + _ROUNDING * (abs(y0) + abs(y1) + (abs(x0) + abs(x1)) * abs(rise))
-    # Where the edge crosses those rows; a quotient of 0 by 0 keeps all columns inside.
-    begin = np.ceil(x0 + (low - clear - y0) / rise)
-    end = np.ceil(x0 + (top - 1.0 + clear - y0) / rise)
-    first = c0 if not begin > c0 else np.int64(min(begin, np.float64(c1)))
-    last = c1 if not end < c1 else np.int64(max(end, np.float64(c0)))
+    # Where the line crosses those rows; a quotient of 0 by 0 keeps all columns.
+    begin = np.ceil(x + (rows[0] - clear - y) / rise)
+    end = np.ceil(x + (rows[1] - 1.0 + clear - y) / rise)
     if rise < 0.0:
-        first, last = (
-            c0 if not end > c0 else np.int64(min(end, np.float64(c1))),
-            c1 if not begin < c1 else np.int64(max(begin, np.float64(c0))),
-        )
-        south[last - col] += m
-        south[c1 - col] -= m
-    else:
-        south[c0 - col] += m
-        south[first - col] -= m
-    half = np.int64(1) << (8 * diff.itemsize - 1)
-    spill = np.int64(0)
-    for c in range(first, last):
-        r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top))) - row
-        held = diff[r, c - col] + m
-        diff[r, c - col] = held
-        spill |= held + half
-    return spill
+        begin, end = end, begin
+    kept = min(begin, after) if begin > first else first
+    stop = max(end, first) if end < after else after
+    low, high = (stop, after) if rise < 0.0 else (first, kept)
+    south[np.int64(low)] += more
+    south[np.int64(high)] -= more
+    return kept, stop
 
 
 @njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
-def _scatter(ends, weight, codes, fixed, slope_x, slope_y, corner, diff, south, loads, states):
+def _cross(ends, weight, codes, slope_x, slope_y, corner, diff, south, loads):
     """
-    Add each edge's multiplicity where it crosses columns, as ``_add_clipped`` does.
+    Add each edge's multiplicity where it crosses columns, south of the raster as ``_clip`` does.
 
-    From ``fixed`` on edges lie in the plane: their multiplicities are written to ``states``, 0 of
-    edges in no silhouette. Returns the least and greatest row, the sum of all multiplicities, and
-    whether a single crossing may have overflowed.
+    Returns the first row with a crossing and the last, and whether one may have overflowed.
     """
     row, col = corner
     cols = diff.shape[1]
-    end = col + cols
-    is_large = ends.shape[0] > _LARGE
     flat = diff.reshape(-1)  # unsigned indices need no test of their sign
-    origin = row * cols + col
-    low = np.float64(row)
-    top = np.float64(row + diff.shape[0] - 1)
-    lowest, highest = top, low
-    deepest = 0
+    rows = np.float64(row), np.float64(row + diff.shape[0] - 1)
+    west, east = np.float64(col), np.float64(col + cols)
+    origin = np.float64(row * cols + col)
+    # One array: the compiler makes no vectors of a loop over many that might overlap.
+    work = np.empty((10, _BLOCK))
+    x0, y0, x1, y1, m = work[0], work[1], work[2], work[3], work[4]
+    x, y, rise, begin, end = work[5], work[6], work[7], work[8], work[9]
+    places = np.empty(_BLOCK * cols + FEW_LANES, np.int32)
+    adds = np.empty(places.size, np.int8)
+    lowest, highest = flat.size, 0
     half = np.int64(1) << (8 * diff.itemsize - 1)
     spill = np.int64(0)
-    states[:] = 0
-    touched = 0.0  # never NaN; it keeps the compiler from leaving the reading out
-    for ahead in range(0, codes.size, _AHEAD):
-        stop = min(codes.size, ahead + _AHEAD)
-        if is_large:
-            for q in range(ahead, stop):
-                e = np.uint64(codes[q] >> 2)
-                touched += ends[e, 0] + ends[e, 5]
-        for q in range(ahead, stop):
-            code = codes[q]
+    for block in range(0, codes.size, _BLOCK):
+        n = min(codes.size - block, _BLOCK)
+        for i in range(n):
+            code = codes[block + i]
             e = np.uint64(code >> 2)
-            m = np.int64(weight[e]) >> ((code >> 1) & 1)
-            if code & 1 == 0:
-                m = -m
-            if code >> 2 >= fixed:
-                states[(code >> 2) - fixed] = m
-                deepest += abs(m)
-                continue
-            x0 = ends[e, 0] - ends[e, 2] * slope_x
-            y0 = ends[e, 1] - ends[e, 2] * slope_y
-            x1 = ends[e, 3] - ends[e, 5] * slope_x
-            y1 = ends[e, 4] - ends[e, 5] * slope_y
-            if x0 > x1:
-                x0, x1 = x1, x0
-                y0, y1 = y1, y0
-                m = -m
-            c0 = np.int64(min(max(np.ceil(x0), np.float64(col)), np.float64(end)))
-            c1 = np.int64(min(max(np.ceil(x1), np.float64(col)), np.float64(end)))
-            if c0 >= c1:
-                continue
-            # Most edges lie within the raster and need no clipping.
-            if min(y0, y1) >= low and max(y0, y1) <= top - 1.0:
-                rise = (y1 - y0) / (x1 - x0)
-                for c in range(c0, c1):
-                    place = np.uint64(np.int64(np.ceil(y0 + (c - x0) * rise)) * cols + c - origin)
-                    held = flat[place] + m
-                    flat[place] = held
-                    spill |= held + half
-            else:
-                spill |= _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, diff, south)
-            lowest = min(lowest, y0, y1)
-            highest = max(highest, y0, y1)
-            loads[np.uint64(c0 - col)] += abs(m)
-            loads[np.uint64(c1 - col)] -= abs(m)
-            deepest += abs(m)
-    return lowest, highest, deepest, spill < 0 or spill >= 2 * half or np.isnan(touched)
+            once = np.int32(weight[e]) >> ((code >> 1) & 1)
+            m[i] = once if code & 1 else -once
+            x0[i] = ends[e, 0] - ends[e, 2] * slope_x
+            y0[i] = ends[e, 1] - ends[e, 2] * slope_y
+            x1[i] = ends[e, 3] - ends[e, 5] * slope_x
+            y1[i] = ends[e, 4] - ends[e, 5] * slope_y
+        for i in range(_BLOCK):
+            a, b, more = (x0[i], y0[i]), (x1[i], y1[i]), m[i]
+            turned = a[0] > b[0]
+            left, right = (b, a) if turned else (a, b)
+            x[i], y[i] = left
+            m[i] = -more if turned else more
+            rise[i] = (right[1] - left[1]) / (right[0] - left[0])
+            begin[i] = min(max(np.ceil(left[0]), west), east)
+            end[i] = min(max(np.ceil(right[0]), west), east)
+        written = np.uint64(0)
+        for i in range(n):
+            first, after, more = begin[i] - west, end[i] - west, np.int64(m[i])
+            loads[np.uint64(first)] += abs(more)
+            loads[np.uint64(after)] -= abs(more)
+            least, most = min(y0[i], y1[i]), max(y0[i], y1[i])
+            # Most edges lie within the raster.
+            if (least < rows[0] or most > rows[1] - 1.0) and first < after:
+                wide = (abs(x0[i]) + abs(x1[i])) * abs(rise[i])
+                clear = _CLEAR + _ROUNDING * (abs(least) + abs(most) + wide)
+                first, after = _clip(
+                    x[i] - west, y[i], rise[i], clear, rows, first, after, more, south
+                )
+                lowest = 0 if least < rows[0] else lowest
+                highest = flat.size - 1 if most > rows[1] - 1.0 else highest
+            for t in range(0, max(np.int64(after - first), 1), FEW_LANES):
+                line = west + first + t, x[i], y[i], rise[i]
+                write_crossings(
+                    places, adds, written + np.uint64(t), line, rows, np.float64(cols), origin, more
+                )
+            written += np.uint64(after - first)
+        for i in range(written):
+            place = places[i]
+            held = flat[np.uint64(place)] + np.int64(adds[i])
+            flat[np.uint64(place)] = held
+            spill |= held + half
+            lowest, highest = min(lowest, place), max(highest, place)
+    return lowest // cols, highest // cols, spill < 0 or spill >= 2 * half
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _renew(ends, states, held, corner, base, south, loads):
+def _find_turned(planes, is_open, sun, states, held, codes):
     """
-    Change kept crossings of edges in the plane from the multiplicities ``held`` to ``states``.
+    List the edges in the plane whose multiplicity changes; return their number.
 
-    Returns whether a single crossing may have overflowed.
+    A closed face adds 1 if it is lit; an open one adds -1, too, if it is not. The changes are
+    codes as in ``Silhouettes``, for a weight of 2.
     """
-    col = corner[1]
-    west, east = np.float64(col), np.float64(col + base.shape[1])
-    half = np.int64(1) << (8 * base.itemsize - 1)
-    spill = np.int64(0)
-    for e in range(states.size):
-        if states[e] == held[e]:
-            continue
-        x0, y0, x1, y1 = ends[e, 0], ends[e, 1], ends[e, 3], ends[e, 4]
-        m = np.int64(states[e]) - held[e]
-        load = abs(np.int64(states[e])) - abs(np.int64(held[e]))
+    for e in range(held.size):
+        side = planes[0, e] * sun[0] + planes[1, e] * sun[1] + planes[2, e] * sun[2]
+        states[e] = np.int8(side > 0.0) - np.int8(is_open[e] & (side < 0.0))
+    n = 0
+    for e in range(held.size):
+        change = np.int32(states[e]) - held[e]
+        codes[n] = np.int32(e) << 2 | (change & 1) << 1 | np.int32(change > 0)
         held[e] = states[e]
-        if x0 > x1:
-            x0, x1 = x1, x0
-            y0, y1 = y1, y0
-            m = -m
-        c0 = np.int64(min(max(np.ceil(x0), west), east))
-        c1 = np.int64(min(max(np.ceil(x1), west), east))
-        if c0 >= c1:
-            continue
-        spill |= _add_clipped(x0, y0, x1, y1, c0, c1, m, corner, base, south)
-        loads[c0 - col] += load
-        loads[c1 - col] -= load
-    return spill < 0 or spill >= 2 * half
+        n += change != 0
+    return n
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sum_steps(diff, first, last, level, out):
+def _sum_up(diff, base, first, last, level, is_count, out):
     """
-    Sum columns over a range of rows; add 1 to every cell in shadow; reset ``diff`` to 0.
+    Sum columns of ``diff`` and ``base`` over some rows; reset ``diff`` to 0.
 
-    Sums may wrap around: only 0 must differ from the rest.
+    Writes the counts, or adds 1 to every cell in shadow; then sums may wrap around: only 0 must
+    differ from the rest.
     """
-    for r in range(first, last):
-        d = diff[r]
-        o = out[r]
-        for c in range(o.size):
-            level[c] += d[c]
-            d[c] = 0
-            o[c] += level[c] != 0
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _sum_both(diff, base, first, last, level, out):
-    """Sum columns of ``diff`` and ``base`` as ``_sum_steps`` does; ``base`` stays."""
     for r in range(first, last):
         d = diff[r]
         b = base[r]
@@ -184,28 +148,8 @@ def _sum_both(diff, base, first, last, level, out):
         for c in range(o.size):
             level[c] += d[c] + b[c]
             d[c] = 0
-            o[c] += level[c] != 0
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _sum_counts(diff, first, last, level, out):
-    """Sum columns over a range of rows into ``out``, which is 0; reset ``diff`` to 0."""
-    for r in range(first, last):
-        d = diff[r]
-        o = out[r]
-        for c in range(o.size):
-            level[c] += d[c]
-            d[c] = 0
-            o[c] = level[c]
-
-
-@njit(cache=True, nogil=True)
-def _find_rows(lowest, highest, corner, diff):
-    """Return the first row that may hold a crossing, and the end row."""
-    low, top = np.float64(corner[0]), np.float64(corner[0] + diff.shape[0] - 1)
-    # One row more on each side, for rounding.
-    first = np.int64(max(lowest - 1.0, low)) - corner[0]
-    return first, np.int64(min(highest + 2.0, top)) - corner[0]
+            o[c] = level[c] if is_count else o[c] + (level[c] != 0)
+    diff[last] = 0
 
 
 @njit(cache=True, nogil=True)
@@ -213,65 +157,53 @@ def count_winding(ends, weight, corner, diff, counts):
     """Count how often edges in the plane go around each cell, from ``diff`` of 0."""
     south, loads = np.zeros((2, diff.shape[1] + 1), np.int64)
     codes = (np.arange(ends.shape[0]) << 2 | 1).astype(np.int32)
-    nothing = np.zeros(0, np.int8)
-    lowest, highest, _, _ = _scatter(
-        ends, weight, codes, codes.size, 0.0, 0.0, corner, diff, south, loads, nothing
-    )
-    first, last = _find_rows(lowest, highest, corner, diff)
+    first, last, _ = _cross(ends, weight, codes, 0.0, 0.0, corner, diff, south, loads)
     level = np.cumsum(south[:-1]).astype(np.int32)
-    _sum_counts(diff, first, last, level, counts)
+    _sum_up(diff, np.zeros_like(diff), first, last, level, True, counts)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def sweep(
-    ends, weight, codes, starts, slope, which, level, corner, diff, kept, out, counts, too_deep
-):
+def sweep(sides, codes, starts, suns, which, rims, corner, kept, out, counts, too_deep):
     """
     Count ``which`` suns, in each thread's buffers.
 
     Steps in shadow are added to ``out[thread]``; if there are as many ``counts`` as suns, counts
-    are written there instead. ``level`` holds the first of the edges in the plane, and their least
-    and greatest row. ``kept`` holds by thread: their crossings; the loads of columns and what
-    crosses them south of the raster; the multiplicities that these hold, and a sun's; whether a
-    crossing ever overflowed.
+    are written there instead. ``suns`` are directions, and their slopes in cells. ``sides`` are
+    ends and weights of edges; ``rims``, edges in the plane: ends, weights of 2, planes of their
+    faces, whether these are open, loads of columns, first row and end row. ``kept`` holds by
+    thread: a sun's crossings; those of the rims, and south of the raster; multiplicities of the
+    rims, and a sun's; which of them it changes; whether a crossing of the rims ever overflowed.
     """
-    keep = counts.shape[0] == slope.shape[0]
-    fixed, lowest_fixed, highest_fixed = level
-    base, sums, states, wrapped = kept
-    has_fixed = fixed < ends.shape[0]
+    keep = counts.shape[0] == suns.shape[0]
+    rim_ends, rim_weight, planes, is_open, rim_loads, first_rim, last_rim = rims
+    diff, base, below, states, turned, wrapped = kept
     for q in prange(which.size):
         t = get_thread_id()
         s = which[q]
-        mine = codes[starts[s] : starts[s + 1]]
-        cols = diff.shape[2]
-        own = np.zeros((2, cols + 1), np.int64)
-        lowest, highest, deepest, has_spilled = _scatter(
-            ends, weight, mine, fixed, slope[s, 0], slope[s, 1], corner, diff[t], own[1], own[0],
-            states[t, 1],
+        n = _find_turned(planes, is_open, suns[s], states[t, 1], states[t, 0], turned[t])
+        south, loads = np.zeros((2, rim_loads.size), np.int64)
+        _, _, has_spilled = _cross(
+            rim_ends, rim_weight, turned[t, :n], 0.0, 0.0, corner, base[t], below[t], loads
+        )
+        wrapped[t] |= has_spilled
+        loads[:] = rim_loads
+        south[:] = below[t]
+        first, last, has_spilled = _cross(
+            *sides, codes[starts[s] : starts[s + 1]], suns[s, 3], suns[s, 4], corner, diff[t],
+            south, loads,
         )  # fmt: skip
-        if has_fixed:
-            wrapped[t] |= _renew(
-                ends[fixed:], states[t, 1], states[t, 0], corner, base[t], sums[t, 1], sums[t, 0]
-            )
-            has_spilled |= wrapped[t]
-            lowest, highest = min(lowest, lowest_fixed), max(highest, highest_fixed)
-            own = own + sums[t]
-        first, last = _find_rows(lowest, highest, corner, diff[t])
+        has_spilled |= wrapped[t]
+        first, last = min(first, first_rim), max(last, last_rim)
         # Crossings of a closed chain in a column sum to 0: half of them count up.
-        depth = bound_counts(own[0], deepest, 2 * _WRAPPED) // 2
-        is_narrow = depth <= _WRAPPED
-        level = np.cumsum(own[1, :cols]).astype(np.int32)
+        is_narrow = bound_counts(loads) // 2 <= _WRAPPED
+        level = np.cumsum(south[:-1]).astype(np.int32)
         narrow = level.astype(np.int8)
         if has_spilled and (keep or not is_narrow):
             too_deep[s] = True
             diff[t, :, :] = 0
         elif keep:
-            _sum_counts(diff[t], first, last, level, counts[s])
-        elif has_fixed and is_narrow:
-            _sum_both(diff[t], base[t], first, last, narrow, out[t])
-        elif has_fixed:
-            _sum_both(diff[t], base[t], first, last, level, out[t])
+            _sum_up(diff[t], base[t], first, last, level, True, counts[s])
         elif is_narrow:
-            _sum_steps(diff[t], first, last, narrow, out[t])
+            _sum_up(diff[t], base[t], first, last, narrow, False, out[t])
         else:
-            _sum_steps(diff[t], first, last, level, out[t])
+            _sum_up(diff[t], base[t], first, last, level, False, out[t])

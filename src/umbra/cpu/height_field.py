@@ -163,7 +163,6 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     west, east = np.float64(col), np.float64(col + width)
     kx = sx / sz
     ky = sy / sz
-    deepest = 0
     touched = 0.0  # never NaN; it keeps the compiler from leaving the reading out
     # Of the rows of a stretch: the first cell, as a place in memory too, the number of cells, and
     # the side's height where x is 0. Places are unsigned, so that their sign needs no test.
@@ -241,7 +240,6 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         base = az - gx * x0 - gy * y0
         load[r0 - row] += abs(m)
         load[r1 - row] -= abs(m)
-        deepest += abs(m)
         for top in range(r0, r1, _ROWS):
             widest = 0
             start = (top - row) * width - col
@@ -283,7 +281,7 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
                     place += np.uint64(_LANES)
                     x += _LANES
     limit = 32_767 if level.itemsize == 2 else 2_147_483_647
-    return bound_counts(load, deepest, limit) > limit or touched == np.inf
+    return bound_counts(load) > limit or touched == np.inf
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

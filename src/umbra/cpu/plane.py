@@ -9,6 +9,7 @@ open), so every closed chain of edges leaves the count beyond it unchanged.
 
 from bisect import bisect_left
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -101,21 +102,17 @@ class PlaneSweep(Sweep):
     narrow = np.int8
 
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
-        def cut() -> tuple[Caster, NDArray[np.float64]]:
+        def cut() -> tuple[Caster, Caster, NDArray[np.float64], tuple[Any, ...]]:
             clipped = derive(caster, "clip", height, lambda: clip_above(caster, height))
             # Offset from cell centres, so that edges along the raster miss the sample points.
             placed = grid.to_cells(clipped.vertices, ASIDE)
             placed[:, 2] -= height
             opened = _open_where_negative(clipped, placed, grid)
-            return opened, opened.ends(placed)
+            return opened, *_part_rims(opened, opened.ends(placed), grid)
 
-        opened, self.ends = derive(caster, "cut", (grid, height), cut)
+        opened, sides, self.ends, self.rims = derive(caster, "cut", (grid, height), cut)
         super().__init__(opened, grid, threads)
-        # Clipping leaves no edges in the plane but those that it made, the last ones.
-        every = range(len(self.ends))
-        fixed = bisect_left(every, 1, key=lambda e: not self.ends[e, [2, 5]].any())
-        rows = self.ends[fixed:, [1, 4]]
-        self.level = fixed, float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
+        self.asked = sides
 
     def _run(
         self,
@@ -127,24 +124,52 @@ class PlaneSweep(Sweep):
         count_type: type,
     ) -> NDArray[np.bool_]:
         grid, threads = self.grid, self.threads
-        shape = threads, grid.rows + 1, grid.cols
+        shape, n = (threads, grid.rows + 1, grid.cols), len(self.rims[0])
         slope = suns[:, :2] / suns[:, 2:] / (grid.dx, grid.dy)
         too_deep = np.zeros(len(suns), np.bool_)
-        # Counts are wanted of few suns: each has all crossings anew.
-        fixed = len(self.ends) if len(masks) else self.level[0]
-        n = len(self.ends) - fixed
         kept = (
-            self._buffer("base", shape if n else (threads, 1, 1), count_type),
-            self._buffer("sums", (threads, 2, grid.cols + 1), np.int64, count_type),
+            self._buffer("diff", shape, count_type),
+            self._buffer("base", shape, count_type),
+            self._buffer("below", (threads, grid.cols + 1), np.int64, count_type),
             self._buffer("states", (threads, 2, n), np.int8, count_type),
+            self._buffer("turned", (threads, n), np.int32),
             self._buffer("wrapped", (threads,), np.bool_, count_type),
         )
         sweep(
-            self.ends, self.caster.weight, found.codes, found.starts, slope, which,
-            (fixed, *self.level[1:]), (grid.row, grid.col),
-            self._buffer("diff", shape, count_type), kept, out, masks, too_deep,
+            (self.ends, self.asked.weight), found.codes, found.starts, np.append(suns, slope, 1),
+            which, self.rims, (grid.row, grid.col), kept, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
+
+
+def _part_rims(
+    caster: Caster, ends: NDArray[np.float64], grid: Grid
+) -> tuple[Caster, NDArray[np.float64], tuple[Any, ...]]:
+    """
+    Part the edges in the plane, which cast no side, from the others.
+
+    Returns the caster without them; its ends; and ``rims`` of ``crossings.sweep``.
+    """
+    # Clipping leaves no edges in the plane but those that it made, the last ones.
+    n = bisect_left(range(len(ends)), 1, key=lambda e: not ends[e, [2, 5]].any())
+    sides = caster
+    if n < len(ends):
+        names = ("edges", "edge_faces", "turn", "weight")
+        sides = replace(caster, **{name: getattr(caster, name)[:n] for name in names})
+    spans = np.clip(np.ceil(ends[n:, [0, 3]]) - grid.col, 0, grid.cols).astype(np.int64)
+    spans.sort(1)
+    used = np.flatnonzero(spans[:, 0] < spans[:, 1])
+    begins, stops = (np.bincount(k, minlength=grid.cols + 1) for k in spans[used].T)
+    rims = ends[n:][used]
+    faces = caster.edge_faces[n:, 0][used]
+    # One row more on each side, for rounding.
+    rows = np.clip(np.ceil(rims[:, [1, 4]]) - grid.row, 0, grid.rows)
+    return sides, ends[:n], (
+        rims, np.full(len(rims), 2, np.int8), np.ascontiguousarray(caster.planes[:3, faces]),
+        caster.turn[n:][used], begins - stops,
+        int(max(rows.min(initial=grid.rows) - 1, 0)),
+        int(min(rows.max(initial=-1) + 1, grid.rows)),
+    )  # fmt: skip
 
 
 def _open_where_negative(caster: Caster, placed: NDArray[np.float64], grid: Grid) -> Caster:

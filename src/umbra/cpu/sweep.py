@@ -17,20 +17,12 @@ __all__ = ["Sweep", "bound_counts"]
 
 
 @njit(cache=True, nogil=True)
-def bound_counts(load, deepest, limit):
-    """
-    Return an upper bound of all counts, and clear ``load``.
-
-    ``load``, the multiplicities that begin (+) and end (-) at each row or column, is summed only if
-    ``deepest``, the sum of all multiplicities, exceeds the limit.
-    """
-    if deepest > limit:
-        deepest = 0
-        held = 0
-        for i in range(load.size):
-            held += load[i]
-            deepest = max(deepest, held)
-    load[:] = 0
+def bound_counts(load):
+    """Bound all counts by ``load``, what begins (+) and ends (-) at each row or column."""
+    deepest = held = 0
+    for i in range(load.size):
+        held += load[i]
+        deepest = max(deepest, held)
     return deepest
 
 
@@ -61,6 +53,7 @@ class Sweep(ABC):
 
     def __init__(self, caster: Caster, grid: Grid, threads: int = 1) -> None:
         self.caster, self.grid, self.threads = caster, grid, threads
+        self.asked = caster
         self._buffers: dict[tuple, NDArray] = {}
 
     def add_steps(
@@ -136,7 +129,7 @@ class Sweep(ABC):
 
     def _batches(self, suns: NDArray[np.float64]) -> Iterator[tuple[slice, Silhouettes]]:
         use_threads(self.threads)
-        return find_silhouettes(self.caster, np.append(suns, np.zeros((len(suns), 1)), 1))
+        return find_silhouettes(self.asked, np.append(suns, np.zeros((len(suns), 1)), 1))
 
     def _count(
         self,
