@@ -463,7 +463,13 @@ def test_frames_are_written_top_row_first(tmp_path):
         assert image.size == (5, 3)
         assert image.getpixel((4, 0)) == (10, 20, 30)
         np.testing.assert_array_equal(np.asarray(image), frame)
-    for wrong in (frame[..., 0], frame.astype(float), np.zeros((3, 5, 2), np.uint8)):
+    clear = np.arange(3 * 5 * 4, dtype=np.uint8).reshape(3, 5, 4)
+    for some, mode in ((clear, "RGBA"), (clear[..., :2], "LA")):
+        write_png(tmp_path / "clear.png", some, 254)
+        with Image.open(tmp_path / "clear.png") as image:
+            assert (image.mode, image.info["dpi"]) == (mode, (254, 254))
+            np.testing.assert_array_equal(np.asarray(image), some)
+    for wrong in (frame[..., 0], frame.astype(float), np.zeros((3, 5, 1), np.uint8)):
         with pytest.raises(ValueError, match="uint8"):
             write_png(tmp_path / "wrong.png", wrong)
     assert not (tmp_path / "wrong.png").exists()

@@ -95,7 +95,7 @@ class Picture:
         from umbra.writers.pixels import write_png  # noqa: PLC0415
 
         file = BytesIO()
-        write_png(file, self.image)  # type: ignore[arg-type]
+        write_png(file, self.image)
         return file.getvalue()
 
 

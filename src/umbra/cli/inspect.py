@@ -7,6 +7,7 @@ import click
 from umbra.cli.reading import read_model, reading_options
 from umbra.cli.terminal import echo, echo_json, name_reading, show_progress
 from umbra.errors import fit_names
+from umbra.machine import load_compiler
 
 __all__ = ["command"]
 
@@ -24,6 +25,7 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
     are exact in both cases.
     """
+    load_compiler()
     from umbra.readers.georeference import show_crs  # noqa: PLC0415
     from umbra.volume.inspection import describe_scene, inspect_scene  # noqa: PLC0415
 

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import click
 
-from umbra.machine import load_compiler
 from umbra.options import Option, list_options
 
 __all__ = [
@@ -155,11 +154,6 @@ class SectionedCommand(click.Command):
     def __init__(self, *args: Any, headings: Sequence[str], **options: Any) -> None:
         super().__init__(*args, **options)
         self.headings = headings
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        load_compiler()
-        return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write a section for each heading."""

@@ -20,6 +20,7 @@ from umbra.cli.reading import (
 )
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
+from umbra.machine import load_compiler
 
 __all__ = ["command"]
 
@@ -65,6 +66,7 @@ def command(
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     umbra render house.ifc --shadows hatched --out house.pdf
     """  # noqa: D301  (click asks for a real backspace)
+    load_compiler()
     written, kind = _find_paths(out, arrays), _find_kind(out)
     lights = take_record(LightOptions, given)
     _check_site(lights)

@@ -20,6 +20,7 @@ from umbra.cli.reading import (
 )
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import write_for_shell
+from umbra.machine import load_compiler
 from umbra.study.options import StudyOptions
 from umbra.tiles.options import CityOptions
 from umbra.writers.folder import Outputs
@@ -68,13 +69,14 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             echo(write_for_shell(line), err=True)
 
     if city.tiles is not None:
+        load_compiler()
         options = take_record(StudyOptions, given)
         study_city(files, out, options, city, outputs, say, quiet=quiet, as_json=as_json)
         return
     from umbra.writers.atomic import replace_results  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
 
-    # The painter's child loads its libraries while this process loads the compiler of kernels.
+    # The painter's child starts first: it loads its libraries while this process loads the rest.
     with (
         replace_results(out) as unfinished,
         show_progress(quiet) as stages,
@@ -82,6 +84,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             outputs.endings, partial(stages.advance, what="drawing", unit="pictures")
         ) as painter,
     ):
+        load_compiler()
         options = take_record(StudyOptions, given)
         outputs.check_receivers(options.receivers)
         from umbra.study import run  # noqa: PLC0415

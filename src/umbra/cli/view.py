@@ -16,6 +16,7 @@ from umbra.cli.reading import (
     take_site,
 )
 from umbra.cli.terminal import echo, echo_path
+from umbra.machine import load_compiler
 
 __all__ = ["command"]
 
@@ -52,6 +53,7 @@ def command(
     umbra view quarter.city.json --web
     umbra view quarter.city.json --out scene.html
     """  # noqa: D301  (click asks for a real backspace)
+    load_compiler()
     from umbra.calls.window import is_page, open_window  # noqa: PLC0415
 
     shown = " ".join(files)

@@ -57,8 +57,10 @@ class Tracer:
     def __init__(self, panel: Panel, is_hidden: NDArray[np.bool_] | None = None) -> None:
         x, y, w, h = panel.map_box
         self._size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
-        self._across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
-        self._up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
+        self._across, self._up = np.meshgrid(
+            x + (np.arange(-1, cols + 1) + 0.5) * (w / cols),
+            y + (np.arange(-1, rows + 1) + 0.5) * (h / rows),
+        )
         self._is_shown = None
         if is_hidden is not None and is_hidden.any():
             self._is_shown = ~is_hidden

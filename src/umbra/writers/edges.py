@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.rays.depth import NOTHING
 from umbra.receivers.seen import ViewTile
+from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 from umbra.study import Study
 from umbra.writers.pixels import resample
@@ -26,56 +27,50 @@ BEND = math.cos(math.radians(20.0))  # normals further apart than this make a cr
 STEP = 2.0  # least depth difference of a jump [sampled pixels]
 CROWDED = 0.22  # share of pixels with creases above which they fade: leaves of a tree
 THRONGED = 0.5  # share of pixels with jumps above which they fade
-FINER = 2  # sampled pixels per pixel of the picture, along each side, or somewhat fewer
+FINER = 2.0  # sampled pixels per pixel of the picture, along each side, or somewhat fewer
 _ENOUGH = 0.9  # share of these that saves a further cut of every cell
+_KEPT = 5_000_000  # most cells whose edges are kept for another picture
 _LEVEL = 1e-9  # largest z of a level unit vector
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
+_Marks = tuple[
+    NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_] | None
+]  # shade, jumps, creases, sky
+
 
 def find_appearance(
-    study: Study, size: tuple[int, int], grid: Grid | None = None
+    study: Study, size: tuple[int, int], grid: Grid | None = None, finer: float = FINER
 ) -> Appearance | None:
     """
     Find the appearance of a study's receivers, or of a part of their grid, in pixels.
 
-    None of a level plane, which has neither shade nor edges.
+    None of a level plane, which has neither shade nor edges. Edges are looked for on about
+    ``finer`` cells a pixel, and kept for a picture of another size.
     """
     if study.kind.is_level:
         return None
     grid = grid or study.grid
-    times = max(1, math.ceil(_ENOUGH * FINER * max(size) / max(grid.rows, grid.cols)))
-    fine = grid.coarser(2 * FINER * max(size)).finer(times)
-    tile = study.model.make_tile(fine)
-    if isinstance(tile, ViewTile):
-        return _find_seen_appearance(tile, size)
-    return _find_plan_appearance(tile.relief, min(fine.dx, fine.dy), size)
+    times = max(1, math.ceil(_ENOUGH * finer * max(size) / max(grid.rows, grid.cols)))
+    fine = grid.coarser(round(2 * finer * max(size))).finer(times)
+    marks = derive(
+        study.model, "marks", fine, lambda: _mark(study, fine), 1, lambda m: m[0].size <= _KEPT
+    )
+    return _compose(*marks, size)
 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:
     """Return which of a study's own cells lie at an edge of a surface, (rows, cols)."""
-    tile = study.model.make_tile(study.grid)
-    if isinstance(tile, ViewTile):
-        _, jumps, creases = _read_view(tile)
-    else:
-        heights, cell = tile.relief, min(study.grid.dx, study.grid.dy)
-        _, jumps, creases = _read_relief(heights, cell, _find_rough(heights))
+    _, jumps, creases, _ = _mark(study, study.grid)
     return jumps | creases
 
 
-def _find_seen_appearance(tile: ViewTile, size: tuple[int, int]) -> Appearance:
-    """Find the appearance of a camera's view."""
-    shade, jumps, creases = _read_view(tile)
-    width = max(1, round(tile.shape[0] / size[0] / FINER))
-    return _compose(shade, _widen(jumps, width), creases, size, tile.nothing)
-
-
-def _find_plan_appearance(
-    heights: NDArray[np.float64], cell: float, size: tuple[int, int]
-) -> Appearance:
-    """Find the appearance of a plan's heights above the ground."""
-    shade, jumps, creases = _read_relief(heights, cell, _find_rough(heights))
-    width = max(1, round(len(heights) / size[0] / FINER))
-    return _compose(shade, _widen(jumps, width), creases, size)
+def _mark(study: Study, grid: Grid) -> _Marks:
+    """Return the shade, jumps and creases of a study's surfaces on a grid, and a view's sky."""
+    tile = study.model.make_tile(grid)
+    if isinstance(tile, ViewTile):
+        return *_read_view(tile), tile.nothing
+    heights = tile.relief
+    return *_read_relief(heights, min(grid.dx, grid.dy), _find_rough(heights)), None
 
 
 def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
@@ -264,10 +259,11 @@ def _compose(
     shade: NDArray,
     jumps: NDArray[np.bool_],
     creases: NDArray[np.bool_],
+    sky: NDArray[np.bool_] | None,
     size: tuple[int, int],
-    sky: NDArray[np.bool_] | None = None,
 ) -> Appearance:
     """Resize shade and lines to a picture."""
+    jumps = _widen(jumps, max(1, round(len(jumps) / size[0] / FINER)))
     ink, fine = resample(jumps, size), resample(creases, size)
     lines = np.maximum(JUMP * ink * _fade(ink, THRONGED), CREASE * fine * _fade(fine, CROWDED))
     bright = resample(shade, size)

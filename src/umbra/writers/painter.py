@@ -23,11 +23,12 @@ from importlib import import_module
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock
-from typing import IO, Any, Self
+from typing import IO, TYPE_CHECKING, Any, Self
 
 from umbra.machine import HOME, count_cores, make_command
-from umbra.writers.pixels import PackedMasks
-from umbra.writers.plan import DayShadows, Plan
+
+if TYPE_CHECKING:
+    from umbra.writers.plan import DayShadows, Plan
 
 __all__ = ["Painter"]
 
@@ -119,9 +120,11 @@ class Painter:
             self._pens = [_Pen(child.stdin, child.stdout), *mine]
 
     def draw_profile(
-        self, path: Path, plan: Plan, days: Sequence[DayShadows], **options: Any
+        self, path: Path, plan: "Plan", days: "Sequence[DayShadows]", **options: Any
     ) -> Job:
         """Draw with ``profile.make_profile_sheet``; reads all shadows here."""
+        from umbra.writers.pixels import PackedMasks  # noqa: PLC0415  (the child starts before)
+
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
         return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
 

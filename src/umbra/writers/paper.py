@@ -74,32 +74,36 @@ def load_fonts() -> None:
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
     """Break a text into lines no wider than ``width`` [inch]: between its parts if it can be."""
-    if text and measure(text, size, weight) <= width:
-        return [text]
     lines: list[str] = []
-    for line in _join(text.split(" · "), " · ", size, width, weight):
-        lines += _join(line.split(" "), " ", size, width, weight)
+    for line, length in _join(text.split(" · "), " · ", size, width, weight):
+        if length <= width:
+            lines.append(line)
+        else:
+            lines += [some for some, _ in _join(line.split(" "), " ", size, width, weight)]
     return [line for line in lines if line]
 
 
-def _join(pieces: list[str], joint: str, size: float, width: float, weight: str) -> Iterator[str]:
-    """Join pieces into lines as long as they fit; cut a single word that is too long."""
-    line = ""
+def _join(
+    pieces: list[str], joint: str, size: float, width: float, weight: str
+) -> Iterator[tuple[str, float]]:
+    """Join pieces into lines, with their lengths, as they fit; cut a word that is too long."""
+    line, length, gap = "", 0.0, measure(joint, size, weight)
     for piece in pieces:
-        longer = line + joint + piece if line else piece
-        if measure(longer, size, weight) <= width:
-            line = longer
+        own = measure(piece, size, weight)
+        if line and length + gap + own <= width:
+            line, length = line + joint + piece, length + gap + own
             continue
         if line:
-            yield line
-        line = piece
-        while joint == " " and measure(line, size, weight) > width:
+            yield line, length
+        line, length = piece, own
+        while joint == " " and length > width:
             end = len(line) - 1
             while end > 1 and measure(line[:end], size, weight) > width:
                 end -= 1
-            yield line[:end]
+            yield line[:end], width
             line = line[end:]
-    yield line
+            length = measure(line, size, weight)
+    yield line, length
 
 
 NIGHT = "the sun stays below the horizon"

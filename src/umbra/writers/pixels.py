@@ -5,8 +5,12 @@ Colours are made in OKLab, where equal distances look equal: paths of even steps
 """
 
 import os
+import struct
+import zlib
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,6 +78,8 @@ _LINEAR = np.linspace(0, 1, 8192)
 _GAMMA = np.where(
     _LINEAR <= _TOE, 12.92 * _LINEAR, 1.055 * np.maximum(_LINEAR, 1e-9) ** (1 / 2.4) - 0.055
 )
+_COLOR_TYPES = {2: 4, 3: 2, 4: 6}  # of PNG, by the number of channels
+_ROWS = 256  # that are compressed at a time
 HALF = 0.5
 """A pixel with a larger share of a region belongs to it."""
 
@@ -153,21 +159,53 @@ def make_stamp_path(n: int) -> NDArray[np.float64]:
 
 
 def write_png(
-    path: str | os.PathLike[str], rgb: NDArray[np.uint8], dots_per_inch: float | None = None
+    file: str | os.PathLike[str] | BinaryIO,
+    pixels: NDArray[np.uint8],
+    dots_per_inch: float | None = None,
 ) -> None:
     """
-    Write an sRGB image (rows, cols, 3 or 4) uint8, row 0 the top, as an 8-bit PNG.
+    Write pixels as an 8-bit PNG.
 
-    ``dots_per_inch`` is kept in the file, so that it prints at its intended size. A ValueError
-    says that the image has another shape or dtype.
+    Rows are not filtered: Pillow, which tries five filters for each, takes twice the time, and its
+    files of plans are a quarter larger.
+
+    Parameters
+    ----------
+    file : path or binary file
+    pixels : (rows, cols, 2, 3 or 4) uint8
+        Grey with opacity, sRGB, or sRGB with opacity; row 0 is the top.
+    dots_per_inch : float, optional
+        Kept in the file, so that it prints at its intended size.
+
+    Raises
+    ------
+    ValueError
+        If the pixels have another shape or dtype.
     """
-    rgb = np.asarray(rgb)
-    if rgb.ndim != 3 or rgb.shape[2] not in {3, 4} or rgb.dtype != np.uint8:
-        msg = f"a picture is (rows, cols, 3) uint8; got {rgb.shape} {rgb.dtype}"
+    pixels = np.asarray(pixels)
+    if pixels.ndim != 3 or pixels.shape[2] not in _COLOR_TYPES or pixels.dtype != np.uint8:
+        msg = f"a picture is (rows, cols, 3) uint8; got {pixels.shape} {pixels.dtype}"
         raise ValueError(msg)
-    extra = {} if dots_per_inch is None else {"dpi": (dots_per_inch, dots_per_inch)}
-    # Level 3 takes a third of the default's time for a file a few percent larger.
-    Image.fromarray(np.ascontiguousarray(rgb)).save(path, "PNG", compress_level=3, **extra)
+    rows, cols, channels = pixels.shape
+    chunks = [(b"IHDR", struct.pack(">IIBBBBB", cols, rows, 8, _COLOR_TYPES[channels], 0, 0, 0))]
+    if dots_per_inch is not None:
+        per_metre = round(dots_per_inch / 0.0254)
+        chunks.append((b"pHYs", struct.pack(">IIB", per_metre, per_metre, 1)))
+    packer = zlib.compressobj(3)
+    for first in range(0, rows, _ROWS):
+        some = pixels[first : first + _ROWS]
+        lines = np.zeros((len(some), 1 + cols * channels), np.uint8)  # 0: the row is not filtered
+        lines[:, 1:] = some.reshape(len(some), -1)
+        chunks.append((b"IDAT", packer.compress(lines.data)))
+    chunks += [(b"IDAT", packer.flush()), (b"IEND", b"")]
+    data = b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in chunks
+    )
+    if isinstance(file, (str, os.PathLike)):
+        Path(file).write_bytes(data)
+    else:
+        file.write(data)
 
 
 _AT_ONCE = 1 << 22  # cells that are resampled together

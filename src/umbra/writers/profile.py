@@ -75,16 +75,16 @@ def find_tints(n: int) -> NDArray[np.float32]:
 
 
 def _mix(count: NDArray, a: NDArray, b: NDArray, n: int) -> NDArray[np.float32]:
-    """Turn counts and sums of tints into sRGB."""
-    share = np.clip(count / n, 0, 1)
-    depth = DEPTH * n / (n + 2) * np.sqrt(share)
+    """Turn counts and sums of tints into sRGB; white where there is no shadow."""
+    image = np.ones((*count.shape, 3), np.float32)
+    is_dark = count > 0
+    count, a, b = count[is_dark], a[is_dark], b[is_dark]
+    depth = DEPTH * n / (n + 2) * np.sqrt(np.minimum(count / n, 1))
     # A pixel that is covered in part keeps the hue and loses chroma with the count.
     kept = CHROMA / np.maximum(count, 1) * np.sqrt(np.maximum((n - count) / max(n - 1, 1), 0))
     if n == 1:
         kept = np.full_like(count, CHROMA)
-    lab = np.stack([PAPER - depth, a * kept, b * kept], -1).astype(np.float32)
-    image = to_srgb(lab)
-    image[count <= 0] = 1
+    image[is_dark] = to_srgb(np.stack([PAPER - depth, a * kept, b * kept], -1).astype(np.float32))
     return image
 
 

@@ -24,7 +24,8 @@ TURNS = ((0, 0.0), (45, 0.03), (-45, 0.03), (90, 0.12), (-90, 0.12), (135, 0.2),
 AMONG_OTHERS, OVER_OTHERS, OVER_A_ROOF = 0.3, 0.3, 1.0
 
 Lines = list[NDArray[np.float64]]
-_Box = tuple[float, float, float, float]  # x0, y0, x1, y1 [inch]
+_Place = NDArray[np.float64]  # (2,) [inch]
+_Places = NDArray[np.float64]  # (n, 2) [inch]
 
 
 def rule_shadows(panel: Panel, outlines: Mapping[int, Lines]) -> None:
@@ -67,114 +68,91 @@ class _TipFinder:
     def __init__(
         self, panel: Panel, outlines: Mapping[int, Lines], roofs: NDArray[np.bool_] | None
     ) -> None:
-        self.box = x, y, w, h = panel.map_box
-        self.taken: list[_Box] = []
-        size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
-        self.roofs = np.zeros(size, bool) if roofs is None else resample(roofs, size) > ROOF
-        self.points = {}
+        self.low = np.array(panel.map_box[:2])
+        self.high = self.low + panel.map_box[2:]
+        self.taken: list[tuple[_Place, _Place]] = []
+        width, height = (max(1, round(side / COARSE)) for side in panel.map_box[2:])
+        self.size = height, width
+        self.roofs = (
+            np.zeros(self.size, bool) if roofs is None else resample(roofs, self.size) > ROOF
+        )
+        self.points: dict[int, tuple[_Places, NDArray[np.intp]]] = {}
         self.runs_by: dict[int, NDArray[np.bool_]] = {}
         for stamp, lines in outlines.items():
             points = np.concatenate([np.zeros((0, 2)), *lines])
-            inside = ((points >= (x, y)) & (points <= (x + w, y + h))).all(1)
-            self.points[stamp] = points[inside]
-            near = np.zeros((size[0] + 2, size[1] + 2), bool)
-            row, col = self._find_pixels(points[inside])
-            for down in range(3):
-                for left in range(3):
-                    near[row + down, col + left] = True
-            self.runs_by[stamp] = near[1:-1, 1:-1]
+            points = points[((points >= self.low) & (points <= self.high)).all(1)]
+            row, col = self._find_pixels(points)
+            self.points[stamp] = points, row * width + col
+            here = np.zeros((height + 2, width + 2), bool)
+            here[row + 1, col + 1] = True
+            here[1:-1] |= here[:-2] | here[2:]
+            self.runs_by[stamp] = here[1:-1, 1:-1] | here[1:-1, :-2] | here[1:-1, 2:]
 
     def find(
         self, stamp: int, text: str, away: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    ) -> tuple[_Place, _Place] | None:
         """Find the positions of a stamp's dot and label centre [inch]; None if there is none."""
         length = np.hypot(*away)
-        points = self.points[stamp]
-        if not len(points) or not np.isfinite(length):
+        if not len(self.points[stamp][0]) or not np.isfinite(length):
             return None
         away = away / length if length > 0 else np.array([0.0, 1.0])
-        half = (measure(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01)
-        shifts = _list_shifts(away, half)
-        best: tuple[float, float, float, float, float] | None = None
-        reach = points @ away
-        points, reach = self._thin(points, reach)
-        others = [near for other, near in self.runs_by.items() if other != stamp]
-        crowded = np.any(others, 0) if others else np.zeros_like(self.roofs)
-        crowd = crowded[self._find_pixels(points)]
-        for (x, y), back, is_crowded in zip(
-            points.tolist(), (reach[0] - reach).tolist(), crowd.tolist(), strict=True
-        ):
-            least = back + AMONG_OTHERS * is_crowded
-            if best is not None and back >= best[0]:
-                break
-            for right, up, cost in shifts:
-                if best is not None and least + cost >= best[0]:
-                    continue
-                label = _find_box(x + right, y + up, *half)
-                if self._is_free(label, _find_box(x, y, DOT, DOT)):
-                    window = self._find_window(label)
-                    total = least + cost + OVER_A_ROOF * self.roofs[window].any()
-                    total += OVER_OTHERS * float(crowded[window].mean())
-                    if best is None or total < best[0]:
-                        best = (total, x, y, x + right, y + up)
-        if best is None:
+        half = np.array([measure(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01])
+        dots, reach = self._thin(stamp, away)
+        shifts, costs = _list_shifts(away, half)
+        labels = dots[:, None] + shifts
+        fits = ((labels - half >= self.low + 0.02) & (labels + half <= self.high - 0.02)).all(2)
+        for middle, room in self.taken:
+            fits &= (np.abs(labels - middle) >= half + room).any(2)
+            fits &= (np.abs(dots - middle) >= DOT + room).any(1, keepdims=True)
+        dot, shift = np.nonzero(fits)
+        if not len(dot):
             return None
-        _, x, y, middle_x, middle_y = best
-        self.taken += [_find_box(middle_x, middle_y, *half), _find_box(x, y, DOT, DOT)]
-        return np.array([x, y]), np.array([middle_x, middle_y])
+        crowded: NDArray[np.bool_] = np.zeros(self.size, bool)
+        for other, near in self.runs_by.items():
+            if other != stamp:
+                crowded |= near
+        cost = reach[0] - reach[dot] + AMONG_OTHERS * crowded[self._find_pixels(dots[dot])]
+        centres = labels[fits]
+        window = (*self._find_pixels(centres - half), *self._find_pixels(centres + half))
+        cost += costs[shift] + OVER_A_ROOF * (_find_share(self.roofs, window) > 0)
+        best = int((cost + OVER_OTHERS * _find_share(crowded, window)).argmin())
+        tip, label = dots[dot[best]], centres[best]
+        self.taken += [(label, half), (tip, np.array([DOT, DOT]))]
+        return tip, label
 
-    def _thin(self, points: NDArray, reach: NDArray) -> tuple[NDArray, NDArray]:
-        """Return the farthest point of each pixel, the farthest first."""
-        order = np.argsort(-reach, kind="stable")
-        row, col = self._find_pixels(points[order])
-        _, first = np.unique(row * self.roofs.shape[1] + col, return_index=True)
-        kept = order[np.sort(first)[:MOST_TRIES]]
+    def _thin(self, stamp: int, away: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+        """Return a stamp's farthest point of each pixel, the farthest first, and how far."""
+        points, pixel = self.points[stamp]
+        reach = points @ away
+        farthest = np.full(self.roofs.size, -np.inf)
+        np.maximum.at(farthest, pixel, reach)
+        tips = np.flatnonzero(reach == farthest[pixel])
+        kept = tips[np.argsort(-reach[tips], kind="stable")[:MOST_TRIES]]
         return points[kept], reach[kept]
 
     def _find_pixels(self, points: NDArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        x, y, w, h = self.box
-        rows, cols = self.roofs.shape
-        col = ((points[:, 0] - x) / w * cols).astype(np.intp)
-        row = ((points[:, 1] - y) / h * rows).astype(np.intp)
-        return np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)
-
-    def _is_free(self, label: _Box, dot: _Box) -> bool:
-        """Return whether a label lies on the map, and it and its dot are clear of all before."""
-        x, y, w, h = self.box
-        x0, y0, x1, y1 = label
-        if x0 < x + 0.02 or y0 < y + 0.02 or x1 > x + w - 0.02 or y1 > y + h - 0.02:
-            return False
-        return not any(
-            left < taken[2] and low < taken[3] and taken[0] < right and taken[1] < high
-            for taken in self.taken
-            for left, low, right, high in (label, dot)
-        )
-
-    def _find_window(self, label: _Box) -> tuple[slice, slice]:
-        x, y, w, h = self.box
-        rows, cols = self.roofs.shape
-        left, right = (int((at - x) / w * cols) for at in (label[0], label[2]))
-        low, high = (int((at - y) / h * rows) for at in (label[1], label[3]))
-        return slice(low, high + 1), slice(left, right + 1)
+        """Return the row and column of each place (n, 2) [inch]."""
+        share = (points - self.low) / (self.high - self.low)
+        col, row = (share * self.size[::-1]).astype(np.intp).T
+        return np.clip(row, 0, self.size[0] - 1), np.clip(col, 0, self.size[1] - 1)
 
 
-def _find_box(x: float, y: float, half_width: float, half_height: float) -> _Box:
-    return x - half_width, y - half_height, x + half_width, y + half_height
+def _find_share(mask: NDArray[np.bool_], window: Sequence[NDArray[np.intp]]) -> NDArray[np.float64]:
+    """Return the share of a mask in windows: first and last rows and columns, (n,) each."""
+    south, west, north, east = window[0], window[1], window[2] + 1, window[3] + 1
+    total = np.pad(mask.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    inside = total[north, east] - total[south, east] - total[north, west] + total[south, west]
+    return inside / ((north - south) * (east - west))
 
 
 def _list_shifts(
-    away: NDArray[np.float64], half: tuple[float, float]
-) -> list[tuple[float, float, float]]:
-    """List offsets of a label's centre from its dot (right, up) [inch], and their costs."""
-    shifts = []
+    away: NDArray[np.float64], half: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """List offsets of a label's centre from its dot (n, 2) [inch], and their costs (n,)."""
+    shifts, costs = [], []
     for (degrees, cost), (gap, more) in product(TURNS, GAPS):
-        turn = np.radians(degrees)
-        way = np.array(
-            [
-                away[0] * np.cos(turn) - away[1] * np.sin(turn),
-                away[0] * np.sin(turn) + away[1] * np.cos(turn),
-            ]
-        )
-        right, up = way * (np.min(np.array(half) / np.maximum(np.abs(way), 1e-9)) + gap)
-        shifts.append((float(right), float(up), cost + more))
-    return shifts
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        way = np.array([away[0] * c - away[1] * s, away[0] * s + away[1] * c])
+        shifts.append(way * (np.min(half / np.maximum(np.abs(way), 1e-9)) + gap))
+        costs.append(cost + more)
+    return np.array(shifts), np.array(costs)

@@ -150,11 +150,11 @@ def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
 
     Returns the names of the files.
     """
+    if job.only != "hours":
+        _draw_profiles(job, sheets)  # takes longest to draw
     if job.only != "profile":
         shown, named = find_maps(job.study, sheets.plan)
         _draw_hours(job, "hours.png", named, shown, Scale.of(job).what)
-    if job.only != "hours":
-        _draw_profiles(job, sheets)
     if job.only is not None:
         return [f"{job.only}.png"]
     names = ["hours.png", "profile.png"]

@@ -23,7 +23,6 @@ from umbra.writers.folder.pictures import (
     draw_plan_of_points,
     draw_surfaces,
 )
-from umbra.writers.netcdf import write_netcdf
 from umbra.writers.plan import Plan, name_hours
 
 if TYPE_CHECKING:
@@ -166,18 +165,15 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
             " as a terrain or base plate does; receivers='top' shows the shadows that fall "
             "on it"
         )
-    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
-    return pictures, _write_more(job, sheets.plan)
+    return pictures, _write_files(job, sheets.plan)
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
-    study = job.study
-    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     pictures = _draw_points(job) if job.outputs.pictures else []
-    if study.samples is None:
+    if job.study.samples is None:
         _note_buried(job)
-    return pictures, _write_more(job, describe_points(job))
+    return pictures, _write_files(job, describe_points(job))
 
 
 def _draw_points(job: FolderJob) -> list[str]:
@@ -185,9 +181,12 @@ def _draw_points(job: FolderJob) -> list[str]:
     return draw_plan_of_points(job) if job.study.samples is None else draw_surfaces(job)
 
 
-def _write_more(job: FolderJob, plan: Plan) -> list[str]:
-    """Write further files; the report needs the pictures."""
+def _write_files(job: FolderJob, plan: Plan) -> list[str]:
+    """Write the result and further files; the report needs the pictures. Return their names."""
+    from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415  (while pictures are drawn)
+
     study, outputs = job.study, job.outputs
+    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     if not outputs.report and not outputs.files and not outputs.rules:
         return []
     from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
