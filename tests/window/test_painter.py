@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support.shapes import box
+from support.shapes import box, merge
+from support.spheres import make_sphere
 
 import umbra
 from umbra.cpu.frame import FrameCounter
@@ -79,6 +80,24 @@ def test_small_masks_are_those_of_render(painter, tower, scale, method):
     assert (np.abs(of_window - render()).max(2) > 4).mean() > 0.004
     painter.draw(replace(view, mask_filter="nearest"), (323, 241))
     assert (np.abs(painter.read() - of_window).max(2) > 4).mean() > 0.004
+
+
+def test_coarser_casters_are_those_of_render(device):
+    ball = make_sphere(3)
+    balls = [(3.0 * x, 3.0 * y, 1.5) for x in range(4) for y in range(4)]
+    scene = make_scene(*merge(*((ball.vertices + place, ball.faces) for place in balls)))
+    painter = ViewPainter(device, scene, 0.0)
+    view = replace(make_view(scene, SIZE), detail=8.0)
+    drawn = painter.draw(view, SIZE)
+    assert drawn.statistics[SUN].coarse > 0
+    camera, light = view.viewpoint.camera(SIZE), view.shining()[SUN]
+    more = {"ground": 0.0, "device": "gl", "samples": 1, "style": "plain"}
+    picture = umbra.render(scene, camera, light, detail=8.0, **more)
+    assert (np.abs(painter.read().astype(int) - picture).max(2) > 4).mean() < 0.001
+    exact = painter.draw(replace(view, detail=0.0), SIZE)
+    assert exact.statistics[SUN].coarse == 0
+    assert (np.abs(painter.read().astype(int) - picture).max(2) > 10).any()
+    painter.release()
 
 
 def test_length_and_gap_make_the_layers_of_both_devices(painter, tower):

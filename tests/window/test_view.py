@@ -61,6 +61,7 @@ def test_a_file_gives_back_what_was_saved(view, tmp_path):
         ({"lamp_radius": "x"}, "lamp_radius is wrong"),
         ({"layer_gap": 0}, "layer_gap=0 do not make"),
         ({"mask_scale": 3}, "a view has no mask_scale=3; it has 1, 2, 4"),
+        ({"detail": -1.0}, "a view's detail is a number of pixels, 0 or more; got -1"),
         ({"mask_filter": "cubic"}, "a view has no mask_filter='cubic'; it has joint"),
     ],
 )
@@ -128,7 +129,15 @@ def test_soft_shadows_go_round(view):
 
 def test_views_of_before_have_hard_shadows(view):
     described = to_json(view)
-    for name in ("soft", "sun_radius", "lamp_radius", "layer_gap", "mask_scale", "mask_filter"):
+    for name in (
+        "soft",
+        "sun_radius",
+        "lamp_radius",
+        "layer_gap",
+        "mask_scale",
+        "mask_filter",
+        "detail",
+    ):
         del described[name]
     assert from_json(described).soft == "none"
 

@@ -166,9 +166,10 @@ def test_edges_are_smooth_once_nothing_moves(display, model):
 
 
 def test_the_part_under_the_mouse_casts_or_not(display, model):
-    with open_desk(display, model, "--no-cast", "hut") as desk:
+    with open_desk(display, model, "--no-cast", "hut", "--detail", "1.5") as desk:
         first = desk.view()
         assert first.no_cast == {1}
+        assert first.detail == 1.5
         (place,) = project(first.viewpoint.camera(SIZE), np.array([[1.0, 1, 3]]))
         display.do("mousemove", round(PANEL + place[0]), round(place[1]))
         desk.press("x")

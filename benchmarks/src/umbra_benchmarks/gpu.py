@@ -22,9 +22,11 @@ from umbra.gl.context import Device, open_device
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
+from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light, Scene, directional_light, point_light
 from umbra_benchmarks.growth import find_side, look_down, make_stack, make_town_scene
 from umbra_benchmarks.measure import Timing
+from umbra_benchmarks.motion import make_rocks
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
@@ -46,6 +48,10 @@ class FrameRow:
     triangles, lights, samples, pixels : int
     depth_bounds : bool
         Whether lamps of limited range are counted within depth bounds.
+    detail : float
+        By how many pixels shadows may be off, cast from coarser meshes.
+    volumes : int
+        Triangles of the last frame's volumes.
     calls, frame : Timing
         Until all is asked for, and until it is drawn, by the clock [s].
     passes : dict of float
@@ -57,6 +63,8 @@ class FrameRow:
     samples: int
     pixels: int
     depth_bounds: bool
+    detail: float
+    volumes: int
     calls: Timing
     frame: Timing
     passes: dict[str, float]
@@ -119,12 +127,13 @@ class GpuReport(BenchmarkReport):
     def to_table(self) -> str:
         """Return Markdown tables that can be read as they stand."""
         passes = list(dict.fromkeys(name for row in self.frames for name in row.passes))
-        head = ["triangles", "lights", "samples", "pixels", "depth bounds", "calls ms (min)",
-                "frame ms (min)", *(f"{name} ms" for name in passes)]  # fmt: skip
+        head = ["triangles", "lights", "samples", "pixels", "depth bounds", "detail", "volumes",
+                "calls ms (min)", "frame ms (min)", *(f"{name} ms" for name in passes)]  # fmt: skip
         lines = [
             [
                 f"{row.triangles:,}", str(row.lights), str(row.samples), f"{row.pixels:,}",
-                "on" if row.depth_bounds else "off", show_timing(row.calls),
+                "on" if row.depth_bounds else "off", f"{row.detail:g}", f"{row.volumes:,}",
+                show_timing(row.calls),
                 show_timing(row.frame), *(f"{row.passes.get(name, 0.0):.3g}" for name in passes),
             ]
             for row in self.frames
@@ -165,7 +174,7 @@ class GpuReport(BenchmarkReport):
         )
 
 
-_SIZES = ("triangles", "lights", "samples", "pixels", "depth_bounds")
+_SIZES = ("triangles", "lights", "samples", "pixels", "depth_bounds", "detail", "volumes")
 
 
 def bench_gpu(run: BenchmarkRun) -> GpuReport:
@@ -196,6 +205,13 @@ def bench_gpu(run: BenchmarkRun) -> GpuReport:
                             device, scene, camera, lamps[-1], 1, run.repeat, 0.1 * side
                         )
                     frames.append(replace(row, depth_bounds=has))
+        rocks = 20 if run.quick else 1000
+        side = 10.0 * np.sqrt(rocks)
+        scene, far = make_rocks(rocks), np.array([0.5, -2.0, 2.5]) * side
+        camera = Camera(far, np.array([side / 2, side / 2, 0.0]), size=(size, size))
+        for detail in 0.0, 1.0, 2.0, 4.0:
+            run.say(f"{rocks} rocks from afar, shadows off by {detail:g} pixels")
+            frames.append(_time_frames(device, scene, camera, 1, 1, run.repeat, detail=detail))
         run.say("counts")
         counts = list(_compare_counts(device, towns[0], 64 if run.quick else 512))
         skins = []
@@ -238,11 +254,13 @@ def _time_frames(
     samples: int,
     repeat: int,
     reach: float = np.inf,
+    detail: float = 0.0,
 ) -> FrameRow:
     """Time frames by the clock, and then as many pass by pass."""
     make = partial(_make_lights, lights, float(camera.target[0]) * 2, reach)
     calls, frames, passes = [], [], []
-    with Renderer(scene, 0.0, device=device) as renderer:
+    choices = VolumeOptions(detail=detail)
+    with Renderer(scene, 0.0, device=device, choices=choices) as renderer:
         timers = Timers(device)
         for number in range(2 + 2 * repeat):
             renderer.timers = timers if number >= 2 + repeat else None
@@ -258,6 +276,7 @@ def _time_frames(
                 frames.append(time.perf_counter() - begun)
         renderer.timers = None
         timers.release()
+        volumes = sum(s.sides + s.dark_caps + s.light_caps + s.coarse for s in renderer.statistics)
     cols, rows = camera.size
     return FrameRow(
         triangles=sum(part.triangles for part in scene.parts),
@@ -265,6 +284,8 @@ def _time_frames(
         samples=samples,
         pixels=cols * rows,
         depth_bounds=device.has_depth_bounds,
+        detail=detail,
+        volumes=volumes,
         calls=Timing(float(np.median(calls)), min(calls)),
         frame=Timing(float(np.median(frames)), min(frames)),
         passes={

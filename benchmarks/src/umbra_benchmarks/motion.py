@@ -31,7 +31,7 @@ from umbra_benchmarks.report import (
 )
 from umbra_benchmarks.scenes import make_boulder, make_town
 
-__all__ = ["Motion", "MotionReport", "MotionRow", "bench_motion", "list_motions"]
+__all__ = ["Motion", "MotionReport", "MotionRow", "bench_motion", "list_motions", "make_rocks"]
 
 _SIZE = (512, 512)
 
@@ -190,7 +190,7 @@ def list_motions(*, quick: bool = False) -> list[Motion]:
                partial(_move_lamps, lamps, side, np.inf)),
         Motion(f"town of {small:,} boxes, {lamps} lamps of 5 m", town, air,
                partial(_move_lamps, lamps, side, 5.0)),
-        Motion(f"{rocks:,} instances that turn, sun", partial(_make_instances, rocks),
+        Motion(f"{rocks:,} instances that turn, sun", partial(make_rocks, rocks),
                _look_from_air(10.0 * np.sqrt(rocks)), _fix_sun, pose=_turn_instances,
                calls_mark=40e-3),
         Motion("mesh that bends, sun", partial(_make_rock, splits),
@@ -256,7 +256,8 @@ def _make_ball() -> Mesh:
     return Mesh(model.vertices - model.vertices.mean(0), model.faces)
 
 
-def _make_instances(count: int) -> Scene:
+def make_rocks(count: int) -> Scene:
+    """Make instances of a rock of 1,280 triangles, 10 m apart, and the ground below."""
     ball = _make_ball()
     parts = [Part(f"rock {k}", "", ball, _place(count, k, 0)) for k in range(count)]
     return make_scene([*parts, _make_ground(10.0 * np.sqrt(count))])

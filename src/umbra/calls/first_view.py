@@ -54,7 +54,7 @@ def begin_view(
         view = view.choose_device(options.device)
     if options.method is not None:
         view = view.choose_method(options.method)
-    names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter")
+    names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "detail")
     given = {name: getattr(options, name) for name in names}
     return replace(view, **{name: one for name, one in given.items() if one is not None})
 
@@ -86,13 +86,14 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     drawing = RenderOptions(
         ground=find_height(options, scene),
         method=options.method or "auto",
-        device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),
+        device=options.device or (view.device if view.mask_scale > 1 or view.detail else DEFAULT),
         soft=soft,
         light_size=() if soft is None else sizes,
         layer_length=view.layer_length if soft == "weng" else Softness.length,
         layer_gap=view.layer_gap if soft == "weng" else Softness.gap,
         mask_scale=view.mask_scale,
         mask_filter=view.mask_filter,
+        detail=view.detail,
         threads=options.threads,
     )
     said: list[str] = []

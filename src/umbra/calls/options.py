@@ -68,6 +68,12 @@ _mask_filter = partial(
     "How to enlarge that picture: joint interpolates only within a surface.",
     default="joint", choices=MASK_FILTERS,
 )  # fmt: skip
+_detail = partial(
+    _counting, "number",
+    "With gl: pixels by which hard shadows may be off, cast from coarser meshes where that "
+    "suffices; 0: all are exact.",
+    default=0.0, metavar="PIXELS",
+)  # fmt: skip
 _length = partial(
     _lights, "number",
     "With layers after Weng: how far the widest goes, in tenths of the silhouette's radius.",
@@ -204,12 +210,7 @@ class RenderOptions:
     layer_gap: float = _gap()
     mask_scale: int = _mask_scale()
     mask_filter: str = _mask_filter()
-    detail: float = _counting(
-        "number",
-        "With gl: pixels by which hard shadows may be off, cast from coarser meshes where that "
-        "suffices; 0: all are exact.",
-        default=0.0, metavar="PIXELS",
-    )  # fmt: skip
+    detail: float = _detail()
     samples: int = _counting(
         "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
         default=8, least=1, metavar="N",
@@ -309,6 +310,7 @@ class ViewOptions:
     layer_gap: float | None = _gap(default=None)
     mask_scale: int | None = _mask_scale(default=None)
     mask_filter: str | None = _mask_filter(default=None)
+    detail: float | None = _detail(default=None)
     device: str | None = _counting(
         "choice", "Device that counts; default: gl.", choices=tuple(DEVICES)
     )

@@ -35,6 +35,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     layer_gap: float | None = None,
     mask_scale: int | None = None,
     mask_filter: str | None = None,
+    detail: float | None = None,
     device: str | None = None,
     size: tuple[int, int] = (1280, 800),
     threads: int | None = None,
@@ -70,7 +71,7 @@ def show(  # noqa: PLR0913  (each option by its name)
         just below the model.
     method, soft : str, optional
         As in `umbra.render`.
-    layer_length, layer_gap, mask_scale, mask_filter : optional
+    layer_length, layer_gap, mask_scale, mask_filter, detail : optional
         As in `umbra.render`, unless ``view`` states them.
     device : {'gl', 'cpu'}, optional
         By default gl for a window, cpu for a picture.
@@ -182,7 +183,7 @@ def _is_notebook() -> bool:
 
 def _is_live(options: ViewOptions) -> bool:
     """Return whether a notebook can show a view as a widget that moves."""
-    own = ("method", "soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "device",
-           "animation", "time", "out")  # fmt: skip
+    own = ("method", "soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "detail",
+           "device", "animation", "time", "out")  # fmt: skip
     has_own = any(getattr(options, name) is not None for name in own)
     return not has_own and importlib.util.find_spec("anywidget") is not None

@@ -184,7 +184,7 @@ def _read_three(values: Any) -> tuple[float, float, float]:
 _CHOICES: dict[str, Callable[[Any], Any]] = {
     "chosen": int, "method": str, "device": str, "soft": str, "sun_radius": _read_number,
     "lamp_radius": _read_number, "layer_length": _read_number, "layer_gap": _read_number,
-    "mask_scale": int, "mask_filter": str, "time": _read_number,
+    "mask_scale": int, "mask_filter": str, "detail": _read_number, "time": _read_number,
     "animation": lambda value: value if value is None or isinstance(value, int) else str(value),
 }  # fmt: skip
 """Optional entries of a file, and the reader of each."""

@@ -184,6 +184,8 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
             "index bytes": f"{found.index_bytes:,}",
             "counts in": view.method if view.method in METHODS["gl"].masks else found.counts_in,
         }
+        if found.moved:
+            rows_of |= {"coarser": f"{found.coarse:,}", "casters off": f"{found.moved:.2g} m"}
         for name, value in rows_of.items():
             _write_row(name, value)
     if drawn.edges:

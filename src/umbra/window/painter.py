@@ -16,6 +16,7 @@ from umbra.gl.context import Device, on_device, release_all
 from umbra.gl.plan import Statistics
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.gl.target import PictureTargets
 from umbra.methods import Softness
@@ -196,6 +197,7 @@ class ViewPainter:
         else:
             lights = list(shining.values()) if view.soft == "none" else view.size_lights()
             self.renderer.soft.refine(view.soften(SAMPLES))
+            self.renderer.choices = VolumeOptions(detail=view.detail)
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,

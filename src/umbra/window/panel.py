@@ -252,12 +252,23 @@ def _draw_counting(view: ViewState) -> ViewState:
         view = replace(view, mask_scale=MASK_SCALES[place]) if changed else view
         imgui.same_line()
         imgui.set_next_item_width(-1)
-        imgui.begin_disabled(view.mask_scale == 1)
-        filters = list(MASK_FILTERS)
-        changed, place = imgui.combo("##filter", filters.index(view.mask_filter), filters)
-        imgui.end_disabled()
-        view = replace(view, mask_filter=filters[place]) if changed else view
+        view = _draw_filter(view) if view.mask_scale > 1 else _draw_detail(view)
     return view
+
+
+def _draw_filter(view: ViewState) -> ViewState:
+    filters = list(MASK_FILTERS)
+    changed, place = imgui.combo("##filter", filters.index(view.mask_filter), filters)
+    return replace(view, mask_filter=filters[place]) if changed else view
+
+
+def _draw_detail(view: ViewState) -> ViewState:
+    """Draw by how many pixels shadows may be off, if the method can cast from coarser meshes."""
+    imgui.begin_disabled(view.method not in DEVICES[view.device].methods.volumes)
+    text = "off by %.1f px" if view.detail else "exact"
+    changed, detail = imgui.slider_float("##detail", view.detail, 0.0, 8.0, text)
+    imgui.end_disabled()
+    return replace(view, detail=round(detail, 1)) if changed else view
 
 
 def _draw_softness(view: ViewState, controls: Controls) -> ViewState:

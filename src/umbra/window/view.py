@@ -200,6 +200,8 @@ class ViewState:
         Factor by which hard shadows on gl are counted in fewer columns and rows.
     mask_filter : {'joint', 'bilinear', 'nearest'}
         Upsampling filter of the mask.
+    detail : float
+        By how many pixels hard shadows on gl may be off, cast from coarser meshes.
     animation : int or str, optional
         Animation of the scene: its number, its name or ``all``.
     time : float
@@ -224,6 +226,7 @@ class ViewState:
     layer_gap: float = Softness.gap
     mask_scale: int = 1
     mask_filter: str = "joint"
+    detail: float = 0.0
     animation: int | str | None = None
     time: float = 0.0
     no_cast: frozenset[int] = frozenset()
@@ -244,6 +247,9 @@ class ViewState:
                 f"lights of {self.sun_radius:g} degrees and {self.lamp_radius:g} m are none; give "
                 "sun_radius above 0 and below 45, and lamp_radius above 0"
             )
+            raise InputError(msg)
+        if not 0 <= self.detail < np.inf:
+            msg = f"a view's detail is a number of pixels, 0 or more; got {self.detail:g}"
             raise InputError(msg)
         Softness(length=self.layer_length, gap=self.layer_gap)
         for what, value, known in (
