@@ -265,7 +265,7 @@ def _draw_filter(view: ViewState) -> ViewState:
 def _draw_detail(view: ViewState) -> ViewState:
     """Draw by how many pixels shadows may be off, if the method can cast from coarser meshes."""
     imgui.begin_disabled(view.method not in DEVICES[view.device].methods.volumes)
-    text = "off by %.1f px" if view.detail else "exact"
+    text = "%.1f px" if view.detail else "exact"
     changed, detail = imgui.slider_float("##detail", view.detail, 0.0, 8.0, text)
     imgui.end_disabled()
     return replace(view, detail=round(detail, 1)) if changed else view
