@@ -81,6 +81,23 @@ def test_a_part_that_is_off_neither_casts_nor_shows(shown):
     assert shown.count().any()
 
 
+def test_a_roof_is_dark_where_something_shades_it(shown, scene):
+    shown.set("Lights", [describe_light(directional_light((0.4, 0.9, 0.7)), quantise(scene))])
+    assert (read_at(shown, 0, 2.2, 6) + 30 < read_at(shown, 0, -2, 6)).all()
+
+
+def test_volumes_are_listed_anew_when_the_eye_comes_into_one(shown, scene):
+    camera = Camera((-6, 3, 0.5), (0, 3, 0.2), size=SIZE)  # in the shadow of the plate
+    outside = shown.count(times=1)
+    shown.set("Camera", describe_camera(camera, quantise(scene)))
+    inside = shown.count(times=1)
+    counter = FrameCounter(quantise(scene), ground=0.0)
+    view, _ = counter.see(camera)
+    expected = counter.count(view, camera, SUN)
+    assert np.count_nonzero(inside != expected) < 0.01 * inside.size
+    assert np.count_nonzero(inside) > np.count_nonzero(outside) + 100
+
+
 def test_a_pick_finds_part_place_and_normal(shown):
     spot = shown.page.ask(
         "picture.project([-model.origin[0], -model.origin[1], 6 - model.origin[2]])"

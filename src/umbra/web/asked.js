@@ -72,6 +72,7 @@ export function readCounts(renderer, light, times) {
   gl.disable(gl.SCISSOR_TEST);
   gl.viewport(0, 0, columns, rows);
   renderer.clear();
+  stage.look(sight, common.cutsInto, renderer.ground);
   passes.drawSurfaces(stage, common, SKYLIGHT);
   stage.shadows.prepare(renderer.lights[light], sight, renderer.ground, Boolean(renderer.clip));
   stage.shadows.count(sight, common);

@@ -45,7 +45,7 @@ export class Passes {
     gl.enable(gl.DEPTH_TEST);
     gl.depthMask(true);
     gl.depthFunc(device.nearer);
-    this.drawFaces(stage, common, light);
+    this.drawFaces(stage, common, light, false);
   }
 
   /**
@@ -58,7 +58,7 @@ export class Passes {
     const { gl } = device;
     gl.stencilFunc(gl.NOTEQUAL, 0, 255);
     gl.depthFunc(device.notFarther);
-    this.drawFaces(stage, common, SKYLIGHT);
+    this.drawFaces(stage, common, SKYLIGHT, true);
   }
 
   /**
@@ -74,7 +74,7 @@ export class Passes {
     gl.depthFunc(device.notFarther);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
-    this.drawFaces(stage, common, { ...light, share: 0 });
+    this.drawFaces(stage, common, { ...light, share: 0 }, true);
     gl.disable(gl.BLEND);
   }
 
@@ -83,20 +83,15 @@ export class Passes {
    * @param {Selection} stage
    * @param {Record<string, any>} common
    * @param {Record<string, any>} light
+   * @param {boolean} isLit only the faces that the listed light reaches, with the ground
    */
-  drawFaces(stage, common, light) {
+  drawFaces(stage, common, light, isLit) {
     const { device, overlays } = this;
     const { gl } = device;
     gl.bindTexture(gl.TEXTURE_2D, overlays.texture);
     const plan = overlays.overlay?.plan?.onModel ? common.plan : NO_PLAN;
-    this.useSurface({ ...common, ...light, plan });
-    gl.bindVertexArray(stage.all);
-    const solid = common.cutsInto ? 0 : stage.solid;
-    gl.enable(gl.CULL_FACE);
-    gl.cullFace(gl.BACK);
-    gl.drawElements(gl.TRIANGLES, solid, gl.UNSIGNED_INT, 0);
-    gl.disable(gl.CULL_FACE);
-    gl.drawElements(gl.TRIANGLES, stage.count - solid, gl.UNSIGNED_INT, 4 * solid);
+    const program = this.useSurface({ ...common, ...light, plan });
+    stage.seen.draw(isLit ? "lit" : "opaque", (side) => program.set({ side }));
     if (!common.groundSize) return;
     const isRich = light.range > 0 || common.plan[2] > 0;
     device.use(isRich ? RICH_GROUND : GROUND).set({ ...common, ...light });
@@ -110,7 +105,7 @@ export class Passes {
    */
   useSurface(uniforms) {
     const isRich = uniforms.range > 0 || uniforms.isSection || uniforms.plan[2] > 0;
-    this.device.use(isRich ? RICH_SURFACE : SURFACE).set(uniforms);
+    return this.device.use(isRich ? RICH_SURFACE : SURFACE).set(uniforms);
   }
 
   /**
@@ -133,8 +128,7 @@ export class Passes {
     gl.depthMask(false);
     gl.depthFunc(gl.ALWAYS);
     device.use(CUT).set(common);
-    gl.bindVertexArray(stage.all);
-    gl.drawElements(gl.TRIANGLES, stage.solid, gl.UNSIGNED_INT, 0);
+    stage.seen.draw("solid");
     gl.colorMask(true, true, true, true);
     gl.depthMask(true);
     gl.depthFunc(device.nearer);
@@ -163,21 +157,25 @@ export class Passes {
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindTexture(gl.TEXTURE_2D, this.overlays.blank);
-    this.useSurface({ ...common, ...SKYLIGHT, share: lights.length ? 2 : 1, plan: NO_PLAN });
-    gl.bindVertexArray(stage.panes);
-    gl.drawElements(gl.TRIANGLES, stage.paneCount, gl.UNSIGNED_INT, 0);
+    const share = lights.length ? 2 : 1;
+    const program = this.useSurface({ ...common, ...SKYLIGHT, share, plan: NO_PLAN });
+    stage.seen.draw("panes", (side) => program.set({ side }));
     gl.disable(gl.BLEND);
   }
 
   /**
    * @param {Sight} sight
+   * @param {Record<string, any>} common
    * @param {Required<Style>} style
    */
-  drawSky(sight, style) {
+  drawSky(sight, common, style) {
     const { device } = this;
     const { gl } = device;
     const half = sight.isPerspective ? sight.half : 0.4;
+    const within = common.groundSize ? sight.findSky(common.height) : [-1, -1, 1, 1];
+    if (!within) return;
     device.use(SKY).set({
+      within,
       forward: sight.forward,
       right: scale(sight.right, half * sight.aspect),
       up: scale(sight.up, half),
@@ -188,7 +186,7 @@ export class Passes {
     gl.depthMask(false);
     gl.depthFunc(gl.EQUAL);
     gl.bindVertexArray(this.nothing);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 
   /**

@@ -21,6 +21,7 @@ export const Z_FAIL_CAP = 3;
  * @property {number[]} light homogeneous, local
  * @property {number} range of a lamp [m]
  * @property {number} bottom z where volumes end; -Infinity: at infinity
+ * @property {number} floor z up to which a ground hides all from the eye; -Infinity: nothing
  * @property {number} tip weight of ends at infinity: 0, or nearly, so that they are very far away
  */
 

@@ -292,14 +292,16 @@ export class Renderer {
     gl.clear(gl.COLOR_BUFFER_BIT);
 
     const shone = lights.map((light) => this.describe(light, sight));
+    stage.look(sight, common.cutsInto, this.ground);
     passes.drawSurfaces(stage, common, shone[0] ?? SKYLIGHT);
     if (this.clip) passes.drawCaps(stage, common, this.clip, this.size, move(...this.model.bounds));
-    if (style.background) passes.drawSky(sight, style);
+    if (style.background) passes.drawSky(sight, common, style);
     lights.forEach((light, k) => {
       stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
       const within = stage.shadows.findScissor(sight);
       if (within) this.narrow(viewport, scissor, within);
       if (k > 0) this.clearStencil();
+      stage.seen.listLit(stage.shadows.volumes.facing);
       stage.shadows.count(sight, common);
       if (k > 0) passes.addLight(stage, common, shone[k]);
       else passes.drawShadow(stage, common);
@@ -310,7 +312,7 @@ export class Renderer {
         stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
     });
     gl.disable(gl.STENCIL_TEST);
-    if (stage.paneCount) passes.drawPanes(stage, common, lights);
+    if (stage.seen.hasPanes) passes.drawPanes(stage, common, lights);
     passes.drawOver(stage, sight, common, style);
     passes.lines.draw(this.lines, sight, common, this.ratio);
   }

@@ -1,7 +1,8 @@
 // What is drawn and casts for one choice of parts: index lists on the card.
 
-import { CREASE, SURFACE } from "./shaders.js";
-import { Shadows } from "./shadows.js";
+import { SeenFaces } from "./seen.js";
+import { CREASE } from "./shaders.js";
+import { Shadows, findFloor } from "./shadows.js";
 import { dot } from "./vectors.js";
 import { isBeyond } from "./view.js";
 import { List } from "./volumes.js";
@@ -38,7 +39,7 @@ export class Selection {
    * @param {boolean} isSolid whether glass is drawn as a wall, as counts take it
    */
   constructor(shared, cast, show, isSolid) {
-    const { device, model, surface, stride, doubled } = shared;
+    const { device, model, doubled } = shared;
     const { gl } = device;
     this.shared = shared;
     this.cast = cast && Array.from(cast);
@@ -48,26 +49,7 @@ export class Selection {
     this.opaque = findOpaque(model, show, isSolid);
     const { opaque } = this;
     this.shadows = new Shadows(device, model, doubled, cast, opaque);
-    const {
-        corners: all,
-        creases: { lines, part, shell },
-      } = shared,
-      { facePart } = model;
-    const { faceComponent } = model,
-      whole = this.findWhole();
-    const pick = (/** @type {(face: number) => boolean} */ isWanted) =>
-      all.filter((_, i) => isWanted(Math.floor(i / 3)));
-    const isSolidFace = (/** @type {number} */ f) => whole[faceComponent[f]] === 1;
-    const isShown = (/** @type {number} */ f) => !show || Boolean(show[facePart[f]]);
-    const isOpaque = (/** @type {number} */ f) => !opaque || opaque[facePart[f]] === 1;
-    // Solids first: their backs are never seen, unless something cuts into them.
-    const solids = pick(isSolidFace),
-      others = pick((f) => isOpaque(f) && !isSolidFace(f));
-    const corners = new Uint32Array(solids.length + others.length);
-    corners.set(solids);
-    corners.set(others, solids.length);
-    /** Number of indices of faces of solids. */
-    this.solid = solids.length;
+    const { lines, part, shell } = shared.creases;
     this.lines = show ? lines.filter((_, i) => show[part[i >> 1]]) : lines;
     /** where the lines of each shell begin */
     this.lineStarts = new Uint32Array(model.shellCount + 1);
@@ -75,19 +57,7 @@ export class Selection {
       if (!show || show[part[i]]) this.lineStarts[shell[i] + 1] += 2;
     }
     for (let k = 0; k < model.shellCount; k++) this.lineStarts[k + 1] += this.lineStarts[k];
-    const panes = opaque ? pick((f) => isShown(f) && !isOpaque(f)) : new Uint32Array(0);
-    /** @type {Record<string, [WebGLBuffer | null, number, number, number, number]>} */
-    const attributes = {
-      place: [surface, 3, gl.FLOAT, stride, 0],
-      normal: [surface, 4, gl.SHORT, stride, 12],
-      color: [surface, 4, gl.UNSIGNED_BYTE, stride, 20],
-    };
-    this.faces = device.makeBuffer(corners, gl.ELEMENT_ARRAY_BUFFER);
-    this.count = corners.length;
-    this.all = device.makeArray(SURFACE, attributes, this.faces);
-    this.paneFaces = device.makeBuffer(panes, gl.ELEMENT_ARRAY_BUFFER);
-    this.paneCount = panes.length;
-    this.panes = device.makeArray(SURFACE, attributes, this.paneFaces);
+    this.seen = new SeenFaces(shared, show, opaque);
     this.creaseLines = gl.createBuffer();
     this.creaseCount = 0;
     this.creaseKey = "";
@@ -106,6 +76,16 @@ export class Selection {
    */
   isOf(cast, show, isSolid) {
     return this.isSolid === isSolid && isSame(this.cast, cast) && isSame(this.show, show);
+  }
+
+  /**
+   * List the faces that a view sees.
+   * @param {Sight} sight
+   * @param {boolean} cutsInto whether something may cut into solids
+   * @param {number | null} ground
+   */
+  look(sight, cutsInto, ground) {
+    this.seen.list(sight, cutsInto, cutsInto ? -Infinity : findFloor(sight, ground));
   }
 
   /**
@@ -145,24 +125,12 @@ export class Selection {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, kept, gl.STREAM_DRAW, 0, n);
   }
 
-  /** The closed components, wound outward, all of which is drawn. */
-  findWhole() {
-    const { facePart, faceComponent, isClosed, isInward } = this.shared.model,
-      { opaque } = this;
-    const whole = isClosed.map((is, k) => is & ~isInward[k] & 1);
-    if (opaque)
-      facePart.forEach((part, f) => {
-        if (!opaque[part]) whole[faceComponent[f]] = 0;
-      });
-    return whole;
-  }
-
   delete() {
     const { gl } = this.shared.device;
     this.shadows.delete();
-    const buffers = [this.faces, this.creaseLines, this.paneFaces];
-    for (const buffer of buffers) gl.deleteBuffer(buffer);
-    for (const array of [this.all, this.creases, this.panes]) gl.deleteVertexArray(array);
+    this.seen.delete();
+    gl.deleteBuffer(this.creaseLines);
+    gl.deleteVertexArray(this.creases);
   }
 }
 

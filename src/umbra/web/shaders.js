@@ -103,8 +103,8 @@ layout(location = 2) in vec4 color;
 uniform vec4 light;
 uniform vec3 tint;               // of the light, times its exposure
 uniform float share;
-out vec3 front, back;            // radiance of either side
-out float solidity;
+uniform float side;              // 1: fronts are seen, -1: backs
+out vec4 seen;                   // radiance and opacity
 #ifdef RICH
 uniform vec4 cut;                // surfaces end where this plane is below 0; relative to the eye
 out vec3 albedo, at, way;
@@ -115,22 +115,20 @@ vec3 albedo, at;
 void main() {
   at = fromEye(place);
   gl_Position = projection * vec4(at, 1.0);
-  solidity = color.a;
   albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
   vec3 toLight = light.xyz;
 #ifdef RICH
-  way = normal.xyz;
+  way = side * normal.xyz;
   lean = normal.w;
   kept = dot(cut.xyz, at) + cut.w;
   toLight = normalize(toLight - light.w * at);
 #endif
-  float cosine = dot(normal.xyz, toLight);
-  front = albedo * (share * findAmbient(normal.z) + tint * findLambert(cosine, normal.w));
-  back = albedo * (share * findAmbient(-normal.z) + tint * findLambert(-cosine, normal.w));
+  float cosine = dot(side * normal.xyz, toLight);
+  seen.rgb = share * findAmbient(side * normal.z) + tint * findLambert(cosine, normal.w);
+  seen = vec4(albedo * seen.rgb, color.a);
 }`,
   fragment: `${HEAD}${rich}${AMBIENT}${LAMBERT}${LAID}
-in vec3 front, back;
-in float solidity;
+in vec4 seen;
 out vec4 color;
 #ifdef RICH
 in vec3 albedo, at, way;
@@ -140,20 +138,20 @@ uniform vec3 tint;
 uniform float range;             // of a lamp; 0: the light is a sun
 #endif
 void main() {
-  vec3 radiance = gl_FrontFacing ? front : back;
+  vec3 radiance = seen.rgb;
 #ifdef RICH
   if (kept < 0.0) discard;
   if (range > 0.0) {
     vec3 toLight = light.xyz - at;
     float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
-    vec3 normal = normalize(gl_FrontFacing ? way : -way);
+    vec3 normal = normalize(way);
     radiance = albedo * (share * findAmbient(normal.z)
       + tint * findLambert(dot(normal, toLight / far), lean) * fade);
   }
   float most = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
   if (abs(way.z) > 0.02) radiance = lay(at.xy, radiance, radiance / most);
 #endif
-  color = vec4(radiance, solidity);
+  color = vec4(radiance, seen.a);
 }`,
 });
 export const SURFACE = makeSurface("");
@@ -217,9 +215,11 @@ export const SKY = {
   vertex: `${HEAD}
 uniform vec3 forward, right, up; // right and up to the edges of the picture
 uniform float behind;            // the far plane's depth
+uniform vec4 within;             // the part of the picture that is drawn
 out vec3 way;
 void main() {
-  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  vec2 corner = vec2(gl_VertexID % 2 == 0 ? within.x : within.z,
+    gl_VertexID < 2 ? within.y : within.w);
   way = forward + corner.x * right + corner.y * up;
   gl_Position = vec4(corner, behind, 1.0);
 }`,

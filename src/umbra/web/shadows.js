@@ -26,6 +26,15 @@ export function findPlace(light) {
   return "direction" in light ? [...unit(light.direction), 0] : [...light.position, 1];
 }
 
+/**
+ * The z up to which a ground hides all from the eye; -Infinity: nothing.
+ * @param {Sight} sight
+ * @param {number | null} ground
+ */
+export function findFloor(sight, ground) {
+  return ground !== null && sight.isAbove(ground) ? ground : -Infinity;
+}
+
 /** The volumes of a model whose parts cast as a view says. */
 export class Shadows {
   /**
@@ -51,7 +60,7 @@ export class Shadows {
     this.casters = 0;
     this.behind = 0;
     /** @type {Throw} */
-    this.thrown = { light: [0, 0, 1, 0], range: Infinity, bottom: -Infinity, tip: 0 };
+    this.thrown = { light: [0, 0, 1, 0], range: Infinity, bottom: 0, floor: 0, tip: 0 };
   }
 
   /**
@@ -72,7 +81,10 @@ export class Shadows {
     if (lightKey !== this.lightKey) this.volumes.setLight(place, opened);
     this.lightKey = lightKey;
     const bottom = this.findBottom(place, sight, ground);
-    this.thrown = { light: place, range, bottom, tip: this.findTip(sight, place, ground) };
+    // Where volumes end below a ground that is seen from above, it hides all that is below it.
+    const floor = bottom === -Infinity ? bottom : findFloor(sight, ground);
+    const tip = this.findTip(sight, place, ground);
+    this.thrown = { light: place, range, bottom, floor, tip };
     const { casters, behind } = this.volumes.list(sight, this.thrown, isCut);
     this.casters = casters;
     this.behind = behind;
@@ -88,11 +100,19 @@ export class Shadows {
   findBottom(light, sight, ground) {
     const [low, high] = this.model.bounds;
     const size = Math.hypot(...subtract(high, low));
-    const bottom = Math.min(low[2], ground ?? Infinity) - BELOW * size;
+    const lowest = Math.min(low[2], ground ?? Infinity);
+    const [x, y, z, w] = light;
+    if (!(w ? z > high[2] + BELOW * size : z > LOWEST)) return -Infinity;
+    // A pixel below what is farthest away is enough.
+    let pixel = Infinity;
+    if (!w) {
+      const farthest = size + ((high[2] - lowest) * Math.hypot(x, y)) / z;
+      const away = sight.isPerspective ? farthest + Math.hypot(...subtract(sight.eye, low)) : 1;
+      pixel = (2 * sight.half * away) / sight.rows;
+    }
+    const bottom = lowest - Math.min(BELOW * size, pixel);
     // An eye below the bottom would look through it, and z-pass draws none.
-    const lowest = Math.min(...sight.findCorners(sight.near).map((corner) => corner[2]));
-    const isAbove = light[3] ? light[2] > high[2] + BELOW * size : light[2] > LOWEST;
-    return isAbove && lowest > bottom ? bottom : -Infinity;
+    return sight.isAbove(bottom) ? bottom : -Infinity;
   }
 
   /**

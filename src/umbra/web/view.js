@@ -212,6 +212,30 @@ export class Sight {
   }
 
   /**
+   * The part of the picture that holds all that is seen past the horizon of a level plane: left,
+   * foot, right and top from -1 to 1; null: nothing.
+   * @param {number} height of the plane above the eye [m]
+   */
+  findSky(height) {
+    if (!this.isPerspective) return [-1, -1, 1, 1];
+    const rays = this.findGround(-height);
+    if (!rays.length) return null;
+    const x = rays.map((ray) => dot(ray, this.right) / (this.half * this.aspect));
+    const y = rays.map((ray) => dot(ray, this.up) / this.half);
+    const pixel = 2 / this.rows;
+    const low = [Math.min(...x) - pixel, Math.min(...y) - pixel];
+    return [...low, Math.max(...x) + pixel, Math.max(...y) + pixel];
+  }
+
+  /**
+   * Whether all that is seen is seen from above a level.
+   * @param {number} z
+   */
+  isAbove(z) {
+    return this.findCorners(this.near).every((corner) => corner[2] > z);
+  }
+
+  /**
    * The ray through a pixel's place; (0, 0) is the picture's upper left corner.
    * @param {number} column
    * @param {number} row

@@ -109,6 +109,8 @@ export class Volumes {
     this.model = model;
     /** What each face adds; the last is that of a border. */
     this.adds = new Int8Array(model.faceCount + 1);
+    /** On which side of each the light is: 1 at its front, -1 at its back. */
+    this.facing = new Int8Array(model.faceCount);
     /** What each adds with the light at its front, and at its back. */
     this.front = new Int8Array(model.faceCount);
     this.back = new Int8Array(model.faceCount);
@@ -120,6 +122,7 @@ export class Volumes {
     /** Shells of which faces add something else since then. */
     this.isChanged = new Uint8Array(model.shellCount).fill(1);
     this.isFlat = false;
+    this.floor = -Infinity;
     /** The last view's planes, and the shells beyond them. */
     this.view = /** @type {number[]} */ ([]);
     this.unseen = new Uint8Array(0);
@@ -172,7 +175,7 @@ export class Volumes {
    */
   setLight(light, opened) {
     const { faceCount: n, faceComponent, faceStarts, planes, shellCount } = this.model;
-    const { adds, front, isChanged } = this;
+    const { adds, facing, front, isChanged } = this;
     const back = opened
       ? this.back.map((own, f) => (opened[faceComponent[f]] ? -front[f] : own))
       : this.back;
@@ -183,7 +186,9 @@ export class Volumes {
         const at =
           planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
         // Without branches, as no order of faces foretells on which side the light is.
-        const sum = Number(at > 0) * front[f] + Number(at < 0) * back[f];
+        const [isAt, isBehind] = [Number(at > 0), Number(at < 0)];
+        const sum = isAt * front[f] + isBehind * back[f];
+        facing[f] = isAt - isBehind;
         changes |= sum ^ adds[f];
         adds[f] = sum;
       }
@@ -208,8 +213,9 @@ export class Volumes {
     zPass.begin();
     zFail.begin();
     const isFlat = !thrown.light[3] && thrown.bottom === -Infinity && !thrown.tip;
-    if (isFlat !== this.isFlat) isChanged.fill(1);
+    if (isFlat !== this.isFlat || thrown.floor !== this.floor) isChanged.fill(1);
     this.isFlat = isFlat;
+    this.floor = thrown.floor;
     let [casters, behind] = [0, 0];
     for (let shell = 0; shell < model.shellCount; shell++) {
       const kind = cases[shell];
@@ -220,7 +226,7 @@ export class Volumes {
       const at = wound.size;
       if (kind === lastCases[shell] && !isChanged[shell]) wound.keep(first[shell], end[shell]);
       else {
-        this.addSides(shell, wound, isFlat);
+        this.addSides(shell, wound, isFlat, kind === Z_PASS ? thrown.floor : -Infinity);
         if (kind !== Z_PASS && !isFlat) this.addDarkCaps(shell, wound);
       }
       first[shell] = at;
@@ -243,9 +249,10 @@ export class Volumes {
    * @param {number} shell
    * @param {List} list
    * @param {boolean} isFlat whether all far ends are one point: a triangle is the whole side
+   * @param {number} floor z: triangles up to there are left out, as they are before nothing
    */
-  addSides(shell, list, isFlat) {
-    const { edgeStarts, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo } = this.model;
+  addSides(shell, list, isFlat, floor) {
+    const { edgeStarts, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo, places } = this.model;
     const { adds } = this;
     const [first, end] = [edgeStarts[shell], edgeStarts[shell + 1]];
     const data = list.reserve(12 * (end - first));
@@ -255,12 +262,15 @@ export class Volumes {
       if (times === 0) continue;
       const from = 2 * (times > 0 ? edgeFrom[i] : edgeTo[i]);
       const to = 2 * (times > 0 ? edgeTo[i] : edgeFrom[i]);
+      const isLow = places[1.5 * from + 2] <= floor;
+      const isOne = isFlat || isLow || places[1.5 * to + 2] <= floor;
+      if (isLow && places[1.5 * to + 2] <= floor) continue;
       for (let k = times > 0 ? times : -times; k > 0; k--) {
         data[n] = to;
         data[n + 1] = from;
-        data[n + 2] = from + 1;
+        data[n + 2] = isLow ? to + 1 : from + 1;
         n += 3;
-        if (isFlat) continue;
+        if (isOne) continue;
         data[n] = to;
         data[n + 1] = from + 1;
         data[n + 2] = to + 1;
