@@ -18,7 +18,7 @@ if hasattr(DefaultOptions, "_nrt"):
     _INNER["_nrt"] = False
 
 
-def borrowing(kernel: F) -> F:
+def borrowing(kernel: F, **options: Any) -> F:
     """
     Compile a kernel that makes no arrays, and whose arrays its caller holds.
 
@@ -26,15 +26,16 @@ def borrowing(kernel: F) -> F:
     an argument names it: an atomic addition each time, in which threads wait for each other. Here
     none are counted. Functions with ``inline="always"`` follow the kernel that contains them;
     others that it calls need this decorator, or ``inlined``, too. Python cannot call it.
+    ``options`` are numba's.
     """
-    return njit(**_INNER)(kernel)
+    return njit(**{**_INNER, **options})(kernel)
 
 
-def inlined(kernel: F) -> F:
+def inlined(kernel: F, **options: Any) -> F:
     """
     Compile a borrowing kernel into every place that calls it.
 
     A call copies all fields of all arrays, some 7 for each, which takes longer than a short kernel.
     Unlike ``inline="always"``, its types are found once and not in each place.
     """
-    return njit(**_INNER, forceinline=True)(kernel)
+    return borrowing(kernel, forceinline=True, **options)

@@ -4,6 +4,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core.cgutils import global_constant
 from numba.extending import intrinsic
 
 __all__ = ["add_where_nearer"]
@@ -32,7 +33,7 @@ def add_where_nearer(
     side, slope : float64
         Key of the side there, and its change from pixel to pixel.
     rest : int32
-        Only so many of the pixels are counted; none below 1.
+        Only so many of the pixels are counted, at least 0.
     m : int
         Is added, in the type of ``counts``.
     """
@@ -57,17 +58,23 @@ def add_where_nearer(
             zeros = ir.Constant(ir.VectorType(_LANE, n), [0] * n)
             return builder.shuffle_vector(one, vector(ir.Undefined), zeros)
 
+        # The first ``rest`` lanes are those of a window on ones that zeros follow.
+        window = ir.Constant(ir.ArrayType(m.type, 2 * n), [-1] * n + [0] * n)
+        window = global_constant(builder.module, f"lanes_{n}_{m.type.width}", window)
+        rest = builder.select(builder.icmp_signed("<", rest, _LANE(n)), rest, _LANE(n))
+        first = builder.gep(window, [_LANE(0), builder.sub(_LANE(n), rest)])
+        lanes = ir.VectorType(m.type, n)
+        first = builder.bitcast(first, lanes.as_pointer())
+        is_inside = builder.load(first, align=m.type.width // 8)
+
         ahead = ir.Constant(ir.VectorType(side.type, n), [float(k) for k in range(n)])
         key = builder.load(find(keys, 1, side.type), align=8)
         near = builder.fadd(spread(side), builder.fmul(spread(slope), ahead))
-        order = ir.Constant(ir.VectorType(_LANE, n), list(range(n)))
-        adds = builder.and_(
-            builder.fcmp_ordered("<", key, near), builder.icmp_signed("<", order, spread(rest))
-        )
+        is_nearer = builder.sext(builder.fcmp_ordered("<", key, near), lanes)
         place = find(counts, 2, m.type)
         old = builder.load(place, align=m.type.width // 8)
-        new = builder.select(adds, builder.add(old, spread(m)), old)
-        builder.store(new, place, align=m.type.width // 8)
+        more = builder.and_(builder.and_(is_nearer, is_inside), spread(m))
+        builder.store(builder.add(old, more), place, align=m.type.width // 8)
         return context.get_dummy_value()
 
     return signature, generate

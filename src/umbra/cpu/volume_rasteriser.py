@@ -8,13 +8,14 @@ faces the eye, - if not.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
-from umbra.kernels import inlined
+from umbra.kernels import borrowing, inlined
 from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
 __all__ = ["SurfaceKeys", "count_sides"]
@@ -25,6 +26,7 @@ _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before 
 FARTHEST = 1e8
 """Greatest length of a side down to the floor, in distances to the light (for the sun, in m)."""
 _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first and end column
+_BATCH = 32  # sides of a stripe whose rows are found before any is filled
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,7 +303,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
         filled[chunk] = out - chunk * length
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _fill(quads, spans, places, listed, keys, kind):
     """
     Return sums of the type of ``kind``, (rows, cols + LANES).
@@ -309,57 +311,79 @@ def _fill(quads, spans, places, listed, keys, kind):
     All sides are filled one stripe at a time, so that the stripe's surface stays in the cache.
     """
     counts = np.empty(keys.shape, kind.dtype)
-    width = np.uint64(keys.shape[1])  # unsigned indices need no test of their sign
     for stripe in prange(places.size - 1):
-        flat, sums = keys.reshape(-1), counts.reshape(-1)
         top = stripe * STRIPE
         counts[top : top + STRIPE] = 0
-        start = np.uint64(top) * width
-        first = np.zeros(STRIPE, np.int32)
-        wide = np.zeros(STRIPE, np.int32)
-        near = np.zeros(STRIPE)
-        for q in range(places[stripe], places[stripe + 1]):
-            i = listed[q]
-            m = counts.dtype.type(spans[i, 2])
-            b = quads[i]
-            slope = b[16]
-            # First column, width and first key of each row of the stripe, all at once.
+        mine = listed[places[stripe] : places[stripe + 1]]
+        first = np.empty((_BATCH, STRIPE), np.int32)
+        wide, near = np.empty_like(first), np.empty((_BATCH, STRIPE))
+        members = np.empty((4, _BATCH), np.int64)
+        start, width = np.uint64(top * keys.shape[1]), np.uint64(keys.shape[1])
+        surface, sums = keys.reshape(-1), counts.reshape(-1)
+        _fill_stripe(
+            quads, spans, mine, top, first, wide, near, members, start, width, surface, sums
+        )
+    return counts
+
+
+@partial(borrowing, boundscheck=False, fastmath={"nsz", "nnan"})
+def _fill_stripe(quads, spans, mine, top, first, wide, near, members, start, width, surface, sums):
+    """Add the sides of a stripe in batches: rows of known width mispredict few branches."""
+    for begin in range(0, mine.size, _BATCH):
+        few = few_more = some = many = 0
+        for p in range(min(mine.size - begin, _BATCH)):
+            i = np.uint64(mine[begin + p])
             widest = np.int32(0)
+            # First column, width and first key of each row of the stripe, all at once.
             for j in range(STRIPE):
                 y = np.float64(top + j)
                 left = max(
-                    max(b[0] + b[1] * y, b[2] + b[3] * y), max(b[4] + b[5] * y, b[6] + b[7] * y)
+                    max(quads[i, 0] + quads[i, 1] * y, quads[i, 2] + quads[i, 3] * y),
+                    max(quads[i, 4] + quads[i, 5] * y, quads[i, 6] + quads[i, 7] * y),
                 )
                 right = min(
-                    min(b[8] + b[9] * y, b[10] + b[11] * y),
-                    min(b[12] + b[13] * y, b[14] + b[15] * y),
+                    min(quads[i, 8] + quads[i, 9] * y, quads[i, 10] + quads[i, 11] * y),
+                    min(quads[i, 12] + quads[i, 13] * y, quads[i, 14] + quads[i, 15] * y),
                 )
-                column = np.ceil(min(max(left, b[19]), b[20]))
-                first[j] = np.int32(column)
-                wide[j] = np.int32(np.ceil(min(max(right, b[19]), b[20]))) - np.int32(column)
-                widest = max(widest, wide[j])
-                near[j] = b[17] * y + b[18] + slope * column
-            j0 = np.uint64(max(spans[i, 0] - top, 0))
-            j1 = np.uint64(min(spans[i, 1] - top, STRIPE))
-            # Rows without pixels are compared, too: cheaper than a mispredicted branch.
-            if widest <= 0:
-                continue
-            if widest <= 8:
-                for j in range(j0, j1):
-                    at = start + j * width + np.uint64(first[j])
-                    add_where_nearer(8, flat, sums, at, near[j], slope, wide[j], m)
-            elif widest <= 16:
-                for j in range(j0, j1):
-                    at = start + j * width + np.uint64(first[j])
-                    add_where_nearer(16, flat, sums, at, near[j], slope, wide[j], m)
-            else:
-                for j in range(j0, j1):
-                    at = start + j * width + np.uint64(first[j])
-                    add_where_nearer(32, flat, sums, at, near[j], slope, wide[j], m)
-                    base = b[17] * np.float64(np.uint64(top) + j) + b[18]
-                    for done in range(32, wide[j], 32):
-                        side = base + slope * (first[j] + done)
-                        ahead = at + np.uint64(done)
-                        rest = wide[j] - np.int32(done)
-                        add_where_nearer(32, flat, sums, ahead, side, slope, rest, m)
-    return counts
+                column = np.ceil(min(max(left, quads[i, 19]), quads[i, 20]))
+                first[p, j] = np.int32(column)
+                pixels = np.int32(max(np.ceil(min(right, quads[i, 20])) - column, 0.0))
+                wide[p, j] = pixels
+                widest = max(widest, pixels)
+                near[p, j] = quads[i, 17] * y + quads[i, 18] + quads[i, 16] * column
+            members[0, few] = members[1, few_more] = members[2, some] = members[3, many] = p
+            few += 0 < widest <= 8
+            few_more += 8 < widest <= 16
+            some += 16 < widest <= LANES
+            many += widest > LANES
+        batch = mine, np.uint64(begin), members
+        runs = first, wide, near
+        picture = start, width, surface, sums
+        _add_rows(8, 0, few, batch, quads, spans, top, runs, picture)
+        _add_rows(16, 1, few_more, batch, quads, spans, top, runs, picture)
+        _add_rows(LANES, 2, some, batch, quads, spans, top, runs, picture)
+        _add_rows(LANES, 3, many, batch, quads, spans, top, runs, picture)
+
+
+@njit(cache=True, nogil=True, boundscheck=False, inline="always")
+def _add_rows(lanes, kind, n, batch, quads, spans, top, runs, picture):
+    """Add the n sides of a batch that are of one kind by width, ``lanes`` pixels at once."""
+    mine, begin, members = batch
+    first, wide, near = runs
+    start, width, surface, sums = picture
+    for k in range(n):
+        p = np.uint64(members[kind, k])
+        i = np.uint64(mine[begin + p])
+        slope = quads[i, 16]
+        m = sums.dtype.type(spans[i, 2])
+        end = np.uint64(min(spans[i, 1] - top, STRIPE))
+        # Rows without pixels are compared, too: cheaper than a mispredicted branch.
+        for j in range(np.uint64(max(spans[i, 0] - top, 0)), end):
+            at = start + j * width + np.uint64(first[p, j])
+            add_where_nearer(lanes, surface, sums, at, near[p, j], slope, wide[p, j], m)
+            base = quads[i, 17] * np.float64(np.uint64(top) + j) + quads[i, 18]
+            for done in range(lanes, wide[p, j] if kind == 3 else 0, lanes):
+                side = base + slope * (first[p, j] + done)
+                ahead = at + np.uint64(done)
+                rest = wide[p, j] - np.int32(done)
+                add_where_nearer(lanes, surface, sums, ahead, side, slope, rest, m)
