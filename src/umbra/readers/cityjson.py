@@ -29,12 +29,12 @@ from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
-from umbra.scene.mesh import change
+from umbra.scene.mesh import change, find_used
 
 __all__ = ["Templates", "make_parts", "place_vertices", "read_cityjson"]
 
 
-MOST_CORNERS = 1_000_000
+MOST_CORNERS = 250_000
 """Surfaces of a sequence's features are cut into triangles when they have more."""
 
 
@@ -248,7 +248,10 @@ class SurfaceList:
         counts.update(result.losses)
         part = np.array(self._part, np.int64)[result.polygon]
         order = np.argsort(part, kind="stable")
-        faces = result.faces[order]
+        # Here once for all parts, which share their vertices; a scene would do it mesh by mesh.
+        is_used = find_used(vertices, result.faces)
+        number = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+        vertices, faces = vertices[is_used], number.take(result.faces).take(order, axis=0)
         ends = np.cumsum(np.bincount(part, minlength=len(self._parts))).tolist()
         whole = Mesh(vertices, faces)  # checked once
         starts = [0, *ends]

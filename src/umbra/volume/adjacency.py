@@ -31,6 +31,8 @@ from umbra.volume.half_edges import HalfEdges, renumber, sort
 __all__ = [
     "Caster",
     "find_caster",
+    "find_components",
+    "find_whole",
     "make_caster",
     "make_planes",
     "sort_along_curve",
@@ -169,27 +171,12 @@ def make_caster(
     equal indices are one vertex.
     """
     welded = faces if is_welded else weld_vertices(vertices).take(faces)
-    whole = (
-        (welded[:, 0] != welded[:, 1])
-        & (welded[:, 1] != welded[:, 2])
-        & (welded[:, 2] != welded[:, 0])
-    )
-    source = np.flatnonzero(whole).astype(np.int32)
+    source = find_whole(welded)
     source = source[sort_along_curve(vertices.take(welded[source, 0], axis=0))]
     welded = welded.take(source, axis=0)
-    objects = np.zeros(len(source), np.int32) if group is None else group[source]
-
     half = HalfEdges.of(welded)
-    component = half.join(len(welded))
-    is_closed = half.find_closed(component)
-    loose = ~is_closed[component]
-    if loose.any() and objects.any():
-        # A closed house must not become open because a fence touches it.
-        part = half.within(loose, objects)
-        again = part.join(len(welded)) + np.int32(len(is_closed))
-        component = renumber(np.where(loose, again, component))
-        is_closed = half.within(np.ones_like(loose), component).find_closed(component)
-
+    objects = np.zeros(len(source), np.int32) if group is None else group[source]
+    component, is_closed = find_components(half, objects)
     edges, edge_faces, turn, weight = half.pair(is_closed[component])
     return Caster(
         vertices=vertices,
@@ -203,6 +190,31 @@ def make_caster(
         turn=turn,
         weight=weight,
     )
+
+
+def find_whole(faces: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the faces (n, 3) of three different vertices."""
+    a, b, c = faces.T
+    return np.flatnonzero((a != b) & (b != c) & (c != a)).astype(np.int32)
+
+
+def find_components(
+    half: HalfEdges, objects: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+    """
+    Find the component of each face, of the object ``objects`` (n_faces,), and which are closed.
+
+    A closed house must not become open because a fence touches it: open components are split by
+    object.
+    """
+    component = half.join(len(objects))
+    is_closed = half.find_closed(component)
+    loose = ~is_closed[component]
+    if loose.any() and objects.any():
+        again = half.within(loose, objects).join(len(objects)) + np.int32(len(is_closed))
+        component = renumber(np.where(loose, again, component))
+        is_closed = half.within(np.ones_like(loose), component).find_closed(component)
+    return component, is_closed
 
 
 def find_caster(scene: Scene, parts: Sequence[int]) -> Caster:

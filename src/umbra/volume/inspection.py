@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Scene
-from umbra.volume.adjacency import make_caster, weld_vertices
+from umbra.volume.adjacency import find_components, find_whole, make_planes, weld_vertices
+from umbra.volume.half_edges import HalfEdges, sort
 
 __all__ = ["Inspection", "PartReport", "describe_scene", "inspect_scene"]
 
@@ -49,32 +50,28 @@ def inspect_scene(scene: Scene) -> Inspection:
     """Inspect how the triangles of a scene and of its parts meet."""
     soup = scene.triangles()
     n_parts = len(scene.parts)
-    caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
-    is_open = np.zeros(len(soup.faces), np.bool_)
-    is_open[caster.source[~caster.face_is_closed]] = True
-
-    faces = weld_vertices(soup.vertices)[soup.faces]
-    a, b, c = (soup.vertices[faces[:, k]] for k in range(3))
+    faces = weld_vertices(soup.vertices).take(soup.faces)
+    whole = find_whole(faces)
+    half = HalfEdges.of(faces.take(whole, axis=0))
+    part = soup.part[whole]
+    component, is_closed = find_components(half, scene.groups()[part])
+    is_open = np.zeros(len(faces), np.bool_)
+    is_open[whole] = ~is_closed[component]
     # Exactly zero area, without a tolerance.
-    degenerate = np.asarray(~np.cross(b - a, c - a).any(1))
+    degenerate = ~make_planes(soup.vertices, faces)[:3, :-1].any(0)
     is_used = np.zeros(len(soup.vertices), np.bool_)
     is_used[faces] = True
     duplicate = _find_repeated(np.sort(faces, 1))
 
-    whole = (faces != np.roll(faces, 1, 1)).all(1)
-    tail, head = faces[whole].ravel(), np.roll(faces[whole], -1, 1).ravel()
-    part = np.repeat(soup.part[whole], 3)
-    # Pairs of indices packed into one integer sort many times faster than rows.
-    wide = max(len(soup.vertices), 1)
-    pairs, edge, n_faces = np.unique(
-        np.minimum(tail, head).astype(np.int64) * wide + np.maximum(tail, head),
-        return_inverse=True, return_counts=True,
-    )  # fmt: skip
-    sums = np.zeros(len(pairs), np.int64)
-    np.add.at(sums, edge, np.where(tail < head, 1, -1))
+    starts = np.flatnonzero(half.start)
+    n_faces = np.diff(starts, append=len(half.face))
+    sums = np.add.reduceat(half.sign, starts, dtype=np.int32) if len(starts) else np.zeros(0)
     kinds: list[NDArray[np.bool_]] = [n_faces == 1, n_faces > 2, (n_faces == 2) & (sums != 0)]
-    both = np.sort(edge.astype(np.int64) * n_parts + part)
-    touched, touching = np.divmod(both[np.diff(both, prepend=-1) > 0], n_parts)
+    is_bad = (n_faces != 2) | (sums != 0)
+    owner = part[half.face[np.repeat(is_bad, n_faces)]]
+    bad = np.flatnonzero(is_bad)
+    both = np.unique(np.repeat(bad, n_faces[bad]) * n_parts + owner)
+    touched, touching = np.divmod(both, n_parts)
 
     def per_part(values: NDArray, owner: NDArray) -> NDArray[np.int64]:
         return np.bincount(owner[values], minlength=n_parts)
@@ -92,17 +89,19 @@ def inspect_scene(scene: Scene) -> Inspection:
     ]
     counts = [int(kind.sum()) for kind in (*kinds, degenerate)] + [int(duplicate.sum())]
     total = PartReport("all", "", len(faces), not is_open.any(), *counts)
-    bad = np.flatnonzero(sums)
     corner = None
-    if len(bad):
-        corner = soup.vertices[list(divmod(int(pairs[bad[0]]), wide))] + scene.origin
+    if sums.any():
+        ends = divmod(int(half.key[starts[np.flatnonzero(sums)[0]]]), 1 << 32)
+        corner = soup.vertices[list(ends)] + scene.origin
     return Inspection(reports, total, int(is_used.sum()), corner)
 
 
 def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Return whether rows of three numbers repeat an earlier row."""
-    order = np.lexsort(rows.T)  # stable: the first of equal rows remains first
-    ordered = rows[order]
+    order = np.arange(len(rows), dtype=np.int32)
+    for column in np.ascontiguousarray(rows.T):
+        order = sort(column, order)  # stable: the first of equal rows remains first
+    ordered = rows.take(order, axis=0)
     repeated = np.zeros(len(rows), np.bool_)
     repeated[order[1:]] = (ordered[1:] == ordered[:-1]).all(1)
     return repeated
