@@ -151,6 +151,10 @@ def _name_places(scene: Scene, files: Files) -> Scene:
 
 
 def _read_files(files: Files, choices: ReadChoices) -> Scene:
+    return _assemble(*_read_layers(files, choices))
+
+
+def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], tuple[Source, ...]]:
     layers: list[FileLayer] = []
     sources: list[Source] = []
     for name, content in files:
@@ -164,7 +168,7 @@ def _read_files(files: Files, choices: ReadChoices) -> Scene:
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     if choices.region is not None:
         layers = _drop_empty(layers, choices.region)
-    return _assemble(layers, tuple(sources))
+    return layers, tuple(sources)
 
 
 def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileModel:
@@ -236,6 +240,7 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     places = {show_name(layer.path): layer.model.place for layer in layers}
     with errors_of(f"{', '.join(str(layer.path) for layer in layers)}: "):
         parts, lights, crs, remarks = combine(layers)
+        layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
             parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
         )  # fmt: skip

@@ -7,8 +7,9 @@ one are assumed to use it.
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +75,7 @@ def show_name(path: Path) -> str:
 
 def combine(
     layers: Sequence[FileLayer],
-) -> tuple[tuple[Part, ...], tuple[Light, ...], str | None, list[str]]:
+) -> tuple[Iterator[Part], tuple[Light, ...], str | None, list[str]]:
     """
     Convert layers to one CRS and set them on the terrain among them.
 
@@ -99,7 +100,7 @@ def combine(
     if len(layers) > 1:
         notes += _check_together(layers, moved, terrain, ground)
     lights = tuple(light for layer in layers for light in layer.model.lights)
-    return tuple(part for parts in moved for part in parts), lights, crs, notes
+    return chain.from_iterable(moved), lights, crs, notes
 
 
 def _bring_together(

@@ -6,7 +6,7 @@ Parts and lights can be posed at a time of an animation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any, cast
 
@@ -25,7 +25,7 @@ Placed = tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]
 
 
 def make_scene(
-    parts: Sequence[Part] | Part | Mesh | ArrayLike,
+    parts: Iterable[Part] | Part | Mesh | ArrayLike,
     faces: ArrayLike | None = None,
     *,
     name: str = "mesh",
@@ -39,7 +39,7 @@ def make_scene(
 
     Parameters
     ----------
-    parts : Part, Mesh, a sequence of Part, or (n, 3) float64
+    parts : Part, Mesh, an iterable of Part, or (n, 3) float64
         Parts, a mesh, or the vertices of one when ``faces`` is given; ``Scene.from_trimesh`` and
         ``Scene.from_pyvista`` take other libraries' meshes.
     faces : (m, 3) int, optional
@@ -60,28 +60,37 @@ def make_scene(
         parts = Part(name, "", parts)
     if isinstance(parts, Part) or not isinstance(parts, Iterable):
         parts = (cast("Part", parts),)
-    given = tuple(cast("Iterable[Part]", parts))
-    other = next((each for each in given if not isinstance(each, Part)), None)
+    kept = list(cast("Iterable[Part]", parts))
+    other = next((each for each in kept if not isinstance(each, Part)), None)
     if other is not None:
         msg = (
             f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
             "(umbra.read reads files, Scene.from_trimesh and Scene.from_pyvista take their meshes)"
         )
         raise InputError(msg)
-    kept = tuple(part for part in given if part.triangles)
+    kept = [part for part in kept if part.triangles]
     if not kept:
         msg = "there are no triangles; export the model with its surfaces"
         raise InputError(msg)
-    scene = Scene(_drop_unused(kept), np.zeros(3))
-    if not np.isfinite(scene.bounds()).all():
-        _refuse_infinite(kept)
-    bounds = scene.bounds()
+    bounds = Scene(tuple(kept), np.zeros(3)).bounds()
+    if not np.isfinite(bounds).all():
+        _refuse_infinite(tuple(kept))
+    kept = _drop_unused(kept)
     # Whole metres, so that adding the origin back restores the file's digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
     origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
     if origin.any():
-        scene = Scene(_shift(scene.parts, origin), origin)
-    return scene.with_facts(**facts)
+        return Scene(_shift(_drain(kept), origin), origin, **facts)
+    scene = Scene(tuple(kept), origin, **facts)
+    vars(scene)["_bounds"] = bounds
+    return scene
+
+
+def _drain(parts: list[Part]) -> Iterator[Part]:
+    """Yield parts of a list that forgets them, so that those before and after are not all held."""
+    parts.reverse()
+    while parts:
+        yield parts.pop()
 
 
 def _refuse_infinite(parts: tuple[Part, ...]) -> None:
@@ -98,7 +107,7 @@ def _refuse_infinite(parts: tuple[Part, ...]) -> None:
     raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
 
 
-def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
+def _drop_unused(parts: list[Part]) -> list[Part]:
     """
     Drop unused vertices, so that only drawn vertices bound the model.
 
@@ -131,10 +140,10 @@ def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
         if key in shorter and id(mesh) not in meshes:
             meshes[id(mesh)] = mesh.with_vertices(kept[key], number[key], shorter[key])
         dropped.append(change(part, mesh=meshes.get(id(mesh), mesh)))
-    return tuple(dropped)
+    return dropped
 
 
-def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, ...]:
+def _shift(parts: Iterable[Part], origin: NDArray[np.float64]) -> tuple[Part, ...]:
     def place(part: Part) -> Part:
         transform, binding = np.array(part.transform), part.binding
         transform[:3, 3] -= origin
@@ -148,7 +157,7 @@ def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, 
 
 
 def move_parts(
-    parts: Sequence[Part],
+    parts: Iterable[Part],
     move: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     place: Callable[[Part], Part],
     turn: Callable[[NDArray[np.floating]], NDArray[np.floating]] | None = None,
@@ -159,7 +168,7 @@ def move_parts(
     ``move`` takes the vertices (n, 3) of parts without a transform, ``place`` the parts that have
     one, ``turn`` normals and tangents (n, 3), which stay by default.
     """
-    arrays: dict[int, NDArray[np.float64]] = {}
+    arrays: dict[int, NDArray[np.float64]] = {}  # by ids of arrays that exist together at the start
     moved = []
     for part in parts:
         if part.transform is not None:

@@ -58,7 +58,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     is_open = np.zeros(len(faces), np.bool_)
     is_open[whole] = ~is_closed[component]
     # Exactly zero area, without a tolerance.
-    degenerate = ~make_planes(soup.vertices, faces)[:3, :-1].any(0)
+    degenerate = np.asarray(~make_planes(soup.vertices, faces)[:3, :-1].any(0))
     is_used = np.zeros(len(soup.vertices), np.bool_)
     is_used[faces] = True
     duplicate = _find_repeated(np.sort(faces, 1))
