@@ -11,6 +11,7 @@ from umbra.tiles import count, sun_groups
 from umbra.tiles.count import count_window
 from umbra.tiles.run import count_serially
 from umbra.tiles.sun_groups import LEAST, group_suns
+from umbra.writers.city.result import list_neighbours
 
 EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)
@@ -189,6 +190,10 @@ def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers
         made = umbra.city_study(quarter, out=tmp_path / str(side), tiles=side, **options)
         compare(made.dataset.load(), whole)
     if "proposed" in more:
+        rows = list_neighbours(made.folder)
+        assert [row["name"] for row in rows] == whole.neighbour.values.tolist()
+        names = ("name", "area", "area_touched", "area_newly_under", "most_hours_lost")
+        assert set(rows[0]) == {*names, "mean_hours_lost"}
         assert len(whole.neighbour) > (receivers == "top")
         assert float(whole.neighbour_area_newly_under.sum()) > 0
 

@@ -1,8 +1,11 @@
 """A study in tiles from the shell, and what strangers give it."""
 
 import json
+import os
 import subprocess
 import sys
+import zipfile
+from contextlib import nullcontext
 from functools import partial
 
 import numpy as np
@@ -12,9 +15,10 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.city import run_city
-from umbra.errors import write_for_shell
+from umbra.errors import InputError, write_for_shell
 from umbra.study.options import StudyOptions
 from umbra.tiles.options import CityOptions
+from umbra.tiles.reading import check_reading
 from umbra.writers.city import check_city_formats
 
 GIVEN = {**DAY, "receivers": "ground", "cell": 2.0}
@@ -138,6 +142,37 @@ def test_a_file_that_is_removed_between_two_runs_is_named(tmp_path):
     renamed(f"old={folder / 'a.city.json'}")
     with pytest.raises(umbra.InputError, match=r"a\.city\.json, of other layer or order"):
         renamed(f"new={folder / 'a.city.json'}")
+
+
+@pytest.mark.parametrize(
+    ("size", "options", "said"),
+    [
+        (1_000_000_000, {}, r"takes about 20\.8 GB, .* use 4\.0 GB; cut it into several files"),
+        (1_000_000_000, {"bbox": (0, 0, 9, 9)}, "cut it into several"),
+        (200_000_000, {}, r"about 4\.4 GB, .*, or give memory='5GB'"),
+        (150_000_000, {}, None),
+    ],
+)
+def test_a_file_that_is_larger_than_the_memory_is_refused_before_it_is_read(
+    tmp_path, monkeypatch, size, options, said
+):
+    monkeypatch.setattr("umbra.tiles.reading.find_memory", lambda: 8 * 2**30)
+    path = tmp_path / "city.json"
+    path.write_bytes(b"{")
+    os.truncate(path, size)  # holds nothing: it takes no place on the disk
+    with pytest.raises(InputError, match=said) if said else nullcontext():
+        check_reading(path, 4 * 2**30, options)
+
+
+def test_packed_citygml_is_judged_by_what_it_holds_and_a_part_of_it_is_read(tmp_path):
+    path = tmp_path / "city.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.gml", bytes(1 << 22))
+    most = 3e8 + 2.5 * (1 << 22)
+    check_reading(path, most, {})
+    with pytest.raises(InputError, match="or read a part of it with bbox="):
+        check_reading(path, most - 1, {})
+    check_reading(path, most - 1, {"bbox": (0, 0, 9, 9)})
 
 
 def test_a_night_says_that_there_is_no_sun(city, tmp_path):

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["study_city"]
 
+_SHOWN = 12  # neighbours that are named
+
 
 def study_city(
     files: Sequence[str],
@@ -65,8 +67,19 @@ def study_city(
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")
+    from umbra.writers.city.result import list_neighbours  # noqa: PLC0415
+
+    neighbours = list_neighbours(study.folder)
+    for one in neighbours[:_SHOWN]:
+        say(
+            f"{one['name']} loses sun on {one['area_touched']:,.0f} m², "
+            f"at most {one['most_hours_lost']:.2f} h"
+        )
+    if len(neighbours) > _SHOWN:
+        say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
     if as_json:
-        echo_json({**study.facts, "files": [str(path) for path in written]})
+        told = {"neighbours": neighbours} if options.proposed else {}
+        echo_json({**study.facts, **told, "files": [str(path) for path in written]})
     elif not quiet:
         for path in written:
             if path.suffix not in {".tif", ".glb"}:  # hours.vrt and tileset.json name them

@@ -6,6 +6,7 @@ absent, and is read instead of the file as long as the file is unchanged.
 """
 
 import glob
+import math
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,6 +29,7 @@ from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
 from umbra.tiles.geometry import FileGeometry, write_geometry
 from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json
+from umbra.tiles.reading import check_reading
 
 __all__ = ["Catalogue", "CityFile", "list_files", "make_catalogue", "read_catalogue"]
 
@@ -247,6 +249,7 @@ def make_catalogue(
     folder: Path,
     reading: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
+    memory: float = math.inf,
 ) -> Catalogue:
     """
     Read every file of a city that is not in a folder yet, or has changed.
@@ -261,11 +264,14 @@ def make_catalogue(
         Options of ``umbra.read``.
     progress : callable
         Called with the number of files done and the total.
+    memory : float
+        Most memory of this process [byte].
 
     Raises
     ------
     InputError
-        If a file cannot be read, or two are in different coordinate reference systems.
+        If a file cannot be read, or takes too much memory, or two are in different coordinate
+        reference systems.
     """
     options = {"cache": True, **(reading or {})}
     named = name_layers(list_files(given))
@@ -278,7 +284,7 @@ def make_catalogue(
             if key in known and (files or done < len(named)):
                 outside[key] = known[key]
             else:
-                files.append(_enter(len(files), layer, path, folder, options))
+                files.append(_enter(len(files), layer, path, folder, options, memory))
                 _check_crs(files)
         except InputError as error:
             # A file without an object in the region is left out, unless all files are.
@@ -302,7 +308,7 @@ def read_catalogue(folder: Path) -> Catalogue:
 
 
 def _enter(
-    number: int, layer: str, path: Path, folder: Path, options: Mapping[str, Any]
+    number: int, layer: str, path: Path, folder: Path, options: Mapping[str, Any], memory: float
 ) -> CityFile:
     """Return a file's entry: the one in the folder if it holds, else a new one."""
     place = folder / f"{number:06}"
@@ -314,6 +320,7 @@ def _enter(
         and _is_unchanged(known, path)
     ):
         return known
+    check_reading(path, memory, options)
     scene = read(path, **options)
     status = path.stat()
     shutil.rmtree(place, ignore_errors=True)

@@ -136,7 +136,7 @@ def prepare_city(
     InputError
         If an option, a file or the folder is wrong.
     """
-    catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress)
+    catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
     kind = choose_kind(catalogue, options)
     frame, assumed = find_frame(catalogue, kind, options)

@@ -3,7 +3,7 @@ Further files of a study in tiles, made from its store tile by tile.
 
     result.py   the store of a plan: axes, tiles, which of them are done, windows of arrays
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
-    overview.py map.png, a picture of the whole
+    overview.py map.png and hours_lost.png, pictures of the whole
     stac.py     item.json, a STAC item
     surfaces.py surfaces and their results: surfaces.parquet
     models.py   coloured 3D Tiles
@@ -77,7 +77,7 @@ def write_city_files(
         if "cityjson" in names:
             paths += write_city_attributes(surfaces, say)
         return paths
-    from umbra.writers.city.overview import write_overview  # noqa: PLC0415
+    from umbra.writers.city.overview import write_overviews  # noqa: PLC0415
     from umbra.writers.city.rasters import write_rasters  # noqa: PLC0415
     from umbra.writers.city.stac import write_stac  # noqa: PLC0415
 
@@ -85,7 +85,7 @@ def write_city_files(
     if "geotiff" in names:
         paths += write_rasters(result, progress)
     if "map" in names:
-        paths.append(write_overview(result))
+        paths += write_overviews(result)
     if "stac" in names:
         paths.append(write_stac(result))
     return paths

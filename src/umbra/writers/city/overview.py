@@ -1,4 +1,4 @@
-"""A picture of a whole study in tiles; tiles that are not done are hatched and named."""
+"""Pictures of a whole study in tiles; tiles that are not done are hatched and named."""
 
 import math
 from pathlib import Path
@@ -11,22 +11,43 @@ from umbra.writers.city.result import CityResult
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DayMap, Plan
 
-__all__ = ["shrink_hours", "write_overview"]
+__all__ = ["shrink_hours", "write_overviews"]
 
 LONGEST = 1600
 """Cells along the longer side of the picture's raster; each is the mean of those that it holds."""
+_LOST = "hours_lost"
 _FEW = 12  # missing tiles that are named
 
 
-def write_overview(result: CityResult) -> Path:
+def write_overviews(result: CityResult) -> list[Path]:
     """
-    Write ``map.png``: hours in shadow of the whole, a tile at a time in memory.
+    Write ``map.png``, hours in shadow of the whole, and ``hours_lost.png`` of a proposal.
 
     Parameters
     ----------
     result : CityResult
+
+    Returns
+    -------
+    paths : list of Path
+        Without hours lost where nothing is.
     """
     hours, times = shrink_hours(result)
+    paths = [_draw(result, hours, times, "map.png", "Hours in shadow", "", result.up_hours)]
+    if _LOST in result.bands:
+        lost, times = shrink_hours(result, _LOST)
+        most = float(np.nanmax(lost, initial=0.0))
+        if most > 0:
+            words = "Hours of sun lost to the proposal"
+            paths.append(_draw(result, lost, times, f"{_LOST}.png", words, words.lower(), most))
+    return paths
+
+
+def _draw(
+    result: CityResult, hours: NDArray[np.float32], times: int, name: str, title: str, what: str,
+    most: float,
+) -> Path:  # fmt: skip
+    """Draw hours, each the mean of squares of cells so many times as long."""
     rows, cols = hours.shape
     west, south, *_ = result.extent
     x, y = (
@@ -50,28 +71,30 @@ def write_overview(result: CityResult) -> Path:
         subtitle += f"; not counted (hatched): {names}{more}"
     latitude, longitude = (facts.get(name) for name in ("latitude", "longitude"))
     plan = Plan(
-        x, y, true_north=facts.get("true_north_deg", 0.0), title="Hours in shadow",
+        x, y, true_north=facts.get("true_north_deg", 0.0), title=title,
         subtitle=subtitle, date=date, note=note,
         place="" if latitude is None else f"{latitude:.3f}° N, {longitude:.3f}° E",
     )  # fmt: skip
     sheet = make_hours_sheet(
-        plan, [DayMap(hours, hatched=hatched)], result.up_hours,
+        plan, [DayMap(hours, hatched=hatched)], most, what,
         hatch="tiles not counted" if missing else "",
         has_lines=times == 1,  # around means lines would show noise
     )  # fmt: skip
-    path = result.folder / "map.png"
+    path = result.folder / name
     with replace_file(path) as beside:
         sheet.save(beside)
     return path
 
 
-def shrink_hours(result: CityResult) -> tuple[NDArray[np.float32], int]:
+def shrink_hours(result: CityResult, name: str = "shadow_hours") -> tuple[NDArray[np.float32], int]:
     """
     Average the hours of whole squares of cells, whatever the tiles.
 
     Parameters
     ----------
     result : CityResult
+    name : str
+        Of the variable.
 
     Returns
     -------
@@ -85,7 +108,7 @@ def shrink_hours(result: CityResult) -> tuple[NDArray[np.float32], int]:
     small = math.ceil(shape[0] / times), math.ceil(shape[1] / times)
     total, count = np.zeros(small), np.zeros(small, np.int64)
     for tile in result.find_done():
-        hours = result.read("shadow_hours", tile).astype(np.float64)
+        hours = result.read(name, tile).astype(np.float64)
         is_there = np.isfinite(hours)
         where = _shrink(tile.rows, times), _shrink(tile.cols, times)
         total[where] += _add_squares(np.where(is_there, hours, 0.0), tile.rows, tile.cols, times)

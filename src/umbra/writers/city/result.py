@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 
-__all__ = ["CityResult", "StoredTile", "is_of_plan", "open_store"]
+__all__ = ["CityResult", "StoredTile", "is_of_plan", "list_neighbours", "open_store"]
 
 _STORE, _MARKS = "study.zarr", "tiles"
 _CELLS = ("y", "x")
@@ -66,6 +66,16 @@ def open_store(folder: Path) -> Any:
 def is_of_plan(folder: Path) -> bool:
     """Return whether a study in tiles is of a plan's cells."""
     return len(open_store(folder)["shadow_hours"].shape) == len(_CELLS)
+
+
+def list_neighbours(folder: Path) -> list[dict[str, Any]]:
+    """Return a row for each neighbour that loses sun to a proposal, most first; none without."""
+    arrays = {
+        name.removeprefix("neighbour_").replace("neighbour", "name"): array[...].tolist()
+        for name, array in sorted(open_store(folder).arrays())
+        if name.startswith("neighbour") and len(array.shape) == 1
+    }
+    return [dict(zip(arrays, row, strict=True)) for row in zip(*arrays.values(), strict=True)]
 
 
 class CityResult:
