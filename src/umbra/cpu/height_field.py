@@ -28,7 +28,8 @@ __all__ = ["HeightFieldSweep", "Slopes"]
 _LANES = 32  # cells compared at once
 _AHEAD = 16  # edges whose ends are read at once: waits for memory overlap
 _MOST = 0.9  # share of edges in use from which all are kept: a copy takes memory
-_ROWS = 16  # rows whose first and last cells are found at once
+_ROWS = 8  # rows whose first and last cells are found at once
+_SPANS = 256  # rows of sides whose cells are compared in one loop
 _BELOW = 2.0**-10
 """
 Depth below the lowest receiver at which sides end [m]: far above rounding, so that the end of a
@@ -155,6 +156,38 @@ def _choose_edges(
 
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
+def _add_spans(listed, n, tops, held):
+    """
+    Add multiplicities to the cells below sides.
+
+    Rows of ``listed`` (6, n): the first cell, as a place in memory; the number of cells; its
+    column, the side's height where x is 0, its slope along x, and the multiplicity. Places are
+    unsigned, so that their sign needs no test.
+    """
+    for i in range(n):
+        place, rest, m = np.uint64(listed[0, i]), np.int64(listed[1, i]), np.int64(listed[5, i])
+        x, at, slope = listed[2, i], listed[3, i], listed[4, i]
+        if rest <= 1:  # also rows without cells: cheaper than a mispredicted branch
+            place = place if rest > 0 else np.uint64(0)
+            is_below = tops[place] < at + slope * x
+            held[place] += m if is_below & (rest > 0) else 0
+        elif place + np.uint64(rest + _LANES) > np.uint64(tops.size):
+            for t in range(rest):  # lanes would read beyond the last cell
+                is_below = tops[place + np.uint64(t)] < at + slope * (x + t)
+                held[place + np.uint64(t)] += m if is_below else 0
+        elif rest <= FEW_LANES:
+            add_below(tops, held, place, at, slope, x, rest, m)
+        else:
+            for _ in range(0, rest, _LANES):
+                for t in range(_LANES):
+                    is_below = tops[place + np.uint64(t)] < at + slope * (x + t)
+                    held[place + np.uint64(t)] += m if is_below & (t < rest) else 0
+                rest -= _LANES
+                place += np.uint64(_LANES)
+                x += _LANES
+
+
+@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     row, col = corner
@@ -164,13 +197,10 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     kx = sx / sz
     ky = sy / sz
     touched = 0.0  # never NaN; it keeps the compiler from leaving the reading out
-    # Of the rows of a stretch: the first cell, as a place in memory too, the number of cells, and
-    # the side's height where x is 0. Places are unsigned, so that their sign needs no test.
     tops, held = heights.reshape(-1), level.reshape(-1)
-    begins = np.zeros(_ROWS)
-    places = np.zeros(_ROWS, np.uint64)
-    lengths = np.zeros(_ROWS, np.int64)
-    bases = np.zeros(_ROWS)
+    # One array: the compiler makes no vectors of a loop over many that might overlap.
+    listed = np.empty((6, _SPANS + _ROWS))
+    n = 0
     for q in range(codes.size):
         if q % _AHEAD == 0:
             for near in codes[q : q + _AHEAD]:
@@ -241,45 +271,24 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         load[r0 - row] += abs(m)
         load[r1 - row] -= abs(m)
         for top in range(r0, r1, _ROWS):
-            widest = 0
-            start = (top - row) * width - col
+            if n >= _SPANS:
+                _add_spans(listed, n, tops, held)
+                n = 0
+            start = np.float64((top - row) * width - col)
+            spans = listed[:, n : n + _ROWS]
             for i in range(_ROWS):
                 y = np.float64(top + i)
                 left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), p_l2 + q_l2 * y)
                 right = min(min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), p_r2 + q_r2 * y)
                 first = np.ceil(min(max(left, least), most))
-                length = np.int64(np.ceil(min(max(right, least), most)) - first)
-                begins[i] = first
-                places[i] = np.uint64(start + i * width + np.int64(first))
-                lengths[i] = length
-                bases[i] = base + gy * y
-                widest = max(widest, length)
-            if widest <= 1:
-                for i in range(min(r1 - top, _ROWS)):
-                    place = places[i] if lengths[i] > 0 else np.uint64(0)
-                    is_below = tops[place] < bases[i] + gx * begins[i]
-                    held[place] += m if is_below & (lengths[i] > 0) else 0
-                continue
-            for i in range(min(r1 - top, _ROWS)):
-                place, rest, x, at = places[i], lengths[i], begins[i], bases[i]
-                if place + np.uint64(max(rest, 0) + _LANES) > np.uint64(tops.size):
-                    for t in range(rest):  # lanes would read beyond the last cell
-                        is_below = tops[place + np.uint64(t)] < at + gx * (x + t)
-                        held[place + np.uint64(t)] += m if is_below else 0
-                    continue
-                if widest <= FEW_LANES:
-                    add_below(tops, held, place, at, gx, x, rest, m)
-                    continue
-                # A row without cells runs once: cheaper than a mispredicted branch.
-                while True:
-                    for t in range(_LANES):
-                        is_below = tops[place + np.uint64(t)] < at + gx * (x + t)
-                        held[place + np.uint64(t)] += m if is_below & (t < rest) else 0
-                    rest -= _LANES
-                    if rest <= 0:
-                        break
-                    place += np.uint64(_LANES)
-                    x += _LANES
+                spans[0, i] = start + i * np.float64(width) + first
+                spans[1, i] = np.ceil(min(max(right, least), most)) - first
+                spans[2, i] = first
+                spans[3, i] = base + gy * y
+                spans[4, i] = gx
+                spans[5, i] = m
+            n += min(r1 - top, _ROWS)
+    _add_spans(listed, n, tops, held)
     limit = 32_767 if level.itemsize == 2 else 2_147_483_647
     return bound_counts(load) > limit or touched == np.inf
 
