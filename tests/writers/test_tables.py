@@ -1,6 +1,7 @@
 """Tables for spreadsheets: names of parts, surfaces and points never run there."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from support.shapes import box, moved
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
+from umbra.writers.folder.write import note_cut
 from umbra.writers.tables import write_samples, write_table
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -72,3 +74,13 @@ def test_names_of_parts_surfaces_and_points_are_guarded(tmp_path):
             assert cell not in found, name
     rows = read(tmp_path / "points.csv")
     assert [row[rows[0].index("x")] for row in rows[1:]] == ["-3", "6"]
+
+
+@pytest.mark.parametrize(("cell", "told"), [((0, 2), True), ((3, 4), True), ((2, 2), False)])
+def test_shadows_that_the_edge_of_a_default_plan_cuts_are_told(cell, told):
+    hours = np.zeros((4, 5), np.float32)
+    hours[cell] = 1.5
+    said = []
+    note_cut(SimpleNamespace(study=SimpleNamespace(shadow_hours=hours), say=said.append))
+    assert len(said) == told
+    assert all("1.5 h" in line and "extent=" in line for line in said)

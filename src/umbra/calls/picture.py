@@ -253,6 +253,7 @@ def draw_picture(
     *,
     is_bare: bool = True,
     tell: Warn = lambda _line: None,
+    advance: Callable[[int, int], object] = lambda _done, _of: None,
 ) -> Picture:
     """
     Draw a picture; by default with the scene's own lights, or one from the upper left.
@@ -271,6 +272,8 @@ def draw_picture(
         Whether the picture is of the surfaces that the arrays hold, and no others.
     tell : callable
         Called with a line on each assumption.
+    advance : callable
+        Called with the number of samples of each pixel that are drawn, and of all.
     """
     from umbra.calls.finish import finish  # noqa: PLC0415
     from umbra.calls.lines import LineFinder  # noqa: PLC0415
@@ -302,7 +305,7 @@ def draw_picture(
         layers = shadows.find_layers(view, frame, camera)
         averages = None
         if options.samples > 1:
-            averages = average_colors(shown, camera, shadows, layers)
+            averages = average_colors(shown, camera, shadows, layers, advance)
         tell_moved(tell, counter.moved, options.detail)
 
     def draw() -> NDArray[np.uint8]:

@@ -6,7 +6,7 @@ the same on every device. Visibility and counting are cheap; positions, textures
 are found only for samples whose face or shadow differs from that at the pixel's centre.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -227,7 +227,11 @@ class PictureLights:
 
 
 def average_colors(
-    scene: Scene, camera: Camera, lights: PictureLights, layers: Sequence[PictureLayer]
+    scene: Scene,
+    camera: Camera,
+    lights: PictureLights,
+    layers: Sequence[PictureLayer],
+    advance: Callable[[int, int], object] = lambda _done, _of: None,
 ) -> Averages:
     """
     Average what the samples of each pixel show.
@@ -240,6 +244,8 @@ def average_colors(
     lights : PictureLights
     layers : sequence of PictureLayer
         Surfaces at the pixels' centres, the first ones first.
+    advance : callable
+        Called with the number of samples done, and of all.
 
     Returns
     -------
@@ -252,13 +258,14 @@ def average_colors(
         coverage = (frame.part != NOTHING).astype(np.float32)
         return Averages(colors, coverage, lights.find_lines(view, camera))
     if lights.counter.transmitters is not None:
-        return _average_layers(scene, camera, lights, layers)
+        return _average_layers(scene, camera, lights, layers, advance)
     colors = lights.color(scene, camera, view, frame, seen)
     edges = _find_textured(scene, frame)
     if not lights.is_sharp:
         edges |= _find_steps(seen.reached)
     more, (coverage, ink) = np.zeros_like(colors), np.zeros((2, *view.face.shape), np.float32)
-    for across, down in find_offsets(samples).tolist():
+    for done, (across, down) in enumerate(find_offsets(samples).tolist()):
+        advance(done, samples)
         other = replace(camera, offset=(across, down))
         looked = lights.counter.look(other)
         differs = edges | (looked.face != view.face)
@@ -281,12 +288,17 @@ def average_colors(
 
 
 def _average_layers(
-    scene: Scene, camera: Camera, lights: PictureLights, middle: Sequence[PictureLayer]
+    scene: Scene,
+    camera: Camera,
+    lights: PictureLights,
+    middle: Sequence[PictureLayer],
+    advance: Callable[[int, int], object],
 ) -> Averages:
     """Average all samples of every pixel in all layers: each may see another leaf."""
     samples, shape = lights.options.samples, (camera.size[1], camera.size[0])
     colors, (coverage, ink) = np.zeros((*shape, 3)), np.zeros((2, *shape), np.float32)
-    for across, down in find_offsets(samples).tolist():
+    for done, (across, down) in enumerate(find_offsets(samples).tolist()):
+        advance(done, samples)
         other = replace(camera, offset=(across, down))
         view, frame = lights.counter.see(other)
         layers = lights.find_layers(view, frame, other, middle)

@@ -2,7 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +88,7 @@ def command(
         stages.begin(name_reading(files))
         scene = read_model(files)
         stages.show_scene(scene)
-        stages.begin("drawing")
+        stages.begin(what := _name_drawing(scene, lens))
         find_once = cache(lambda: find_model_site(scene))
         shining = lights.make(find_once)
         if lights.date is not None and not options.caption:
@@ -102,7 +102,10 @@ def command(
                 _warn(note)
             drawing.write_beside(beside[out], kind)
         if arrays is not None or kind == "png":
-            picture = draw_picture(*view, _warn, is_bare=arrays is not None, tell=_tell)
+            picture = draw_picture(
+                *view, _warn, is_bare=arrays is not None, tell=_tell,
+                advance=partial(stages.advance, what=what, unit="samples"),
+            )  # fmt: skip
             summary |= picture.sum_up()
         if out is not None and kind == "png":
             write_png(beside[out], picture.image)
@@ -130,6 +133,12 @@ def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
         msg = f"'{arrays}' would be arrays of NumPy; name it {arrays.with_suffix('.npz')}"
         raise InputError(msg)
     return [path for path in (out, arrays) if path is not None]
+
+
+def _name_drawing(scene: Any, lens: CameraOptions) -> str:
+    """Describe the drawing stage."""
+    triangles = sum(part.triangles for part in scene.parts)
+    return f"drawing {triangles:,} triangles, {lens.size[0]} x {lens.size[1]} pixels"
 
 
 def _find_kind(out: Path | None) -> str:

@@ -54,7 +54,7 @@ class _Objects:
         opacities = sorted({one.opacity for p in page.parts for one in p.faces if one.opacity < 1})
         states = "".join(f"/O{k}<</ca {value:g}>>" for k, value in enumerate(opacities))
         font = self.add("/Type/Font/Subtype/Type1/BaseFont/Helvetica/Encoding/WinAnsiEncoding")
-        hatches = "".join(f"/H{k} {self._hatch(k)} 0 R" for k in range(page.lights))
+        hatches = "".join(f"/H{k} {self._hatch(k, sum(page.size))} 0 R" for k in range(page.lights))
         sky = f"/Shading<</S {self._sky(page)} 0 R>>" if page.sky else ""
         content = "\n".join(_draw(page, opacities)).encode("cp1252")
         stream = self.add("", content)
@@ -74,16 +74,20 @@ class _Objects:
         info = self.add(f"/Producer(umbra)/Subject<FEFF{about}>")
         return self._join(root, info)
 
-    def _hatch(self, light: int) -> int:
-        """Add the pattern of a light's hatching, in the page's own frame."""
+    def _hatch(self, light: int, length: int) -> int:
+        """
+        Add the pattern of a light's hatching, in the page's own frame.
+
+        Its lines are as long as the page: viewers show the joints of shorter ones as gaps.
+        """
         turn = math.radians(find_angle(light))
         c, s = _POINT * math.cos(turn), _POINT * math.sin(turn)
         red, green, blue = (value / 255 for value in INK)
         line = f"{red:.3f} {green:.3f} {blue:.3f} RG {HATCH:g} w {SPACING / 2:g} 0 m "
-        line += f"{SPACING / 2:g} {SPACING:g} l S"
+        line += f"{SPACING / 2:g} {length} l S"
         return self.add(
             "/Type/Pattern/PatternType 1/PaintType 1/TilingType 1"
-            f"/BBox[0 0 {SPACING:g} {SPACING:g}]/XStep {SPACING:g}/YStep {SPACING:g}/Resources<<>>"
+            f"/BBox[0 0 {SPACING:g} {length}]/XStep {SPACING:g}/YStep {length}/Resources<<>>"
             f"/Matrix[{c:.6f} {-s:.6f} {s:.6f} {c:.6f} 0 0]",
             line.encode(),
         )

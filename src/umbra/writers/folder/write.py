@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from umbra.errors import InputError, write_for_shell
+from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.level import has_terrain
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
@@ -29,9 +30,11 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["draw_one", "fill_folder", "note_earlier", "sum_up", "write_study"]
+__all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
+_CUT = 1.0
+"""Time in shadow at the edge of a plan from which the cut is told [h]."""
 _MOST_DARK = 1000
 """Points without sun that are looked for in bodies."""
 _FRONT = 0.01
@@ -158,6 +161,8 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures += draw_sheet(job, sheets.plan)
     if "assumption" in study.facts:
         job.say(f"note: {study.facts['assumption']}")
+    if study.is_plan and job.options.extent is None and not study.model.has_end:
+        note_cut(job)
     is_bare = study.kind.is_level and not has_terrain(job.scene)
     if is_bare and sheets.preview.has_terrain(job.scene.bounds()):
         job.say(
@@ -166,6 +171,18 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
             "on it"
         )
     return pictures, _write_files(job, sheets.plan)
+
+
+def note_cut(job: FolderJob) -> None:
+    """Report shadows that run on beyond a plan whose extent was not stated."""
+    hours = job.study.shadow_hours
+    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
+    if most >= _CUT:
+        job.say(
+            f"note: the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is "
+            f"high; longer ones are cut at its edge, where they last up to {most:.1f} h; extent= "
+            "shows more"
+        )
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:

@@ -26,6 +26,7 @@ __all__ = [
 NEVER = 1e-4
 """Hours that are none [h]."""
 _MOST_ROWS = 40
+_LEAST = "in the sun for at least"
 _SLACK = 1e-3  # of hours in float32 [h]
 
 
@@ -124,10 +125,10 @@ def _find_sun_areas(study: Study) -> Table | None:
         rows.append((f"{hours} h", figure, round(100 * some / all_of_it, 1)))
     if counted.unit == "points":
         note = f"Of {all_of_it:,.0f} points."
-        return Table("Points in the sun", ("at least", "points", "share [%]"), rows, note)
+        return Table("Points in the sun", (_LEAST, "points", "share [%]"), rows, note)
     note = f"Of {all_of_it:,.0f} m² of {counted.what} here"
     note += "; areas follow the extent." if study.kind.follows_extent else "."
-    return Table("Area in the sun", ("at least", "area [m²]", "share [%]"), rows, note)
+    return Table("Area in the sun", (_LEAST, "area [m²]", "share [%]"), rows, note)
 
 
 def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
