@@ -8,9 +8,10 @@ from support.shapes import box, city, merge
 
 import umbra
 from umbra.gl.renderer import Renderer
+from umbra.methods import Softness
 from umbra.scene import make_scene
 from umbra.scene.material import find_linear
-from umbra.soft import AreaLight
+from umbra.soft import AreaLight, ball_light
 
 SIZE = (160, 120)
 LIGHTS = [umbra.directional_light((0.3, -0.6, 0.8)), umbra.point_light((20, 22, 30))]
@@ -74,6 +75,18 @@ def test_whatever_is_drawn_is_smooth(device, what):
     before, after = (np.abs(picture - truth).max(-1) for picture in (jagged, smooth))
     assert after.mean() < 0.6 * before.mean()
     assert (after > 0.15).sum() < 8 < (before > 0.15).sum()
+
+
+def test_pictures_of_one_pixel_share_the_lights_samples(device):
+    camera = umbra.Camera((-30, -40, 45), (25, 25, 0), size=(80, 60))
+    town, light = make_scene(*city(4, seed=5)), ball_light(LIGHTS[1], 3.0)
+    with Renderer(town, 0.0, device=device, softness=Softness(samples=64)) as renderer:
+        truth = renderer.render(camera, [light], samples=8).astype(int)
+        renderer.soft.refine(Softness(samples=8))
+        drawn, jagged = (renderer.render(camera, [light], samples=n) for n in (8, 1))
+    # With the same 8 points in each picture a penumbra would have the steps of one picture.
+    errors = [np.abs(picture - truth)[30:, :, 0].mean() for picture in (drawn, jagged)]
+    assert 0 < errors[0] < 0.5 * errors[1]
 
 
 def larger(camera):

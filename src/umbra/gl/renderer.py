@@ -236,8 +236,10 @@ class Renderer(DeviceUser):
             and not softened.areas
         )
         with State(self.device) as state:
-            for projection in self.averaging.take(state, targets, camera, offsets, self.planner):
+            taken = self.averaging.take(state, targets, camera, offsets, self.planner)
+            for turn, projection in enumerate(taken):
                 self.projection = projection
+                self.soft.take_turn(turn, len(offsets))
                 how = (counter, method, shadows)
                 if at_once:
                     self._draw_at_once(state, targets, projection, middles, *how)

@@ -63,12 +63,17 @@ _AT_ONCE = 64  # points whose volumes are in memory together, kept while nothing
 
 
 class SampledShadows:
-    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
+    """
+    Averages the hard shadows of many points of each light, as `umbra.soft.samples` does.
+
+    Of several pictures that will be averaged each takes its ``turn``: its own share of the points.
+    """
 
     def __init__(
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
     ) -> None:
-        self.samples = samples
+        self.samples, self.turn = samples, (0, 1)
+        self._each = samples
         # Points' ranges differ; only that of the light's centre limits the light.
         self._choices = replace(choices or VolumeOptions(), narrow=False)
         self._planner = planner.twin()
@@ -83,16 +88,19 @@ class SampledShadows:
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
-        self._points = [point for light in lights for point in light.points(self.samples)]
+        turn, turns = self.turn
+        self._each = -(-self.samples // turns)
+        mine = slice(turn * self._each, (turn + 1) * self._each)
+        self._points = [p for light in lights for p in light.points(turns * self._each)[mine]]
         self._points = [replace(point, range=np.inf) for point in self._points]
         self._projection, self._chunk = projection, -1
 
     def draw(self, state: State, target: Target, number: int) -> Target:
         """Draw a light's visibility; see `Visibility`."""
         shares = self._stack.begin(state, target, 0.0)
-        for point in range(number * self.samples, (number + 1) * self.samples):
+        for point in range(number * self._each, (number + 1) * self._each):
             self._counter.count(state, shares, self._find_plan(point))
-            self._stack.add_light(state, 1.0 / self.samples)
+            self._stack.add_light(state, 1.0 / self._each)
         return shares
 
     def _find_plan(self, point: int) -> VolumePlan:
@@ -146,6 +154,12 @@ class SoftMethods:
         self._softness = softness or Softness()
         self._choices = None if choices is None else replace(choices, detail=0.0)
         self._made: dict[str, Visibility] = {}
+
+    def take_turn(self, turn: int, turns: int) -> None:
+        """Draw one of several pictures that will be averaged: it takes a share of the samples."""
+        for method in self._made.values():
+            if isinstance(method, SampledShadows):
+                method.turn = turn, turns
 
     def refine(self, softness: Softness) -> None:
         """Set the resolution; methods of another resolution are made again."""
