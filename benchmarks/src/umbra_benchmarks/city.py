@@ -5,7 +5,6 @@ import resource
 import shutil
 import tempfile
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,15 +13,13 @@ import numpy as np
 from scipy.optimize import nnls
 
 from umbra.study.options import StudyOptions
-from umbra.tiles.cluster import open_engine
 from umbra.tiles.count import count_tile
 from umbra.tiles.job import CATALOGUE, CityJob
 from umbra.tiles.options import CityOptions
 from umbra.tiles.prepare import prepare_city
-from umbra.tiles.run import Engine
 from umbra.tiles.store import CityStore
 from umbra_benchmarks.city_files import Written, write_city
-from umbra_benchmarks.city_marks import CITY, HEAD, CityMark, measure_marks
+from umbra_benchmarks.city_marks import CITY, HEAD, CityMark, measure_marks, time_workers
 from umbra_benchmarks.city_model import City
 from umbra_benchmarks.measure import Spent
 from umbra_benchmarks.report import (
@@ -317,26 +314,7 @@ def _time_workers(job: CityJob, workers: int, count: int) -> Spent:
     """Time a run of some tiles on processes that are ready."""
     job = replace(job, fingerprint=f"{job.fingerprint} {workers}")
     tiles = _choose(job, 2 * count)
-    with open_engine(workers=workers) as engine:
-        _finish(engine(job, tiles[:workers]))  # kernels are loaded, files are in memory
-        before = _find_processor_time(engine)
-        begun = time.perf_counter()
-        _finish(engine(job, tiles))
-        wall = time.perf_counter() - begun
-        return Spent(wall, _find_processor_time(engine) - before)
-
-
-def _finish(outcomes: Iterable[tuple[Any, Any]]) -> None:
-    """Count all tiles; raise what failed."""
-    for _, outcome in outcomes:
-        if isinstance(outcome, BaseException):
-            raise outcome
-
-
-def _find_processor_time(engine: Engine) -> float:
-    """Return the processor time of this process and all workers [s]."""
-    client: Any = engine.client  # type: ignore[attr-defined]
-    return time.process_time() + sum(client.run(time.process_time).values())
+    return time_workers(job, tiles, workers)
 
 
 def _divide(spent: Spent, by: float) -> Spent:

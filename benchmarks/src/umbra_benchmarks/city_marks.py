@@ -3,7 +3,7 @@
 import os
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,19 @@ import numpy as np
 
 from umbra.calls.openness import find_sky_directions
 from umbra.study.options import StudyOptions
+from umbra.tiles.cluster import open_engine
 from umbra.tiles.count import count_tile
 from umbra.tiles.job import CATALOGUE, CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.options import CityOptions
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.prepare import prepare_city
+from umbra.tiles.run import Engine
 from umbra.tiles.store import CityStore
+from umbra_benchmarks.measure import Spent
 
-__all__ = ["CITY", "DIRECTIONS", "HEAD", "YEAR", "CityMark", "choose_tiles", "measure_marks"]
+__all__ = ["CITY", "DIRECTIONS", "HEAD", "YEAR", "CityMark", "choose_tiles", "measure_marks",
+           "time_workers"]  # fmt: skip
 
 CITY = 310.0
 """Area that is extrapolated to [km2]."""
@@ -128,7 +132,7 @@ def measure_marks(
             job = _prepare(files, out / f"{kind}_{days}", options)
             tiles = choose_tiles(job, count)
             lights.append(len(job.open().suns))
-            seconds.append(_count(job, tiles))
+            seconds.append(time_workers(job.with_resources(8e9, 1), tiles, 2).processor)
             receivers = float(sum(tile.cells for tile in tiles))
             area = receivers * cell**2 / 1e6
         marks.append(
@@ -185,6 +189,28 @@ def _prepare(files: Path, out: Path, options: StudyOptions) -> CityJob:
         shutil.move(earlier[0], out / CATALOGUE)
     found = prepare_city([os.fspath(files)], None, options, CityOptions(tiles="1km"), out)
     return found.job.with_resources(4e9, 1)
+
+
+def time_workers(job: CityJob, tiles: Sequence[CityTile], workers: int) -> Spent:
+    """Time a run of some tiles on processes that are ready: the clock, and all processor time."""
+    with open_engine(workers=workers) as engine:
+        _finish(engine(job, tiles[:workers]))  # kernels are loaded, files are in memory
+        begun = time.perf_counter(), _find_processor_time(engine)
+        _finish(engine(job, tiles))
+        return Spent(time.perf_counter() - begun[0], _find_processor_time(engine) - begun[1])
+
+
+def _finish(outcomes: Iterable[tuple[Any, Any]]) -> None:
+    """Count all tiles; raise what failed."""
+    for _, outcome in outcomes:
+        if isinstance(outcome, BaseException):
+            raise outcome
+
+
+def _find_processor_time(engine: Engine) -> float:
+    """Return the processor time of this process and all workers [s]."""
+    client: Any = engine.client  # type: ignore[attr-defined]
+    return time.process_time() + sum(client.run(time.process_time).values())
 
 
 def _count(job: CityJob, tiles: Sequence[CityTile]) -> float:
