@@ -88,13 +88,9 @@ class Glb:
         """Add a picture whose pixels stay sharp squares; return its texture's index."""
         view = self.add_bytes(png)
         self.more["images"] = [{"bufferView": view, "mimeType": "image/png"}]
+        nearest, clamped = 9728, 33071
         self.more["samplers"] = [
-            {
-                "magFilter": 9728,
-                "minFilter": 9728,
-                "wrapS": 33071,
-                "wrapT": 33071,
-            }  # nearest, clamped
+            {"magFilter": nearest, "minFilter": nearest, "wrapS": clamped, "wrapT": clamped}
         ]
         self.more["textures"] = [{"source": 0, "sampler": 0}]
         return 0

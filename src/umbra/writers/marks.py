@@ -30,22 +30,11 @@ Ticks = list[tuple[float, str]]
 DENSEST = 0.05  # between ticks [inch]
 
 
-def draw_frame(
-    panel: Panel,
-    x_ticks: Ticks,
-    y_ticks: Ticks,
-    label_width: float,
-) -> None:
+def draw_frame(panel: Panel, x_ticks: Ticks, y_ticks: Ticks, label_width: float) -> None:
     """Draw the map's outline, ticks with coordinates, and the axes' names and unit."""
     x, y, w, h = panel.map_box
     px = 0.5 / DOTS_PER_INCH
-    outline = [
-        (x - px, y - px),
-        (x + w + px, y - px),
-        (x + w + px, y + h + px),
-        (x - px, y + h + px),
-    ]
-    panel.rule([np.array([*outline, outline[0]])], RULE, 0.6)
+    panel.rule([_find_corners(x - px, y - px, w + 2 * px, h + 2 * px, 5)], RULE, 0.6)
     x0, _, y0, _ = panel.plan.extent
     across = [panel.place((tick, y0))[0] for tick, _ in x_ticks]
     up = [panel.place((x0, tick))[1] for tick, _ in y_ticks]
@@ -59,14 +48,17 @@ def draw_frame(
         return
     panel.write(x + w / 2, y - 0.25, panel.plan.axes[0], color=QUIET, ha="center", va="top")
     panel.write(
-        x - 0.15 - label_width,
-        y + h / 2,
-        panel.plan.axes[1],
-        color=QUIET,
-        ha="right",
-        va="center",
-        rotation=90,
-    )
+        x - 0.15 - label_width, y + h / 2, panel.plan.axes[1], color=QUIET, ha="right",
+        va="center", rotation=90,
+    )  # fmt: skip
+
+
+def _find_corners(
+    x: float, y: float, wide: float, high: float, count: int = 4
+) -> NDArray[np.float64]:
+    """Return the corners of a box from its lower left, counter-clockwise; a fifth closes it."""
+    unit = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])[:count]
+    return np.array([x, y]) + unit * (wide, high)
 
 
 def find_round(largest: float) -> float:
@@ -108,16 +100,8 @@ def draw_scale_bar(panel: Panel, x: float, y: float, longest: float, *, zero: st
     per_metre = panel.map_box[2] / (x1 - x0)
     length = find_round(longest / per_metre)
     half, thick = length * per_metre / 2, 0.06
-    boxes = [
-        [
-            (x + n * half, y),
-            (x + (n + 1) * half, y),
-            (x + (n + 1) * half, y + thick),
-            (x + n * half, y + thick),
-        ]
-        for n in (0, 1)
-    ]
-    panel.fill(boxes, [INK, "white"])
+    halves = [_find_corners(x + n * half, y, half, thick) for n in (0, 1)]
+    panel.fill(halves, [INK, "white"])
     unit, factor = ("km", 1e-3) if length >= 2000 else ("m", 1.0)
     panel.write(x, y + thick + 0.06, "0", ha=zero)
     end = f"{length * factor:g}{THIN_SPACE}{unit}"
@@ -155,8 +139,7 @@ class Swatch:
 
     def draw(self, sheet: "Sheet", x: float, y: float, width: float) -> float:
         """Draw it and its label from a lower left corner, the label broken; return the height."""
-        box = [(x, y), (x + 0.22, y), (x + 0.22, y + 0.14), (x, y + 0.14)]
-        artist = sheet.fill([box], self.face, self.edge)
+        artist = sheet.fill([_find_corners(x, y, 0.22, 0.14)], self.face, self.edge)
         if self.hatch:
             artist.set_hatch(self.hatch)
         lines = wrap(self.label, SMALL, width - 0.29)
@@ -201,8 +184,7 @@ def draw_color_bar(
     strip = np.repeat(strip[:, None], width, axis=1)
     sheet.paste(strip.transpose(1, 0, 2) if sheet.is_wide else strip, x, y)
     across, up = (length, thick) if sheet.is_wide else (thick, length)
-    box = [(x, y), (x + across, y), (x + across, y + up), (x, y + up), (x, y)]
-    sheet.rule([box], RULE)
+    sheet.rule([_find_corners(x, y, across, up, 5)], RULE)
     for position, label in ticks:
         at = position * length
         if sheet.is_wide:
@@ -237,8 +219,7 @@ def draw_swatches(
         pitch = min(0.23, room / max(len(labels), 1))
         places = [(x, top - pitch * n) for n in range(len(labels))]
         _draw_foot(sheet, places[-1][1], remark, swatches)
-    boxes = [[(a, b), (a + 0.22, b), (a + 0.22, b + 0.14), (a, b + 0.14)] for a, b in places]
-    sheet.fill(boxes, colors, RULE)
+    sheet.fill([_find_corners(a, b, 0.22, 0.14) for a, b in places], colors, RULE)
     for (a, b), label in zip(places, labels, strict=True):
         sheet.write(a + 0.29, b + 0.07, label, SMALL, va="center_baseline")
 

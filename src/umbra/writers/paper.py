@@ -233,12 +233,9 @@ class Paper:
     ) -> PolyCollection:
         """Fill polygons, each (n, 2) [inch]."""
         artist = PolyCollection(
-            polygons,
-            facecolors=colors,
-            edgecolors=edge,
-            linewidths=width,
+            polygons, facecolors=colors, edgecolors=edge, linewidths=width,
             transform=self.leaf.dpi_scale_trans,
-        )
+        )  # fmt: skip
         self.leaf.add(artist)
         return artist
 

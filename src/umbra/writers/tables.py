@@ -20,6 +20,7 @@ from umbra.sun.clock import Stamps
 __all__ = [
     "find_columns",
     "name_cells",
+    "tell_instants",
     "write_cells",
     "write_instants",
     "write_samples",
@@ -93,11 +94,16 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> int:
         return int(raw.tell())
 
 
+def tell_instants(instants: NDArray[np.datetime64]) -> list[str]:
+    """Write instants in UTC to a second, and missing ones as nothing."""
+    texts = np.datetime_as_string(instants.astype("datetime64[s]"), timezone="UTC")
+    return ["" if text == "NaT" else str(text) for text in texts]
+
+
 def _to_text(values: np.ndarray, digits: int) -> list[str]:
     """Format numbers briefly, and missing values as nothing."""
     if values.dtype.kind == "M":
-        texts = np.datetime_as_string(values.astype("datetime64[s]"), timezone="UTC")
-        return ["" if text == "NaT" else str(text) for text in texts]
+        return tell_instants(values)
     if values.dtype.kind in "iub":
         return list(map(str, values.tolist()))
     rounded = np.round(values.astype(np.float64), digits) + 0.0

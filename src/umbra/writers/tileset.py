@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from umbra.sun import Site
 from umbra.writers.vectors.gis_files import find_crs
 
-__all__ = ["find_placement", "read_place", "write_tileset"]
+__all__ = ["find_placement", "make_box", "read_place", "write_tileset"]
 
 _STEP = 100.0  # between points whose places on the earth give the axes [m]
 _GEOCENTRIC, _GEODETIC = 4978, 4979
@@ -41,10 +41,7 @@ def write_tileset(
     facts : dict
         Kept as extras.
     """
-    middle, half = bounds.mean(0), np.ptp(bounds, axis=0) / 2
-    axes = np.diag(np.maximum(half, 0.01))
-    box = {"box": [*middle.tolist(), *axes.ravel().tolist()]}
-    size = float(np.linalg.norm(2 * half))
+    box, size = make_box(bounds), float(np.linalg.norm(np.ptp(bounds, axis=0)))
     root = {
         "transform": placement.T.ravel().tolist(),  # columns one after the other
         "boundingVolume": box,
@@ -61,6 +58,12 @@ def write_tileset(
         "root": root,
     }  # fmt: skip
     Path(path).write_bytes(orjson.dumps(tileset, option=orjson.OPT_INDENT_2, default=str) + b"\n")
+
+
+def make_box(bounds: NDArray[np.float64]) -> dict[str, list[float]]:
+    """Return the bounding volume of bounds (2, 3), at least 2 cm along each axis [m]."""
+    axes = np.diag(np.maximum(np.ptp(bounds, axis=0) / 2, 0.01))
+    return {"box": [*bounds.mean(0).tolist(), *axes.ravel().tolist()]}
 
 
 def read_place(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -23,7 +23,7 @@ from umbra.writers.city.features import add_features
 from umbra.writers.city.surfaces import CitySurfaces, SurfaceRun, cut_runs
 from umbra.writers.glb import Glb, list_corners, make_legend, turn_up
 from umbra.writers.surfaces_glb import draw_facades, find_places, lay_out_facades
-from umbra.writers.tileset import find_placement, read_place
+from umbra.writers.tileset import find_placement, make_box, read_place
 
 __all__ = ["write_models"]
 
@@ -159,11 +159,9 @@ class _Leaf:
 
     def describe(self) -> dict[str, Any]:
         """Return its node of the tree."""
-        middle, half = self.bounds.mean(0), np.ptp(self.bounds, axis=0) / 2
-        axes = np.diag(np.maximum(half, 0.01))
         return {
             "transform": self.placement.T.ravel().tolist(),
-            "boundingVolume": {"box": [*middle.tolist(), *axes.ravel().tolist()]},
+            "boundingVolume": make_box(self.bounds),
             "geometricError": 0.0,
             "content": {"uri": self.name},
         }

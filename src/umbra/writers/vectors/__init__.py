@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study, split_dates, tell_dates
-from umbra.writers.tables import find_columns
+from umbra.writers.tables import find_columns, tell_instants
 from umbra.writers.vectors.outlines import Outline, Polygon
 
 if TYPE_CHECKING:
@@ -171,8 +171,7 @@ def make_point_layer(study: Study) -> Layer:
     values: dict[str, list] = {}
     for name, found in find_columns(study, ("sample",)).items():
         if found.dtype.kind == "M":
-            texts = np.datetime_as_string(found.astype("datetime64[s]"), timezone="UTC")
-            values[name] = ["" if text == "NaT" else str(text) for text in texts]
+            values[name] = tell_instants(found)
         elif found.dtype.kind == "f":
             values[name] = np.round(found.astype(np.float64), 4).tolist()
         else:
