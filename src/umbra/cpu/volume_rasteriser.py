@@ -87,8 +87,7 @@ def count_sides(
     quads, spans, places, listed, deepest = _list_sides(
         ends, codes, weight, matrix, light, floor, surface.tiles, keys, chunks
     )
-    narrow = deepest <= np.iinfo(np.int16).max
-    kind = np.zeros(0, np.int16 if narrow else np.int32)
+    kind = np.zeros(0, np.int16 if deepest < 1 << 15 else np.int32)
     return _fill(quads, spans, places, listed, keys, kind)[:, : keys.shape[1] - LANES]
 
 
