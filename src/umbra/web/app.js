@@ -3,12 +3,12 @@
 // Data flows one way: a control or a gesture sets the state; a frame later the picture and the
 // controls are brought to it.
 
-import { isDate, nameZone, tellMinutes } from "./clock.js";
+import { nameZone, tellMinutes } from "./clock.js";
 import { Daylight } from "./daylight.js";
-import { el, fill } from "./dom.js";
+import { fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
 import { layHours } from "./hours.js";
-import { unpackModel } from "./model.js";
+import { findOpening } from "./opening.js";
 import { Orbit } from "./orbit.js";
 import { findShown, listThings, makeParts } from "./parts.js";
 import { findSunlight, isLit } from "./place.js";
@@ -94,7 +94,8 @@ export class App {
       1,
     );
     this.revision = 0;
-    this.state = this.#begin();
+    const opening = findOpening(this);
+    this.state = opening.state;
     this.sun = this.daylight.sun(this.state);
     /** @type {ArrayLike<number> | null} which parts cast before a change; null: all */
     this.before = null;
@@ -141,7 +142,7 @@ export class App {
     );
     this.stage.renderer.setGround(this.ground);
     this.#layHours();
-    if (!this.#linked && config.isFramed)
+    if (!opening.isLinked && config.isFramed)
       this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
     this.listening = new AbortController();
     const { signal } = this.listening;
@@ -152,55 +153,6 @@ export class App {
     this.watch.observe(this.stage.canvas);
     this.redraw();
   }
-
-  /**
-   * The view with which the page begins: the link's, else the one that was packed.
-   * @returns {State}
-   */
-  #begin() {
-    const { view, proposed, hasLink } = this.config,
-      { origin, parts } = this.model;
-    const given = view.viewpoint,
-      target = /** @type {Vec3} */ (
-        given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
-      );
-    /** @type {Map<number, import('./state.js').Standing>} */
-    const standing = new Map(proposed.map((part) => [this.thingOf[part], "proposed"]));
-    const start = /** @type {State} */ ({
-      viewpoint: {
-        target,
-        heading: given.heading,
-        tilt: given.tilt,
-        distance: given.distance,
-        fov: given.fov,
-      },
-      date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",
-      minutes: view.sun.minutes,
-      share: 0,
-      azimuth: view.sun.azimuth,
-      altitude: view.sun.altitude,
-      standing,
-      compare: standing.size ? "swipe" : "after",
-      swipe: 0.5,
-      place: null,
-      tool: "choose",
-      distances: [],
-      begun: null,
-      section: null,
-      hasPath: true,
-      hasCompass: true,
-      hasHours: this.config.hours !== null,
-      hasEdges: true,
-      playing: null,
-    });
-    const link = (hasLink && location.hash) || view.page || "";
-    const linked = fromLink(link, origin, this.things.length, parts.length);
-    this.#linked = linked.viewpoint !== undefined;
-    return { ...start, ...linked };
-  }
-
-  /** Whether the view came with a link: it is not framed then. */
-  #linked = false;
 
   /** Width over height of each picture: two stand side by side. */
   get aspect() {
@@ -406,35 +358,3 @@ export class App {
     this.redraw();
   }
 }
-
-/**
- * Show a model in an element; without WebGL2 a picture of it.
- * @param {HTMLElement} root
- * @param {Uint8Array} block as umbra packs it
- * @param {Config} config
- * @param {(state: State) => void} [told] after each change
- * @returns {Promise<App | null>}
- */
-export const mount = async (root, block, config, told) => {
-  root.classList.add("umbra");
-  try {
-    return new App(root, await unpackModel(block), config, told);
-  } catch (error) {
-    const words = error instanceof Error ? error.message : String(error);
-    fill(
-      root,
-      el(
-        "div",
-        { class: "missing" },
-        el("h1", {}, config.title),
-        config.poster &&
-          el("img", {
-            src: config.poster,
-            alt: `${config.title}: a picture of the model with its shadows`,
-          }),
-        el("p", { role: "alert" }, `The model cannot be moved in this browser: ${words}`),
-      ),
-    );
-    return null;
-  }
-};

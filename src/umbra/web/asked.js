@@ -1,7 +1,8 @@
 // What one asks of a picture: what is seen at a place, and how many volumes hold each pixel.
 
-import { Target } from "./device.js";
+import { findRectangles, fitCanvas } from "./canvas.js";
 import { SKYLIGHT } from "./passes.js";
+import { Target } from "./targets.js";
 import { findUniforms } from "./uniforms.js";
 import { dot, move, scale } from "./vectors.js";
 
@@ -20,11 +21,11 @@ export function pickPlace(renderer, x, y) {
   const { model, canvas, ratio, ground, clip } = renderer;
   const [column, row] = [x * ratio, canvas.height - y * ratio];
   const view = [...renderer.views].reverse().find((each) => {
-    const [left, low, wide, tall] = renderer.findRectangles(each).scissor;
+    const [left, low, wide, tall] = findRectangles(canvas, each).scissor;
     return column >= left && column < left + wide && row >= low && row < low + tall;
   });
   if (!view) return null;
-  const { viewport } = renderer.findRectangles(view);
+  const { viewport } = findRectangles(canvas, view);
   const sight = renderer.findSight(view);
   const { from, towards } = sight.findRay(column - viewport[0], viewport[1] + viewport[3] - row);
   const { show } = renderer.findStage(view);
@@ -59,9 +60,9 @@ export function readCounts(renderer, light, times) {
   const { device, passes } = renderer;
   if (!device || !passes) return new Int32Array(0);
   const { gl } = device;
-  renderer.fitCanvas();
+  fitCanvas(renderer.canvas, renderer.options.pixelRatio);
   const view = renderer.views[0];
-  const { viewport } = renderer.findRectangles(view);
+  const { viewport } = findRectangles(renderer.canvas, view);
   times ??= 2 * Math.ceil(64 / 2 ** gl.getParameter(gl.SUBPIXEL_BITS)) - 1;
   const [columns, rows] = [times * viewport[2], times * viewport[3]];
   const sight = renderer.findSight(view);

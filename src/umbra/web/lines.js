@@ -1,6 +1,6 @@
 // Lines in space, as wide everywhere, which the model hides.
 
-import { LINE } from "./shaders.js";
+import { LINE } from "./mark_shaders.js";
 
 /** @typedef {import('./device.js').Device} Device */
 /** @typedef {import('./types.js').Line} Line */

@@ -1,7 +1,7 @@
 // Results over the model on the card: a plan's picture, squares on walls and roofs, discs at
 // points.
 
-import { DOT, PATCH } from "./shaders.js";
+import { DOT, PATCH } from "./mark_shaders.js";
 
 /** @typedef {import('./types.js').Overlay} Overlay */
 /** @typedef {import('./device.js').Device} Device */

@@ -1,6 +1,6 @@
 // A whole page of one model, which lies in the page as text.
 
-import { mount } from "./app.js";
+import { mount } from "./mount.js";
 import { decode } from "./packed.js";
 
 /** @param {string} id */

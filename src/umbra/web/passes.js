@@ -1,7 +1,9 @@
 // The passes of a view besides its shadow volumes: surfaces, what is lit, sky, results, creases.
 
-import { CAP, CREASE, CUT, ENCODE, FILL, GROUND, RICH_GROUND, RICH_SURFACE } from "./shaders.js";
-import { SKY, SURFACE } from "./shaders.js";
+import { CREASE } from "./mark_shaders.js";
+import { CAP, CUT, ENCODE, GROUND, RICH_GROUND } from "./surface_shaders.js";
+import { RICH_SURFACE, SKY, SURFACE } from "./surface_shaders.js";
+import { FILL } from "./volume_shaders.js";
 import { Lines } from "./lines.js";
 import { Overlays } from "./overlays.js";
 import { WEAKEST } from "./selection.js";
@@ -9,7 +11,7 @@ import { cross, dot, move, scale, subtract, unit } from "./vectors.js";
 
 /** @typedef {import('./types.js').Style} Style */
 /** @typedef {import('./device.js').Device} Device */
-/** @typedef {import('./device.js').Target} Target */
+/** @typedef {import('./targets.js').Target} Target */
 /** @typedef {import('./selection.js').Selection} Selection */
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./view.js').Sight} Sight */

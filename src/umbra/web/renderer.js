@@ -8,17 +8,20 @@
 //   uniforms.js  what all programs take of a view
 //   asked.js     what is seen at a place, counts read back
 //   surfaces.js  what is drawn: faces, creases
-//   device.js    WebGL2 itself; shaders.js: its programs
+//   device.js    WebGL2 itself; targets.js: what it draws into; ..._shaders.js: its programs
+//   seen.js      faces that a view sees and a light reaches
 //
 // A view is drawn as if nothing cast a shadow; then the first light's volumes are counted in the
 // stencil, and faces are drawn again without its light where the count is not 0. Each further light
 // is counted, too, and added where its count is 0.
 
 import { pickPlace, readCounts } from "./asked.js";
-import { Device, Target } from "./device.js";
+import { findRatio, findRectangles, fitCanvas, narrow } from "./canvas.js";
+import { Device } from "./device.js";
 import { Passes, SKYLIGHT } from "./passes.js";
 import { Selection } from "./selection.js";
 import { findPlace } from "./shadows.js";
+import { Targets } from "./targets.js";
 import { findCreases, makeBuffers, makeSurfaces } from "./surfaces.js";
 import { findUniforms } from "./uniforms.js";
 import { move, scale, subtract } from "./vectors.js";
@@ -116,8 +119,7 @@ export class Renderer {
     this.buffers = makeBuffers(this.device, this.model, this.surfaces);
     /** @type {Selection[]} */
     this.stages = [];
-    /** @type {Target[]} */
-    this.targets = [];
+    this.targets = new Targets(this.device);
     this.passes = new Passes(this.device);
     if (this.overlay) this.passes.overlays.set(this.overlay);
   }
@@ -179,14 +181,15 @@ export class Renderer {
   /** Draw one frame. Call it in the same task as `canvas.toBlob` for a screenshot. */
   draw() {
     const begun = performance.now();
-    if (this.isLost || !this.device || !this.passes || !this.fitCanvas()) return;
+    if (this.isLost || !this.device || !this.passes || !this.targets) return;
+    if (!fitCanvas(this.canvas, this.options.pixelRatio)) return;
     const { device, canvas, passes, samples } = this;
     const { gl } = device;
     // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
     // costs software half of a frame, but a canvas that is transparent needs more alpha than 2
     // bits.
     const format = this.style.background ? gl.RGB10_A2 : gl.SRGB8_ALPHA8;
-    const target = this.findTarget(samples, format);
+    const target = this.targets.find(canvas, samples, format);
     this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0 };
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.enable(gl.SCISSOR_TEST);
@@ -201,66 +204,9 @@ export class Renderer {
     this.statistics.milliseconds = performance.now() - begun;
   }
 
-  /**
-   * The target of a canvas and as many samples; another number's is kept for when it is drawn next.
-   * @param {number} samples
-   * @param {number} format
-   */
-  findTarget(samples, format) {
-    const { canvas, device } = this;
-    const isOld = (/** @type {Target} */ one) =>
-      one.columns !== canvas.width || one.rows !== canvas.height || one.format !== format;
-    const known = this.targets ?? [];
-    for (const one of known.filter(isOld)) one.delete();
-    this.targets = known.filter((one) => !isOld(one));
-    let target = this.targets.find((one) => one.asked === samples);
-    if (!target) {
-      target = new Target(
-        /** @type {Device} */ (device),
-        canvas.width,
-        canvas.height,
-        samples,
-        format,
-      );
-      this.targets.push(target);
-    }
-    return target;
-  }
-
-  /** Fit the canvas to its place on the page; return whether it has any pixels. */
-  fitCanvas() {
-    const { canvas } = this;
-    if (canvas.isConnected && canvas.clientWidth) {
-      const ratio = this.options.pixelRatio ?? window.devicePixelRatio;
-      const columns = Math.max(1, Math.round(canvas.clientWidth * ratio));
-      const rows = Math.max(1, Math.round(canvas.clientHeight * ratio));
-      if (canvas.width !== columns) canvas.width = columns;
-      if (canvas.height !== rows) canvas.height = rows;
-    }
-    return canvas.width > 0 && canvas.height > 0;
-  }
-
   /** Pixels of the canvas in a CSS pixel. */
   get ratio() {
-    return this.canvas.clientWidth ? this.canvas.width / this.canvas.clientWidth : 1;
-  }
-
-  /**
-   * A view's rectangles in pixels from the lower left corner, as OpenGL's.
-   * @param {View} view
-   */
-  findRectangles(view) {
-    const { canvas, ratio } = this;
-    const { width, height } = canvas;
-    /** @type {(r: ArrayLike<number>) => [number, number, number, number]} */
-    const turn = (r) => {
-      const [left, right] = [Math.round(r[0] * ratio), Math.round((r[0] + r[2]) * ratio)];
-      const [top, foot] = [Math.round(r[1] * ratio), Math.round((r[1] + r[3]) * ratio)];
-      return [left, height - foot, Math.max(right - left, 0), Math.max(foot - top, 0)];
-    };
-    const viewport = view.viewport ? turn(view.viewport) : [0, 0, width, height];
-    const scissor = view.scissor ? turn(view.scissor) : viewport;
-    return { viewport, scissor };
+    return findRatio(this.canvas);
   }
 
   /**
@@ -268,7 +214,7 @@ export class Renderer {
    * @param {View} view
    */
   findSight(view) {
-    const { viewport } = this.findRectangles(view);
+    const { viewport } = findRectangles(this.canvas, view);
     const camera = view.camera ?? this.camera;
     const sight = new Sight(camera, viewport[2], viewport[3], this.device?.reverses ?? false);
     sight.fit(this.model.blocks, this.ground);
@@ -277,7 +223,7 @@ export class Renderer {
 
   /** @param {View} view */
   drawView(view) {
-    const { viewport, scissor } = this.findRectangles(view);
+    const { viewport, scissor } = findRectangles(this.canvas, view);
     if (!(viewport[2] > 0 && viewport[3] > 0 && scissor[2] > 0 && scissor[3] > 0)) return;
     const { device, passes, style, lights } = this;
     if (!device || !passes) return;
@@ -299,9 +245,9 @@ export class Renderer {
     lights.forEach((light, k) => {
       stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
       const within = stage.shadows.findScissor(sight);
-      if (within) this.narrow(viewport, scissor, within);
+      if (within) gl.scissor(...narrow(viewport, scissor, within));
       if (k > 0) this.clearStencil();
-      stage.seen.listLit(stage.shadows.volumes.facing);
+      stage.seen.listLit(stage.shadows.thrown.light);
       stage.shadows.count(sight, common);
       if (k > 0) passes.addLight(stage, common, shone[k]);
       else passes.drawShadow(stage, common);
@@ -347,20 +293,6 @@ export class Renderer {
   }
 
   /**
-   * Narrow the scissor to a rectangle of the viewport.
-   * @param {number[]} viewport
-   * @param {number[]} scissor
-   * @param {number[]} within
-   */
-  narrow(viewport, scissor, within) {
-    const left = Math.max(scissor[0], viewport[0] + within[0]);
-    const low = Math.max(scissor[1], viewport[1] + within[1]);
-    const right = Math.min(scissor[0] + scissor[2], viewport[0] + within[0] + within[2]);
-    const high = Math.min(scissor[1] + scissor[3], viewport[1] + within[1] + within[3]);
-    this.device?.gl.scissor(left, low, Math.max(right - left, 0), Math.max(high - low, 0));
-  }
-
-  /**
    * What is drawn for a view's parts; made when first asked for.
    * @param {View} view
    * @param {boolean} [isSolid] whether glass is drawn as a wall
@@ -399,7 +331,7 @@ export class Renderer {
    * @returns {{x: number, y: number} | null}
    */
   project(place, view = {}) {
-    const { viewport } = this.findRectangles(view);
+    const { viewport } = findRectangles(this.canvas, view);
     const seen = new Sight(view.camera ?? this.camera, viewport[2], viewport[3], false).project(
       place,
     );
@@ -426,7 +358,7 @@ export class Renderer {
     const { device } = this;
     if (!device) return;
     for (const stage of this.stages ?? []) stage.delete();
-    for (const target of this.targets ?? []) target.delete();
+    this.targets?.delete();
     device.gl.deleteBuffer(this.buffers?.surface ?? null);
     device.gl.deleteBuffer(this.buffers?.doubled ?? null);
     this.passes?.delete();

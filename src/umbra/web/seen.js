@@ -3,7 +3,7 @@
 // A face is listed for the side that is turned to the eye. So half of a solid is left out, and what
 // is out of view: the card would compute all of that anew for each pass.
 
-import { SURFACE } from "./shaders.js";
+import { SURFACE } from "./surface_shaders.js";
 import { isBeyond } from "./view.js";
 import { List } from "./volumes.js";
 
@@ -43,6 +43,9 @@ export class SeenFaces {
     this.hasPanes = this.kinds.includes(PANE);
     /** Which side of each face is seen: 1 its front, -1 its back, 0 none. */
     this.sides = new Int8Array(model.faceCount);
+    /** The seen faces that are not seen through, and how many there are. */
+    this.opaque = new Uint32Array(model.faceCount);
+    this.count = 0;
     this.indices = [gl.createBuffer(), gl.createBuffer()];
     /** @type {Record<string, [WebGLBuffer | null, number, number, number, number]>} */
     const attributes = {
@@ -66,7 +69,7 @@ export class SeenFaces {
     const key = [sight.near, ...sight.apex, ...sight.findMatrix(), cutsInto, floor].join();
     if (key === this.key) return;
     this.key = key;
-    const { model, kinds, sides } = this;
+    const { model, kinds, sides, opaque } = this;
     const { faceCount: n, faceStarts, planes, shellCount, shells } = model;
     const [x, y, z, w] = sight.apex;
     const view = sight.findPlanes();
@@ -80,9 +83,13 @@ export class SeenFaces {
       }
     }
     this.begin();
+    let count = 0;
     for (let f = 0; f < n; f++) {
-      if (sides[f]) this.add(2 * kinds[f] - (sides[f] > 0 ? 2 : 1), f);
+      if (!sides[f]) continue;
+      this.add(2 * kinds[f] - (sides[f] > 0 ? 2 : 1), f);
+      if (kinds[f] !== PANE) opaque[count++] = f;
     }
+    this.count = count;
     const [solid, hollow, sheet, under, pane, behind] = this.upload(0, [0, 1, 2, 3, 4, 5]);
     this.runs.solid = [solid, hollow];
     this.runs.opaque = [solid, hollow, sheet, under];
@@ -91,13 +98,16 @@ export class SeenFaces {
 
   /**
    * List the seen sides that face a light; only there can it be missing.
-   * @param {Int8Array} facing 1 where the light is at a face's front, -1 at its back
+   * @param {number[]} light homogeneous
    */
-  listLit(facing) {
-    const { kinds, sides } = this;
+  listLit([x, y, z, w]) {
+    const { sides, opaque, count } = this;
+    const { faceCount: n, planes } = this.model;
     this.begin();
-    for (let f = 0; f < sides.length; f++) {
-      if (sides[f] * facing[f] > 0 && kinds[f] !== PANE) this.add(sides[f] > 0 ? 0 : 1, f);
+    for (let i = 0; i < count; i++) {
+      const f = opaque[i];
+      const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
+      if (at * sides[f] > 0) this.add(sides[f] > 0 ? 0 : 1, f);
     }
     this.runs.lit = this.upload(1, [0, 1]);
   }
@@ -113,11 +123,11 @@ export class SeenFaces {
   add(k, f) {
     const { corners } = this,
       list = lists[k],
-      { data, size } = list;
-    data[size] = corners[3 * f];
-    data[size + 1] = corners[3 * f + 1];
-    data[size + 2] = corners[3 * f + 2];
-    list.size = size + 3;
+      at = list.size;
+    list.data[at] = corners[3 * f];
+    list.data[at + 1] = corners[3 * f + 1];
+    list.data[at + 2] = corners[3 * f + 2];
+    list.size = at + 3;
   }
 
   /**

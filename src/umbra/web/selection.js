@@ -1,7 +1,7 @@
 // What is drawn and casts for one choice of parts: index lists on the card.
 
 import { SeenFaces } from "./seen.js";
-import { CREASE } from "./shaders.js";
+import { CREASE } from "./mark_shaders.js";
 import { Shadows, findFloor } from "./shadows.js";
 import { dot } from "./vectors.js";
 import { isBeyond } from "./view.js";

@@ -2,7 +2,7 @@
 
 import { findGap, makeBoxes, widen } from "./boxes.js";
 import { findOpened } from "./opened.js";
-import { CLAMPED_VOLUME, VOLUME } from "./shaders.js";
+import { CLAMPED_VOLUME, VOLUME } from "./volume_shaders.js";
 import { dot, move, subtract, unit } from "./vectors.js";
 import { Volumes } from "./volumes.js";
 

@@ -109,8 +109,6 @@ export class Volumes {
     this.model = model;
     /** What each face adds; the last is that of a border. */
     this.adds = new Int8Array(model.faceCount + 1);
-    /** On which side of each the light is: 1 at its front, -1 at its back. */
-    this.facing = new Int8Array(model.faceCount);
     /** What each adds with the light at its front, and at its back. */
     this.front = new Int8Array(model.faceCount);
     this.back = new Int8Array(model.faceCount);
@@ -175,7 +173,7 @@ export class Volumes {
    */
   setLight(light, opened) {
     const { faceCount: n, faceComponent, faceStarts, planes, shellCount } = this.model;
-    const { adds, facing, front, isChanged } = this;
+    const { adds, front, isChanged } = this;
     const back = opened
       ? this.back.map((own, f) => (opened[faceComponent[f]] ? -front[f] : own))
       : this.back;
@@ -186,9 +184,7 @@ export class Volumes {
         const at =
           planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
         // Without branches, as no order of faces foretells on which side the light is.
-        const [isAt, isBehind] = [Number(at > 0), Number(at < 0)];
-        const sum = isAt * front[f] + isBehind * back[f];
-        facing[f] = isAt - isBehind;
+        const sum = Number(at > 0) * front[f] + Number(at < 0) * back[f];
         changes |= sum ^ adds[f];
         adds[f] = sum;
       }

@@ -1,7 +1,7 @@
 // The live model in a notebook's cell: the page's app, its state shared with Python.
 
 import { isDate, parseMinutes, tellMinutes } from "./clock.js";
-import { mount } from "./app.js";
+import { mount } from "./mount.js";
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {import('./state.js').State} State */

@@ -1,31 +1,6 @@
-// GLSL of all programs. `place` turns local coordinates into clip space in the same way everywhere,
-// so that a surface, its light cap and its lit pass have the same depth to the last bit.
+// Programs of surfaces, ground, sky and sections, and of the picture as a whole.
 
-const HEAD = `#version 300 es
-precision highp float;
-precision highp int;
-`;
-
-const PLACE = `
-uniform mat4 projection;         // from coordinates relative to the eye
-uniform vec3 eyeHigh, eyeLow;    // the eye in two parts: float32 alone would shake near it
-invariant gl_Position;
-vec3 fromEye(vec3 place) { return (place - eyeHigh) - eyeLow; }
-`;
-
-const AMBIENT = `
-const vec3 FROM_SKY = vec3(0.16525, 0.20510, 0.25176); // umbra.scene.camera.FROM_SKY
-const vec3 FROM_GROUND = vec3(0.10029, 0.10029, 0.09628); // and FROM_GROUND
-vec3 findAmbient(float up) { return mix(FROM_GROUND, FROM_SKY, 0.5 + 0.5 * up); }
-`;
-
-// A smooth normal's faces turn from the light one by one, and their own edges would show as teeth:
-// its light ends where the first of them may.
-const LAMBERT = `
-float findLambert(float cosine, float lean) {
-  return max(cosine - lean, 0.0) / max(1.0 - lean, 0.01);
-}
-`;
+import { AMBIENT, COVER, HEAD, LAMBERT, PLACE } from "./shader_parts.js";
 
 const RICH = "#define RICH\n";
 
@@ -48,47 +23,6 @@ vec3 lay(vec2 place, vec3 radiance, vec3 light) {
 }
 #endif
 `;
-
-/** Sides and caps of shadow volumes. */
-export const VOLUME = {
-  vertex: `${HEAD}${PLACE}
-in vec4 place;                   // w: 1 the vertex, 0 its far end
-uniform vec4 light;              // homogeneous, relative to the eye
-uniform float bottom;            // relative to the eye
-uniform bool isCut;              // at the bottom, or else at infinity
-uniform float tip;               // weight of ends at infinity: 0, or a little in parallel views
-uniform bool isClamped;          // depth is written by the fragment shader, clamped
-out vec2 depth;
-void main() {
-  vec3 at = fromEye(place.xyz);
-  vec4 end = vec4(at, 1.0);
-  if (place.w == 0.0) {
-    vec3 away = light.w * at - light.xyz;
-    // at + away * (bottom - at.z) / away.z, times -away.z, which is positive
-    end = isCut ? vec4((at.z - bottom) * away - away.z * at, -away.z) : vec4(away + tip * at, tip);
-  }
-  gl_Position = projection * end;
-  depth = gl_Position.zw;
-  if (isClamped) gl_Position.z = 0.0;
-}`,
-  fragment: `${HEAD}
-out vec4 color;
-void main() { color = vec4(1.0); }`,
-};
-
-/** The same with depth clamped between near and far plane, for orthographic views. */
-export const CLAMPED_VOLUME = {
-  vertex: VOLUME.vertex,
-  fragment: `${HEAD}
-in vec2 depth;
-uniform bool reverses;
-out vec4 color;
-void main() {
-  float z = depth.x / depth.y;
-  gl_FragDepth = clamp(reverses ? z : 0.5 + 0.5 * z, 0.0, 1.0);
-  color = vec4(1.0);
-}`,
-};
 
 /**
  * Faces of the model under the sky and a sun; `share` is 1 for the sky's light. Nothing is left out
@@ -233,35 +167,6 @@ void main() {
 }`,
 };
 
-/** Creases, drawn a little nearer than the faces that meet there. */
-export const CREASE = {
-  vertex: `${HEAD}${PLACE}
-in vec4 place;
-uniform vec4 cut;
-uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
-uniform float weakest;           // size without lines, in six pixels a metre
-uniform bool isPerspective;
-uniform vec3 forward;
-out float kept, strength;
-void main() {
-  vec3 at = fromEye(place.xyz);
-  float depth = dot(at, forward);
-  vec3 lifted = isPerspective ? at * (1.0 - 4e-4) : at - 4e-4 * depth * forward;
-  gl_Position = projection * vec4(lifted, 1.0);
-  float size = pixels / (isPerspective ? max(depth, 1e-3) : 1.0) / 6.0;
-  strength = clamp((size - weakest) / (1.0 - weakest), 0.0, 1.0);
-  kept = dot(cut.xyz, at) + cut.w;
-}`,
-  fragment: `${HEAD}
-in float kept, strength;
-uniform vec4 ink;
-out vec4 color;
-void main() {
-  if (kept < 0.0) discard;
-  color = vec4(ink.rgb, ink.a * strength);
-}`,
-};
-
 /** What a section cuts off a solid: counted in the stencil, front and back. */
 export const CUT = {
   vertex: `${HEAD}${PLACE}
@@ -291,121 +196,6 @@ void main() { gl_Position = projection * corners[gl_VertexID]; }`,
 uniform vec4 ink;
 out vec4 color;
 void main() { color = ink; }`,
-};
-
-/** Lines as wide everywhere: an instance is a segment, a strip of two triangles. */
-export const LINE = {
-  vertex: `${HEAD}${PLACE}
-in vec3 from, to;
-uniform vec2 half_;              // half the picture [pixels]
-uniform float width;             // [pixels]
-uniform bool isSky;              // as far away as the sky
-uniform bool reverses;
-vec4 lift(vec3 place) { return projection * vec4(fromEye(place) * (1.0 - 6e-4), 1.0); }
-void main() {
-  vec4 a = lift(from), b = lift(to);
-  float near = 1e-3 * max(a.w, b.w);
-  if (a.w < near) a = mix(a, b, (near - a.w) / (b.w - a.w));
-  if (b.w < near) b = mix(b, a, (near - b.w) / (a.w - b.w));
-  vec2 way = (b.xy / b.w - a.xy / a.w) * half_;
-  vec2 along = way / max(length(way), 1e-6);
-  bool isEnd = gl_VertexID > 1;
-  vec2 aside = vec2(-along.y, along.x) * (gl_VertexID % 2 == 0 ? 0.5 : -0.5)
-    + along * (isEnd ? 0.3 : -0.3); // a little longer: so bends have no gaps
-  gl_Position = isEnd ? b : a;
-  gl_Position.xy += aside * width / half_ * gl_Position.w;
-  if (isSky) gl_Position.z = reverses ? 0.0 : gl_Position.w;
-  if (max(a.w, b.w) <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-}`,
-  fragment: `${HEAD}
-uniform vec4 ink;
-out vec4 color;
-void main() { color = ink; }`,
-};
-
-/** Results on walls and roofs: a picture of squares on the faces, which have their own depth. */
-export const PATCH = {
-  vertex: `${HEAD}${PLACE}
-in vec3 place;
-in vec2 spot;                    // in squares
-in vec4 within;                  // the first and the last square of the surface
-uniform vec4 cut;
-out vec2 at;
-flat out vec4 rectangle;
-out float kept;
-void main() {
-  vec3 from = fromEye(place);
-  gl_Position = projection * vec4(from, 1.0);
-  at = spot;
-  rectangle = within;
-  kept = dot(cut.xyz, from) + cut.w;
-}`,
-  fragment: `${HEAD}
-in vec2 at;
-flat in vec4 rectangle;
-in float kept;
-uniform sampler2D overlay;
-uniform float opacity;
-out vec4 color;
-void main() {
-  if (kept < 0.0) discard;
-  vec2 square = clamp(floor(at), rectangle.xy, rectangle.zw);
-  vec4 laid = texelFetch(overlay, ivec2(square), 0);
-  color = vec4(laid.rgb, laid.a * opacity);
-}`,
-};
-
-/** Results at points: discs that face the eye, lifted off the surfaces on which they lie. */
-export const DOT = {
-  vertex: `${HEAD}${PLACE}
-in vec3 place;
-in vec4 paint;
-uniform vec4 cut;
-uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
-uniform float size;              // of a disc [pixels]
-uniform bool isPerspective;
-uniform vec3 forward;
-out vec4 ink;
-out float kept;
-void main() {
-  vec3 at = fromEye(place);
-  float depth = dot(at, forward);
-  float lift = 1.5 * size / pixels; // in distances, or metres
-  at = isPerspective ? at * max(1.0 - lift, 0.5) : at - lift * forward;
-  gl_Position = projection * vec4(at, 1.0);
-  gl_PointSize = size;
-  ink = paint;
-  kept = dot(cut.xyz, at) + cut.w;
-}`,
-  fragment: `${HEAD}
-in vec4 ink;
-in float kept;
-uniform float opacity, size;
-out vec4 color;
-void main() {
-  float from = length(gl_PointCoord - 0.5) * size;
-  if (kept < 0.0 || from > 0.5 * size) discard;
-  vec3 linear = mix(ink.rgb / 12.92, pow((ink.rgb + 0.055) / 1.055, vec3(2.4)),
-    step(0.04045, ink.rgb));
-  color = vec4(mix(linear, vec3(0.012), step(0.5 * size - 1.5, from)), opacity);
-}`,
-};
-
-/** A triangle over the whole picture, at the far plane. */
-const COVER = `${HEAD}
-uniform float behind;            // the far plane's depth
-void main() {
-  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  gl_Position = vec4(corner, behind, 1.0);
-}`;
-
-/** One value everywhere, for what the stencil chooses. */
-export const FILL = {
-  vertex: COVER,
-  fragment: `${HEAD}
-uniform vec4 fill;
-out vec4 color;
-void main() { color = fill; }`,
 };
 
 /** From linear light to sRGB, on the canvas. */

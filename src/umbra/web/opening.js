@@ -1,0 +1,53 @@
+// The view with which a page begins.
+
+import { isDate } from "./clock.js";
+import { fromLink } from "./state.js";
+
+/** @typedef {import('./app.js').App} App */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./types.js').Vec3} Vec3 */
+
+/**
+ * The link's view, else the one that was packed; a link's is not framed.
+ * @param {App} app whose model and things are known
+ * @returns {{state: State, isLinked: boolean}}
+ */
+export const findOpening = ({ config, model: { origin, parts }, thingOf, things }) => {
+  const { view, proposed, hasLink } = config;
+  const given = view.viewpoint,
+    target = /** @type {Vec3} */ (
+      given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
+    );
+  /** @type {Map<number, import('./state.js').Standing>} */
+  const standing = new Map(proposed.map((part) => [thingOf[part], "proposed"]));
+  const start = /** @type {State} */ ({
+    viewpoint: {
+      target,
+      heading: given.heading,
+      tilt: given.tilt,
+      distance: given.distance,
+      fov: given.fov,
+    },
+    date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",
+    minutes: view.sun.minutes,
+    share: 0,
+    azimuth: view.sun.azimuth,
+    altitude: view.sun.altitude,
+    standing,
+    compare: standing.size ? "swipe" : "after",
+    swipe: 0.5,
+    place: null,
+    tool: "choose",
+    distances: [],
+    begun: null,
+    section: null,
+    hasPath: true,
+    hasCompass: true,
+    hasHours: config.hours !== null,
+    hasEdges: true,
+    playing: null,
+  });
+  const link = (hasLink && location.hash) || view.page || "";
+  const linked = fromLink(link, origin, things.length, parts.length);
+  return { state: { ...start, ...linked }, isLinked: linked.viewpoint !== undefined };
+};
