@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, inlined
@@ -70,6 +70,8 @@ def test_an_inlined_kernel_is_part_of_its_caller():
     assert call(numbers) == contain(numbers) == 24.0
     if not hasattr(contained, "inspect_llvm"):  # without the compiler
         return
+    for kernel in (called, contained):  # not once for the number 3, and again for others
+        assert [signature[1] for signature in kernel.signatures] == [types.int64]
     assert "alwaysinline" in next(iter(contained.inspect_llvm().values()))
     assert "alwaysinline" not in next(iter(called.inspect_llvm().values()))
 

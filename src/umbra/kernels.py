@@ -4,15 +4,53 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.options import DefaultOptions
+from numba.core.types import unliteral
 
 __all__ = ["borrowing", "inlined"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+
+class _InnerCode(JITCodeLibrary):
+    """Code of an inner kernel: it is optimised and made machine code as a part of its callers."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        return self
+
+    def set_env(self, *_: Any) -> None:
+        """Leave the environment, which only wrappers for Python use."""
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()
+
+
+class _InnerCompiler(Compiler):
+    """Compiler of inner kernels."""
+
+    def define_pipelines(self) -> Any:
+        state = self.state
+        state.library = _InnerCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        return super().define_pipelines()
+
+
 # Only kernels call them: wrappers for Python and C would take as long to compile as they do.
 _INNER: dict[str, Any] = {
     "cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "pipeline_class": _InnerCompiler,
 }  # fmt: skip
 if hasattr(DefaultOptions, "_nrt"):
     _INNER["_nrt"] = False
@@ -28,7 +66,12 @@ def borrowing(kernel: F, **options: Any) -> F:
     others that it calls need this decorator, or ``inlined``, too. Python cannot call it.
     ``options`` are numba's.
     """
-    return njit(**{**_INNER, **options})(kernel)
+    compiled: Any = njit(**{**_INNER, **options})(kernel)
+    if hasattr(compiled, "get_call_template"):  # it has not without the compiler
+        find = compiled.get_call_template
+        # A constant argument is a number like any other: for each it would be compiled once more.
+        compiled.get_call_template = lambda types, named: find([unliteral(t) for t in types], named)
+    return compiled
 
 
 def inlined(kernel: F, **options: Any) -> F:

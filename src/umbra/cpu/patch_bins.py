@@ -8,9 +8,11 @@ the sun. Multiplicities of edges with the same ends are summed.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from umbra.cpu.patch_work import run_blocks, take_next
+from umbra.kernels import inlined
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouettes
@@ -165,12 +167,12 @@ class EdgeBinner:
         starts = np.zeros(begin[-1], np.int64)
         totals = np.zeros(n, np.int64)
         held = _make_entries(0)
-        ends, shell = self.edges.ends, self.edges.shell
-        _fill(ends, shell, edge, change, first, basis, grid, shape, starts, totals, *held)
+        given = (self.edges.ends, self.edges.shell, edge, change, first, basis, grid, shape, starts)
+        run_blocks(_fill, *given, totals, *held)
         base = np.append(0, np.cumsum(totals))
         held = _make_entries(int(base[-1]))
         if base[-1]:
-            _fill(ends, shell, edge, change, first, basis, grid, shape, starts, base, *held)
+            run_blocks(_fill, *given, base, *held)
         return SunBins(basis, grid, shape, starts, *held, int(lengths.max(initial=1)))
 
     def _find(
@@ -183,9 +185,9 @@ class EdgeBinner:
             edge = np.zeros(len(found.codes), np.int32)
             change = np.zeros(len(found.codes), np.int16)
             kept = np.zeros(len(found.starts) - 1, np.int64)
-            _merge(
-                found.codes, found.starts, self.caster.weight, self._group, len(self.edges.ends),
-                edge, change, kept,
+            run_blocks(
+                _merge, found.codes, found.starts, self.caster.weight, self._group,
+                len(self.edges.ends), edge, change, kept,
             )  # fmt: skip
             for first, n in zip(found.starts[:-1], kept):
                 edges.append(edge[first : first + n])
@@ -229,10 +231,13 @@ def _find_shells(component, edge_faces, group, n_groups, n_components):
     return shell
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _merge(codes, starts, weight, group, n_groups, edge, change, kept):
+@njit(cache=True, nogil=True)
+def _merge(codes, starts, weight, group, n_groups, edge, change, kept, taken):
     """Sum the multiplicities of edges with the same ends; keep nonzero sums."""
-    for s in prange(starts.size - 1):
+    while True:
+        s = take_next(taken)
+        if s >= starts.size - 1:
+            return
         sums = np.zeros(n_groups, np.int16)
         for q in range(starts[s], starts[s + 1]):
             m = np.int64(weight[codes[q] >> 2]) >> ((codes[q] >> 1) & 1)
@@ -248,17 +253,22 @@ def _merge(codes, starts, weight, group, n_groups, edge, change, kept):
         kept[s] = n - starts[s]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def clamp(x, n):
     """Return the bin that contains x, or the nearest of n bins."""
     return np.int64(min(max(np.floor(x), 0.0), n - 1.0))
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _fill(ends, shell, edge, change, first, basis, grid, shape, starts, base, entries, table):
+@njit(cache=True, nogil=True)
+def _fill(
+    ends, shell, edge, change, first, basis, grid, shape, starts, base, entries, table, taken
+):  # fmt: skip
     """Count the entries of each bin into ``starts`` and ``base``, then write them."""
     write = entries.size > 0
-    for s in prange(basis.shape[0]):
+    while True:
+        s = take_next(taken)
+        if s >= basis.shape[0]:
+            return
         cols, rows, begin = shape[s]
         gx, gy, scale = grid[s, 0], grid[s, 1], grid[s, 2]
         b0, b1, b2 = basis[s, 0], basis[s, 1], basis[s, 2]

@@ -1,15 +1,46 @@
 """Intersections of casting faces with the plane of a patch, and faces close to it."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing, inlined
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import LANES
 
 __all__ = ["cut_edge", "find_cuts"]
 
 _CLEAR = 1e-4  # faces farther than this outside a patch are ignored [squares and m]
+
+
+class _Found(NamedTuple):
+    """
+    Cuts and marks, as in ``Patches``, and work arrays.
+
+    Parameters
+    ----------
+    start, cuts, face, mark_start, marks, far
+        ``cuts`` to ``far`` have no rows while they are counted.
+    stack : (DEEPEST,) int32
+        Stack for searches in the tree.
+    near : (n_faces,) int32
+        Faces near a patch.
+    polygon, part : (8, 3) float64
+        A face in the patch's frame, and its part close to the plane.
+    """
+
+    start: NDArray[np.int64]
+    cuts: NDArray[np.float64]
+    face: NDArray[np.int32]
+    mark_start: NDArray[np.int64]
+    marks: NDArray[np.int64]
+    far: NDArray[np.float64]
+    stack: NDArray[np.int32]
+    near: NDArray[np.int32]
+    polygon: NDArray[np.float64]
+    part: NDArray[np.float64]
 
 
 def find_cuts(
@@ -45,9 +76,19 @@ def find_cuts(
     cut_start, cuts, cut_face, mark_start, marks, mark_far
         See ``Patches``.
     """
-    start, cuts, face, mark_start, marks, far = _find(
-        frame, place, size, tau, graze, cell, before, own, corners, spacing, tree
-    )  # fmt: skip
+    totals = (0, 0)
+    for _ in range(2):  # they are counted, then written
+        found = _Found(
+            np.zeros(len(frame) + 1, np.int64), np.zeros((totals[0], 4)),
+            np.zeros(totals[0], np.int32), np.zeros(len(frame) + 1, np.int64),
+            np.zeros(totals[1], np.int64), np.zeros(totals[1]),
+            np.zeros(DEEPEST, np.int32), np.zeros(len(tree.ids), np.int32),
+            np.zeros((8, 3)), np.zeros((8, 3)),
+        )  # fmt: skip
+        totals = _find(
+            frame, place, size, tau, graze, cell, before, own, corners, spacing, tree, found
+        )
+    start, cuts, face, mark_start, marks, far = found[:6]
     # Each sample once, with its nearest face; nearest first within a patch.
     n = _thin(mark_start, marks, far, np.full(marks.max(initial=0) + 1, np.inf))
     marks, far = marks[:n], far[:n]
@@ -75,7 +116,7 @@ def _thin(start, marks, far, nearest):
     return n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def cut_edge(ua, va, ha, ub, vb, hb, is_first):
     """Find where an edge passes through the plane, computed from its lower vertex."""
     if not is_first:
@@ -88,7 +129,7 @@ def cut_edge(ua, va, ha, ub, vb, hb, is_first):
     return ua + t * (ub - ua), va + t * (vb - va)
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _is_own(c, corners, t0, t1):
     """Return whether a face belongs to the patch's own surface."""
     for t in range(t0, t1):
@@ -107,7 +148,7 @@ def _is_own(c, corners, t0, t1):
     return False
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _clip(poly, n, sign, limit, out):
     """Clip a polygon of (u, v, h) to sign * h <= limit; return its number of corners."""
     m = 0
@@ -116,7 +157,8 @@ def _clip(poly, n, sign, limit, out):
         a = limit - sign * poly[k, 2]
         b = limit - sign * poly[j, 2]
         if a >= 0.0:
-            out[m] = poly[k]
+            for q in range(3):
+                out[m, q] = poly[k, q]
             m += 1
         if (a >= 0.0) != (b >= 0.0):
             t = a / (a - b)
@@ -126,7 +168,7 @@ def _clip(poly, n, sign, limit, out):
     return m
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
     """Mark the samples over a polygon or within reach [m]; return the new total."""
     beside = reach / spacing + 1e-6
@@ -179,118 +221,101 @@ def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
     return total
 
 
-@njit(cache=True, nogil=True)
-def _list_near(low, high, f, margin, tree, stack, found):
-    """List the faces near a box and near the plane of a frame; return their number."""
+@borrowing
+def _list_near(p, w, top, f, t, reach, tree, work):
+    """List the faces near a patch, its place ``p`` and frame ``f``; return their number."""
     n = 0
-    stack[0] = 0
+    margin = _CLEAR + 2.0 * t + reach
+    work.stack[0] = 0
     waiting = 1
     while waiting > 0:
         waiting -= 1
-        node = stack[waiting]
+        node = work.stack[waiting]
         for lane in range(LANES):
             meets = True
             middle, half = f[11], margin
             for k in range(3):
                 a, b = tree.boxes[node, k, lane], tree.boxes[node, 3 + k, lane]
-                meets = meets and a <= high[k] and b >= low[k]
+                low = p[k] + min(p[3 + k] * w, 0.0) + min(p[6 + k] * top, 0.0) - margin
+                high = p[k] + max(p[3 + k] * w, 0.0) + max(p[6 + k] * top, 0.0) + margin
+                meets = meets and a <= high and b >= low
                 middle += 0.5 * f[8 + k] * (b + a)
                 half += 0.5 * abs(f[8 + k]) * (b - a)
             if not meets or abs(middle) > half:
                 continue
             child = tree.links[node, lane]
             if child >= 0:
-                stack[waiting] = child
+                work.stack[waiting] = child
                 waiting += 1
             else:
-                found[n] = ~child
+                work.near[n] = ~child
                 n += 1
     return n
 
 
 @njit(cache=True, nogil=True)
 def _find(
-    frame, place, size, tau, graze, cell, before, own, own_corners, spacing, tree
+    frame, place, size, tau, graze, cell, before, own, own_corners, spacing, tree, found
 ):  # fmt: skip
+    """Count the cuts and marks of all patches, and write them if there is room for any."""
     corners, ids, normals = tree.corners, tree.ids, tree.normals
-    n = frame.shape[0]
-    start, mark_start = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
-    cuts, cut_face = np.zeros((0, 4)), np.zeros(0, np.int32)
-    marks, mark_far = np.zeros(0, np.int64), np.zeros(0)
-    stack = np.zeros(DEEPEST, np.int32)
-    near = np.zeros(ids.shape[0], np.int32)
-    poly, part = np.zeros((8, 3)), np.zeros((8, 3))
-    h = np.zeros(3)
-    low, high = np.zeros(3), np.zeros(3)
-    total = 0
-    total_marks = 0
-    for write in range(2):
-        if write:
-            cuts, cut_face = np.zeros((total, 4)), np.zeros(total, np.int32)
-            marks, mark_far = np.zeros(total_marks, np.int64), np.zeros(total_marks)
-            total = 0
-            total_marks = 0
-        for i in range(n):
-            start[i] = total
-            mark_start[i] = total_marks
-            if graze[i] == np.inf:
-                continue
-            f, p, t = frame[i], place[i], tau[i]
-            w, top = size[i, 0] - 1.0, size[i, 1] - 1.0
-            reach = 2.0 * t / graze[i]  # error of a shadow's rim beside a face
-            margin = _CLEAR + 2.0 * t + reach
+    start, mark_start, poly = found.start, found.mark_start, found.polygon
+    total, total_marks = 0, 0
+    for i in range(frame.shape[0]):
+        start[i], mark_start[i] = total, total_marks
+        if graze[i] == np.inf:
+            continue
+        f, t = frame[i], tau[i]
+        w, top = size[i, 0] - 1.0, size[i, 1] - 1.0
+        reach = 2.0 * t / graze[i]  # error of a shadow's rim beside a face
+        for q in range(_list_near(place[i], w, top, f, t, reach, tree, found)):
+            g = found.near[q]
+            above = 0
+            within = t < 1.5e-6  # samples of a thick patch lie off its plane
             for k in range(3):
-                a, b = p[3 + k] * w, p[6 + k] * top
-                low[k] = p[k] + min(a, 0.0) + min(b, 0.0) - margin
-                high[k] = p[k] + max(a, 0.0) + max(b, 0.0) + margin
-            for q in range(_list_near(low, high, f, margin, tree, stack, near)):
-                g = near[q]
-                above = 0
-                within = t < 1.5e-6  # samples of a thick patch lie off its plane
+                x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
+                for j in range(3):
+                    poly[k, j] = f[4 * j] * x + f[4 * j + 1] * y + f[4 * j + 2] * z + f[4 * j + 3]
+                above += poly[k, 2] > t
+                within = within and abs(poly[k, 2]) <= 0.25 * normals[g, 3]
+            if 0 < above < 3:
+                u0 = v0 = u1 = v1 = 0.0
                 for k in range(3):
-                    x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
-                    poly[k, 0] = f[0] * x + f[1] * y + f[2] * z + f[3]
-                    poly[k, 1] = f[4] * x + f[5] * y + f[6] * z + f[7]
-                    poly[k, 2] = f[8] * x + f[9] * y + f[10] * z + f[11]
-                    h[k] = 0.0 if abs(poly[k, 2]) <= t else poly[k, 2]
-                    above += h[k] > 0.0
-                    within = within and abs(poly[k, 2]) <= 0.25 * normals[g, 3]
-                if 0 < above < 3:
-                    u0 = v0 = u1 = v1 = 0.0
-                    for k in range(3):
-                        j = (k + 1) % 3
-                        if (h[k] > 0.0) == (h[j] > 0.0):
-                            continue
-                        cu, cv = cut_edge(
-                            poly[k, 0], poly[k, 1], h[k], poly[j, 0], poly[j, 1], h[j],
-                            ids[g, k] < ids[g, j],
-                        )  # fmt: skip
-                        if h[k] > 0.0:
-                            u0, v0 = cu, cv  # the face's boundary goes below here
-                        else:
-                            u1, v1 = cu, cv
-                    far = _CLEAR + reach / spacing
-                    if not (
-                        (u0 == u1 and v0 == v1)
-                        or max(u0, u1) < -far or min(u0, u1) > w + far
-                        or max(v0, v1) < -far or min(v0, v1) > top + far
-                    ):  # fmt: skip
-                        if write:
-                            cuts[total] = (u0, v0, u1, v1)
-                            cut_face[total] = g
-                        total += 1
-                if within:
-                    continue
-                m = _clip(poly, 3, 1.0, 2.0 * t, part)
-                m = _clip(part, m, -1.0, 2.0 * t, poly) if m else 0
-                # Flat, too: a face of the surface itself that no such sun can light from behind.
-                slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
-                is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
-                if m and not (is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])):
-                    total_marks = _mark(
-                        poly, m, reach, spacing, size[i], before[cell[i] : cell[i + 1]],
-                        marks, mark_far, total_marks,
+                    j = (k + 1) % 3
+                    h = 0.0 if abs(poly[k, 2]) <= t else poly[k, 2]
+                    next_h = 0.0 if abs(poly[j, 2]) <= t else poly[j, 2]
+                    if (h > 0.0) == (next_h > 0.0):
+                        continue
+                    cu, cv = cut_edge(
+                        poly[k, 0], poly[k, 1], h, poly[j, 0], poly[j, 1], next_h,
+                        ids[g, k] < ids[g, j],
                     )  # fmt: skip
-        start[n] = total
-        mark_start[n] = total_marks
-    return start, cuts, cut_face, mark_start, marks, mark_far
+                    if h > 0.0:
+                        u0, v0 = cu, cv  # the face's boundary goes below here
+                    else:
+                        u1, v1 = cu, cv
+                far = _CLEAR + reach / spacing
+                if not (
+                    (u0 == u1 and v0 == v1)
+                    or max(u0, u1) < -far or min(u0, u1) > w + far
+                    or max(v0, v1) < -far or min(v0, v1) > top + far
+                ):  # fmt: skip
+                    if found.face.size:
+                        cut = found.cuts[total]
+                        cut[0], cut[1], cut[2], cut[3] = u0, v0, u1, v1
+                        found.face[total] = g
+                    total += 1
+            if within:
+                continue
+            m = _clip(poly, 3, 1.0, 2.0 * t, found.part)
+            m = _clip(found.part, m, -1.0, 2.0 * t, poly) if m else 0
+            # Flat, too: a face of the surface itself that no such sun can light from behind.
+            slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
+            is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
+            if m and not (is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])):
+                total_marks = _mark(
+                    poly, m, reach, spacing, size[i], before[cell[i] : cell[i + 1]],
+                    found.marks, found.far, total_marks,
+                )  # fmt: skip
+    start[-1], mark_start[-1] = total, total_marks
+    return total, total_marks

@@ -27,7 +27,7 @@ from umbra.cpu.patch_work import (
 )
 from umbra.cpu.patches import Patches
 from umbra.cpu.shares import Membership, add_shares, make_share_work
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inlined
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -248,7 +248,7 @@ def _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_ro
     return n_rows
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _find_unmarked(patches, i, n, reach):
     """Find a sample, from the middle on, that no face close to the plane is near; -1 for none."""
     for q in range(n):
@@ -258,7 +258,7 @@ def _find_unmarked(patches, i, n, reach):
     return -1
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _take(rows, piece, n, n_rows):
     """Return the row of a piece, and the number of rows in use."""
     r = rows.row[piece]
@@ -274,14 +274,14 @@ def _take(rows, piece, n, n_rows):
     return r, n_rows
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _fill(bits, r, a, b, bit):
     """Set a bit of some samples."""
     for c in range(a, b):
         bits[r, c] |= bit
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _list(patches, tree, work, rows, i, k, d):
     """List the faces between a sample of a patch and the sun; return their number."""
     at = patches.first[i] + k
@@ -290,7 +290,7 @@ def _list(patches, tree, work, rows, i, k, d):
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _add_levels(patches, tree, faces, work, rows, i, k, d, n_rows):
     """Count each piece's faces between a sample and the sun; return the number of rows."""
     n = patches.first[i + 1] - patches.first[i]
@@ -300,7 +300,7 @@ def _add_levels(patches, tree, faces, work, rows, i, k, d, n_rows):
     return n_rows
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _ask(patches, tree, faces, work, rows, i, k, d, n_rows, bit):
     """Find the pieces that hide one sample by a ray; return the number of rows."""
     n = patches.first[i + 1] - patches.first[i]
@@ -377,7 +377,7 @@ def _count_piece(patches, tree, faces, work, rows, i, known, d, r, error, n_doub
     return n_doubts
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _is_doubtful(patches, work, i, k, a, b):
     """Return whether a sample is within rounding of a rim, one of the doubtful squares a to b."""
     cell = patches.cell[i]

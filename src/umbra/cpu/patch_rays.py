@@ -1,7 +1,6 @@
 """Shadow of patch samples by rays."""
 
 import numpy as np
-from numba import njit
 
 from umbra.kernels import borrowing, inlined
 from umbra.rays.hidden import get, is_hidden
@@ -37,7 +36,7 @@ def ask_all(patches, bins, tree, stack, change, masks, i, s0, s1, last):
     return last
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def get_sun(bins, s):
     """Return the direction toward a sun."""
     return bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]

@@ -9,7 +9,6 @@ streaks.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from umbra.kernels import borrowing, inlined
 
@@ -48,19 +47,19 @@ class Crossings(NamedTuple):
     level: np.ndarray
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _pack(row, change):
     """Pack a row and a change of the count into one number."""
     return row << 32 | (change + 0x80000000)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _unpack(crossing):
     """Unpack a row and a change of the count."""
     return crossing >> 32, (crossing & 0xFFFFFFFF) - 0x80000000
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _ceil(x, most):
     return np.int64(np.ceil(min(max(x, 0.0), most)))
 

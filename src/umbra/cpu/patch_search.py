@@ -5,7 +5,6 @@ The bins that the patch meets in light space list the edges that may lie between
 """
 
 import numpy as np
-from numba import njit
 
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
@@ -54,7 +53,7 @@ def _meets(rim, error, patches, i, is_known):
     return _BESIDE if least > far or most < -far else _MEETS
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _four(rows, i, k):
     """Return four values of a row, from the k-th on."""
     return rows[i, k], rows[i, k + 1], rows[i, k + 2], rows[i, k + 3]
@@ -161,7 +160,7 @@ def is_covered(patches, bins, edges, tree, s, i, way, error, window, shell):
     return True
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _find_side(bins, tree, s, face):
     """Return the sine of a sun's angle above a face."""
     m0, m1, m2 = get(tree.normals, face)

@@ -11,6 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import inlined
+
 __all__ = ["Membership", "ShareWork", "add_shares", "make_share_work"]
 
 _SEGMENT = 256  # receivers of which pieces are listed at a time
@@ -132,7 +134,7 @@ def add_shares(
                     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _find_rows(bits, n, start, end, rows):
     """List the rows with a bit between two columns; return their number."""
     found = 0
@@ -146,7 +148,7 @@ def _find_rows(bits, n, start, end, rows):
     return found
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _list_groups(pieces, n_rows, membership, work):
     """List the groups of the listed rows, and the rows of each; return their number."""
     first, groups = membership.first, membership.groups
@@ -171,7 +173,7 @@ def _list_groups(pieces, n_rows, membership, work):
     return n
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _count_hidden(bits, pieces, n_rows, c, is_weak, work):
     """Count the listed rows that hide a receiver from each light; return these lights."""
     hidden = work.hidden
@@ -187,7 +189,7 @@ def _count_hidden(bits, pieces, n_rows, c, is_weak, work):
     return some
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _add_light(bits, pieces, c, k, n_groups, weights, is_weak, work, at, cast, sole):
     """Add a light, the k-th, to the hours of the listed groups at a receiver."""
     hours, through = np.float32(weights[0, k]), weights[1, k]
@@ -211,7 +213,7 @@ def _add_light(bits, pieces, c, k, n_groups, weights, is_weak, work, at, cast, s
         )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _pass(solid, weak, through):
     """Return the share of the light past some opaque pieces and some canopies."""
     if solid > 0:

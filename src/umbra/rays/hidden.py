@@ -99,7 +99,7 @@ def find_hidden_from(
     return masks
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def get(rows, i):
     """Return three numbers of a row as a tuple, which costs less than a view."""
     return rows[i, 0], rows[i, 1], rows[i, 2]
@@ -209,13 +209,13 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0, found=None):
     return np.int64(-1 if found is None else count), is_sure
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _invert(x):
     """Return 1 / x in float32, or a large finite number for 0, so that no box makes NaN."""
     return np.float32(1.0 / x if abs(x) > _TINY else np.copysign(1.0 / _TINY, x))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _hides(f, p, n, d, tree, light):
     """Return whether a face lies between a point and the sun, or whether rounding decides."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
@@ -269,13 +269,13 @@ def _hides_beside(f, q, n, d, tree, light, p, scale):
     return _YES if ab == bc == ca else _NO
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _is_left(u, v, d, forward):
     """Return the side of the edge u to v on which a ray passes, tested from v if not forward."""
     return ((_side(u, v, d) if forward else _side(v, u, d)) >= 0.0) == forward
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _see(p, f, tree):
     """Return a face's corners relative to a point."""
     c = tree.corners
@@ -286,18 +286,18 @@ def _see(p, f, tree):
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _height(p, c, m):
     """Return the height of a point above a face's plane [m]."""
     return m[0] * (p[0] - c[0]) + m[1] * (p[1] - c[1]) + m[2] * (p[2] - c[2])
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _side(u, v, d):
     """Return the side of the edge u to v on which a ray passes."""
     return (
@@ -307,7 +307,7 @@ def _side(u, v, d):
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _measure(u):
     return abs(u[0]) + abs(u[1]) + abs(u[2])
 
