@@ -45,6 +45,7 @@ class PlanRaster(Raster):
     kind: "PlanKind"
     assumed: Level | None = field(kw_only=True)
     cut: tuple[Grid, slice, slice] | None = field(default=None, kw_only=True)
+    _parts: list[tuple[slice, slice, Grid]] = field(default_factory=list, init=False)
     _looked: dict[Grid, tuple[int, Any, NDArray[np.bool_] | None]] = field(
         default_factory=dict, init=False
     )

@@ -221,7 +221,7 @@ def find_caster(scene: Scene, parts: Sequence[int]) -> Caster:
     """Return the caster of some parts, given as indices; made once."""
 
     def make() -> Caster:
-        is_whole = len(parts) == len(scene.parts)
+        is_whole = tuple(parts) == tuple(range(len(scene.parts)))
         soup = derive(scene, "soup", None, scene.triangles) if is_whole else scene.triangles(parts)
         return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
 
