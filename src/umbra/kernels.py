@@ -4,8 +4,6 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.options import DefaultOptions
 from numba.core.types import unliteral
 
@@ -13,44 +11,9 @@ __all__ = ["borrowing", "inlined"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-
-class _InnerCode(JITCodeLibrary):
-    """Code of an inner kernel: it is optimised and made machine code as a part of its callers."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0
-
-    @property
-    def codegen(self) -> Any:
-        return self
-
-    def set_env(self, *_: Any) -> None:
-        """Leave the environment, which only wrappers for Python use."""
-
-    def serialize_using_object_code(self) -> Any:
-        return self.serialize_using_bitcode()
-
-
-class _InnerCompiler(Compiler):
-    """Compiler of inner kernels."""
-
-    def define_pipelines(self) -> Any:
-        state = self.state
-        state.library = _InnerCode(state.targetctx.codegen(), state.func_id.func_qualname)
-        return super().define_pipelines()
-
-
 # Only kernels call them: wrappers for Python and C would take as long to compile as they do.
 _INNER: dict[str, Any] = {
     "cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
-    "pipeline_class": _InnerCompiler,
 }  # fmt: skip
 if hasattr(DefaultOptions, "_nrt"):
     _INNER["_nrt"] = False
