@@ -83,13 +83,11 @@ class Renderer(DeviceUser):
     Attributes
     ----------
     statistics : list of Statistics
-        Statistics of the last picture's lights.
     plans : list of VolumePlan
-        Plans of the last picture's lights, valid until the next.
+        Of the last picture's lights; plans are valid until the next.
     projection : Projection, optional
-        Projection of the last picture.
     targets : PictureTargets
-        Framebuffers of the last picture.
+        Projection and framebuffers of the last picture.
     timers : Timers, optional
         Measures each pass, if set.
     """
