@@ -108,18 +108,31 @@ class Browser:
 
     def find_busy(self) -> float | None:
         """Return how long the browser's processes kept processors busy [s]; None if unknown."""
+        ticks = self._find_processes().values()
+        return sum(ticks) / os.sysconf("SC_CLK_TCK") if ticks else None
+
+    def find_script(self) -> float | None:
+        """Return how long the pages' own threads kept processors busy [s]; None if unknown."""
+        found = []
+        for process in self._find_processes():
+            with contextlib.suppress(OSError):
+                folder = Path(f"/proc/{process}")
+                if b"--type=renderer" in (folder / "cmdline").read_bytes():
+                    busy = (folder / f"task/{process}/schedstat").read_text().split()[0]
+                    found.append(int(busy) / 1e9)
+        return sum(found) if found else None
+
+    def _find_processes(self) -> dict[int, int]:
+        """Return the processor time of each of the browser's processes, in ticks, by its id."""
         processes: dict[int, tuple[int, int]] = {}
         for stat in Path("/proc").glob("[0-9]*/stat"):
             with contextlib.suppress(OSError):
                 fields = stat.read_text().rpartition(")")[2].split()
                 processes[int(stat.parent.name)] = int(fields[1]), int(fields[11]) + int(fields[12])
-        mine, ticks = {self._process.pid}, 0
-        if self._process.pid not in processes:
-            return None
+        mine = {self._process.pid} & processes.keys()
         while more := {p for p, (parent, _) in processes.items() if parent in mine} - mine:
             mine |= more
-        ticks = sum(processes[process][1] for process in mine)
-        return ticks / os.sysconf("SC_CLK_TCK")
+        return {process: processes[process][1] for process in mine}
 
     def _send(self, method: str, session: str | None = None, **params: Any) -> Any:
         self._number += 1

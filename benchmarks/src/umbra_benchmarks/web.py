@@ -31,6 +31,7 @@ _LISTEN = (
 )
 """A module's own errors are rejections that nobody awaits."""
 _FRAMES = 3  # of a turn
+_SCRIPTS = 30  # frames of a turn of which JavaScript alone runs
 _SIDES = {
     "ours": ("4 samples a pixel", 4, 1.0),
     "ours_moving": ("1 sample a pixel, while things move", 1, 1.0),
@@ -43,19 +44,20 @@ _SIDES = {
 @dataclass(frozen=True)
 class Frames:
     """
-    Medians of one side's frames while the sun moves.
+    One side's frames while the sun moves.
 
     Parameters
     ----------
-    wall, script : float
-        By the clock until the picture is read back, and of it JavaScript [ms].
-    busy : float, optional
-        Of all the browser's processes together, the least of all turns [ms].
+    wall : float
+        By the clock until the picture is read back [ms].
+    busy, script : float, optional
+        Processor time of all the browser's processes together, and of the page's own thread, which
+        runs JavaScript, in frames of which nothing is drawn; the least of all turns [ms].
     """
 
     wall: float
-    script: float
     busy: float | None
+    script: float | None
 
     @property
     def rate(self) -> float:
@@ -96,11 +98,12 @@ class Web(BenchmarkReport):
         lines = []
         for name, side in self.sides.items():
             busy = "" if side.busy is None else f"{side.busy:,.0f} ms"
+            script = "" if side.script is None else f"{side.script:.1f} ms"
             share = ""
             if three is not None and three.busy and side.busy:
                 share = f"{side.busy / three.busy:.2f}"
             lines.append([_SIDES[name][0], f"{side.wall:,.0f} ms", busy, share, f"{side.rate:.1f}",
-                          f"{side.script:.1f} ms"])  # fmt: skip
+                          script])  # fmt: skip
         head = ["frame", "clock", "processors", "times three.js", "frames a second", "JavaScript"]
         return (
             f"umbra bench web: {describe_machine()}. A town of {self.triangles:,} triangles at "
@@ -133,7 +136,7 @@ def bench_web(run: BenchmarkRun) -> Web:
         "vertices": (town.vertices - origin).round(4).ravel().tolist() if three else [],
         "faces": town.faces.ravel().tolist() if three else [],
     }
-    found: dict[str, list[tuple[float, float, float | None]]] = {}
+    found: dict[str, list[tuple[float, float | None, float | None]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         pages = {"ours": _write_page(Path(folder), "ours", bundle("kit"), data)}
         if three is not None:
@@ -148,32 +151,37 @@ def bench_web(run: BenchmarkRun) -> Web:
                 for name, browser in turns.items():
                     _, samples, scale = _SIDES[name]
                     begun = browser.find_busy()
-                    wall, script = browser.ask(f"frames({_FRAMES}, {samples}, {scale})")
-                    ended = browser.find_busy()
-                    busy = None
-                    if begun is not None and ended is not None:
-                        busy = 1000 * (ended - begun) / _FRAMES
-                    found.setdefault(name, []).append((wall, script, busy))
+                    wall = browser.ask(f"frames({_FRAMES}, {samples}, {scale})")
+                    busy = _spread(begun, browser.find_busy(), _FRAMES)
+                    begun = browser.find_script()
+                    browser.ask(f"script({_SCRIPTS}, {samples}, {scale})")
+                    script = _spread(begun, browser.find_script(), _SCRIPTS)
+                    found.setdefault(name, []).append((wall, busy, script))
     sides = {name: _sum_up(rows[1:]) for name, rows in found.items()}  # the first compiles
     return Web(run, sides, len(town.faces), size)
 
 
-def _sum_up(rows: list[tuple[float, float, float | None]]) -> Frames:
-    busy = [row[2] for row in rows if row[2] is not None]
-    wall, script = (float(np.median([row[k] for row in rows])) for k in (0, 1))
-    return Frames(wall, script, min(busy) if busy else None)
+def _spread(begun: float | None, ended: float | None, frames: int) -> float | None:
+    """Return the time of one frame [ms] of times before and after some [s]."""
+    return None if begun is None or ended is None else 1000 * (ended - begun) / frames
+
+
+def _sum_up(rows: list[tuple[float, float | None, float | None]]) -> Frames:
+    walls, *others = zip(*rows, strict=True)
+    busy, script = (min((v for v in one if v is not None), default=None) for one in others)
+    return Frames(float(np.median(walls)), busy, script)
 
 
 def _write_page(folder: Path, name: str, library: str, data: dict[str, Any]) -> Path:
     """Write a page that holds a library, the data and the script of its side."""
-    script = (_FOLDER / f"{name}.js").read_text("utf-8")
+    measure, script = ((_FOLDER / f"{one}.js").read_text("utf-8") for one in ("frames", name))
     packed = base64.b64encode(library.encode()).decode()
     path = folder / f"{name}.html"
     path.write_text(
         "<!doctype html><meta charset=utf-8><body style='margin:0'><canvas id=c></canvas>\n"
         f"<script type=text/plain id=library>{packed}</script>\n"
         f"<script type=application/json id=data>{json.dumps(data)}</script>\n"
-        f"<script type=module>\n{_LISTEN}{script}</script>",
+        f"<script type=module>\n{_LISTEN}{measure}{script}</script>",
         "utf-8",
     )
     return path

@@ -97,6 +97,8 @@ export class Renderer {
     this.style = { ...STYLE, ...options.style };
     this.surfaces = makeSurfaces(model);
     this.creases = findCreases(model);
+    /** @type {Map<string, Sight>} cameras of the last views */
+    this.sights = new Map();
     this.isLost = false;
     this.lose = (/** @type {Event} */ event) => {
       event.preventDefault(); // else it is never restored
@@ -119,6 +121,7 @@ export class Renderer {
     this.buffers = makeBuffers(this.device, this.model, this.surfaces);
     /** @type {Selection[]} */
     this.stages = [];
+    this.sights.clear();
     this.targets = new Targets(this.device);
     this.passes = new Passes(this.device);
     if (this.overlay) this.passes.overlays.set(this.overlay);
@@ -210,14 +213,21 @@ export class Renderer {
   }
 
   /**
-   * The camera of a view, in its pixels, with depth fitted to what is drawn.
+   * The camera of a view, in its pixels, with depth fitted to what is drawn; the same object while
+   * none of these change.
    * @param {View} view
    */
   findSight(view) {
     const { viewport } = findRectangles(this.canvas, view);
     const camera = view.camera ?? this.camera;
-    const sight = new Sight(camera, viewport[2], viewport[3], this.device?.reverses ?? false);
-    sight.fit(this.model.blocks, this.ground);
+    const key = JSON.stringify([camera, viewport[2], viewport[3], this.ground]);
+    let sight = this.sights.get(key);
+    if (!sight) {
+      if (this.sights.size > 3) this.sights.clear();
+      sight = new Sight(camera, viewport[2], viewport[3], this.device?.reverses ?? false);
+      sight.fit(this.model.blocks, this.ground);
+      this.sights.set(key, sight);
+    }
     return sight;
   }
 
@@ -247,7 +257,7 @@ export class Renderer {
       const within = stage.shadows.findScissor(sight);
       if (within) gl.scissor(...narrow(viewport, scissor, within));
       if (k > 0) this.clearStencil();
-      stage.seen.listLit(stage.shadows.thrown.light);
+      stage.seen.listLit(stage.shadows.volumes.side);
       stage.shadows.count(sight, common);
       if (k > 0) passes.addLight(stage, common, shone[k]);
       else passes.drawShadow(stage, common);

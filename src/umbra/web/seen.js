@@ -56,7 +56,9 @@ export class SeenFaces {
     this.arrays = this.indices.map((buffer) => device.makeArray(SURFACE, attributes, buffer));
     /** @type {Record<'solid' | 'opaque' | 'panes' | 'lit', Run[]>} */
     this.runs = { solid: [], opaque: [], panes: [], lit: [] };
-    this.key = "";
+    /** @type {Sight | null} of the last view */
+    this.sight = null;
+    this.cutsInto = false;
   }
 
   /**
@@ -66,9 +68,9 @@ export class SeenFaces {
    * @param {number} floor z up to which a ground hides all
    */
   list(sight, cutsInto, floor) {
-    const key = [sight.near, ...sight.apex, ...sight.findMatrix(), cutsInto, floor].join();
-    if (key === this.key) return;
-    this.key = key;
+    if (sight === this.sight && cutsInto === this.cutsInto) return;
+    this.sight = sight;
+    this.cutsInto = cutsInto;
     const { model, kinds, sides, opaque } = this;
     const { faceCount: n, faceStarts, planes, shellCount, shells } = model;
     const [x, y, z, w] = sight.apex;
@@ -98,16 +100,14 @@ export class SeenFaces {
 
   /**
    * List the seen sides that face a light; only there can it be missing.
-   * @param {number[]} light homogeneous
+   * @param {Int8Array} lit on which side of each face the light is
    */
-  listLit([x, y, z, w]) {
+  listLit(lit) {
     const { sides, opaque, count } = this;
-    const { faceCount: n, planes } = this.model;
     this.begin();
     for (let i = 0; i < count; i++) {
       const f = opaque[i];
-      const at = planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
-      if (at * sides[f] > 0) this.add(sides[f] > 0 ? 0 : 1, f);
+      if (lit[f] === sides[f]) this.add(lit[f] > 0 ? 0 : 1, f);
     }
     this.runs.lit = this.upload(1, [0, 1]);
   }

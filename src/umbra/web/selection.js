@@ -60,7 +60,8 @@ export class Selection {
     this.seen = new SeenFaces(shared, show, opaque);
     this.creaseLines = gl.createBuffer();
     this.creaseCount = 0;
-    this.creaseKey = "";
+    /** @type {Sight | null} whose creases are listed */
+    this.creaseSight = null;
     this.creases = device.makeArray(
       CREASE,
       { place: [doubled, 4, gl.FLOAT, 16, 0] },
@@ -97,9 +98,8 @@ export class Selection {
     const { device, model } = this.shared,
       { gl } = device,
       { shells, shellCount } = model;
-    const key = [pixels, sight.near, ...sight.eye, ...sight.findMatrix()].join();
-    if (key === this.creaseKey) return;
-    this.creaseKey = key;
+    if (sight === this.creaseSight) return;
+    this.creaseSight = sight;
     const planes = sight.findPlanes(),
       farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
     const at = -dot(sight.forward, sight.eye),

@@ -55,6 +55,8 @@ export class Shadows {
     /** @type {{isBehind: boolean, kind: 'wound' | 'cap' | 'turned', first: number, size: number}[]} */
     this.draws = [];
     this.array = device.makeArray(VOLUME, { place: [doubled, 4, gl.FLOAT, 16, 0] }, this.indices);
+    /** @type {Sight | null} of the last view */
+    this.sight = null;
     this.key = "";
     this.lightKey = "";
     this.casters = 0;
@@ -73,8 +75,9 @@ export class Shadows {
   prepare(light, sight, ground, isCut) {
     const place = findPlace(light);
     const range = "position" in light ? (light.range ?? Infinity) : Infinity;
-    const key = [...place, range, ...sight.findMatrix(), ...sight.eye, ground, isCut].join();
-    if (key === this.key) return;
+    const key = [...place, range, isCut].join();
+    if (sight === this.sight && key === this.key) return;
+    this.sight = sight;
     this.key = key;
     const opened = findOpened(this.volumes, sight, place);
     const lightKey = `${place} ${opened ?? ""}`;

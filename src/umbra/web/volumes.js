@@ -107,6 +107,8 @@ export class Volumes {
   /** @param {Model} model */
   constructor(model) {
     this.model = model;
+    /** On which side of each face the light is: 1 at its front, -1 at its back. */
+    this.side = new Int8Array(model.faceCount);
     /** What each face adds; the last is that of a border. */
     this.adds = new Int8Array(model.faceCount + 1);
     /** What each adds with the light at its front, and at its back. */
@@ -121,8 +123,8 @@ export class Volumes {
     this.isChanged = new Uint8Array(model.shellCount).fill(1);
     this.isFlat = false;
     this.floor = -Infinity;
-    /** The last view's planes, and the shells beyond them. */
-    this.view = /** @type {number[]} */ ([]);
+    /** The last view, and the shells out of it. */
+    this.sight = /** @type {Sight | null} */ (null);
     this.unseen = new Uint8Array(0);
     this.casts = new Uint8Array(model.shellCount);
     this.isClosed = Uint8Array.from(model.isClosed);
@@ -173,7 +175,7 @@ export class Volumes {
    */
   setLight(light, opened) {
     const { faceCount: n, faceComponent, faceStarts, planes, shellCount } = this.model;
-    const { adds, front, isChanged } = this;
+    const { adds, front, isChanged, side } = this;
     const back = opened
       ? this.back.map((own, f) => (opened[faceComponent[f]] ? -front[f] : own))
       : this.back;
@@ -184,7 +186,10 @@ export class Volumes {
         const at =
           planes[f] * x + planes[n + f] * y + planes[2 * n + f] * z + planes[3 * n + f] * w;
         // Without branches, as no order of faces foretells on which side the light is.
-        const sum = Number(at > 0) * front[f] + Number(at < 0) * back[f];
+        const before = Number(at > 0);
+        const behind = Number(at < 0);
+        const sum = before * front[f] + behind * back[f];
+        side[f] = before - behind;
         changes |= sum ^ adds[f];
         adds[f] = sum;
       }
@@ -202,9 +207,8 @@ export class Volumes {
     const { model, zPass, zFail, first, end, isChanged } = this;
     [this.cases, this.lastCases] = [this.lastCases, this.cases];
     const { cases, lastCases } = this;
-    const view = sight.findPlanes();
-    if (view.join() !== this.view.join()) this.unseen = findUnseen(model, view);
-    this.view = view;
+    if (sight !== this.sight) this.unseen = findUnseen(model, sight.findPlanes());
+    this.sight = sight;
     placeShells(model, sight, thrown, this.casts, this.unseen, cases);
     zPass.begin();
     zFail.begin();

@@ -1,4 +1,4 @@
-// A town drawn by umbra's renderer: `frames` draws some while the sun moves.
+// A town drawn by umbra's renderer: `draw` draws a frame, the sun moving.
 
 const text = (id) => document.getElementById(id).textContent;
 const data = JSON.parse(text("data"));
@@ -13,21 +13,14 @@ const renderer = new kit.Renderer(canvas, model, { pixelRatio: 1 });
 const local = (place) => place.map((v, k) => v + data.origin[k] - model.origin[k]);
 renderer.setGround(local([0, 0, 0])[2]);
 renderer.setCamera({ eye: local(data.eye), target: local([0, 0, 0]), fov: 45, near: 1 });
-const pixel = new Uint8Array(4);
+globalThis.gl = renderer.device.gl;
 let tick = 0;
-globalThis.frames = (count, samples, scale) => {
-  const { gl } = renderer.device, begun = performance.now();
-  let script = 0;
+globalThis.draw = (samples, scale) => {
+  const turn = 0.6 + 0.004 * tick++;
   renderer.samples = samples;
   renderer.options.pixelRatio = scale;
-  for (let k = 0; k < count; k++) {
-    const turn = 0.6 + 0.004 * tick++;
-    renderer.setLights([{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }]);
-    renderer.draw();
-    script += renderer.statistics.milliseconds;
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-  }
-  return [(performance.now() - begun) / count, script / count];
+  renderer.setLights([{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }]);
+  renderer.draw();
 };
 frames(1, 4, 1);
 globalThis.ready = true;
