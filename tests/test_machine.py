@@ -114,6 +114,7 @@ from numba import njit, prange
 @njit(cache=True)
 def square(values):
     made = np.empty_like(values)
+    assert values.max() > 0
     for k in range(len(values)):
         made[k] = values[k] ** 2
     return made
@@ -130,7 +131,8 @@ import sys
 from umbra.machine import load_compiler
 load_compiler()
 import kernels, numba, numpy as np
-print(kernels.add(kernels.square(np.arange(4.0))), "numba.np.linalg" in sys.modules)
+print(kernels.add(kernels.square(np.arange(4.0))))
+print({"numba.np.linalg", "scipy.linalg"} & sys.modules.keys() != set())
 assert numba.njit(lambda n: np.linalg.det(np.eye(n)))(2) == 1  # now the compiler is needed
 """
 
@@ -143,7 +145,7 @@ def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):
         ).stdout
         for _ in range(2)
     ]
-    assert told == ["14.0 True\n", "14.0 False\n"]
+    assert told == ["14.0\nTrue\n", "14.0\nFalse\n"]
 
 
 def test_threads_by_tbb_are_found_in_another_environment_too(tmp_path):
