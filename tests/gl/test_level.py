@@ -1,9 +1,9 @@
-"""Lights exactly in the ground's plane: both devices against float64 rays from just above it."""
+"""Lights exactly in the plane of the ground, roofs and walls: counts against float64 rays."""
 
 import numpy as np
 import pytest
 from support.gl_judge import closed_faces
-from support.judge import judge_level
+from support.judge import judge_edge_on
 from support.raycaster import RayCaster
 from support.shapes import box, merge
 
@@ -69,5 +69,18 @@ def test_roofs_in_the_plane_of_the_light(device, ground):
     with GlFrameCounter(make_scene(vertices, faces), ground=ground, device=device) as ours:
         camera = Camera((20, -25, 14), (0, 0, 2), size=(96, 80))
         for light in directional_light((0.4, 0.9, 0.0)), point_light((19.5, -7.0, 4.0)):
-            wrong, _ = judge_level(ours, camera, light)
+            wrong, _ = judge_edge_on(ours, camera, light)
             assert wrong == 0
+
+
+def test_walls_in_the_plane_of_the_light(device):
+    rng = np.random.default_rng(7)
+    corners = np.append(rng.integers(-12, 9, (30, 2)), np.zeros((30, 1)), 1)
+    scene = make_scene(*merge(*(box(low, low + rng.uniform(2, 8, 3)) for low in corners)))
+    with GlFrameCounter(scene, ground=0.0, device=device) as ours:
+        camera = Camera((20, -25, 14), (0, 0, 2), size=(96, 80))
+        lights = [directional_light((x, y, 1)) for x, y in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        lights.append(point_light(corners[0] + [0, 4, 9]))
+        wrong, shaded = np.sum([judge_edge_on(ours, camera, light) for light in lights], axis=0)
+        assert wrong == 0
+        assert shaded > 100

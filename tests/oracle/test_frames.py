@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from support.judge import Verdicts, judge_frame, judge_level
+from support.judge import Verdicts, judge_edge_on, judge_frame
 from support.shapes import (
     HOUSE,
     SCENES,
@@ -151,10 +151,29 @@ def test_level_faces_under_a_light_in_their_plane(camera):
     counter = FrameCounter(make_scene(*mesh))
     found = []
     for light in directional_light((0.41, 0.29, 0)), point_light((31.0, -20.0, 4.0)):
-        found += [judge_level(counter, CAMERAS[camera], light, how) for how in ("auto", "z-fail")]
+        found += [judge_edge_on(counter, CAMERAS[camera], light, how) for how in ("auto", "z-fail")]
     wrong, shaded = np.sum(found, axis=0)
     assert wrong == 0
     assert shaded > 10
+
+
+@pytest.mark.parametrize("camera", ["outside", "orthographic"])
+def test_walls_along_the_light(camera):
+    rng = np.random.default_rng(7)
+    corners = np.append(rng.integers(-12, 9, (30, 2)), np.zeros((30, 1)), 1)
+    mesh = merge(*(box(low, low + rng.uniform(2, 8, 3)) for low in corners))
+    found = []
+    for turn in 0, 33:  # of the model, with the light: planes then hold it within rounding
+        counter = FrameCounter(make_scene(*turned(mesh, turn)), ground=0.0)
+        angles = np.radians([0, 90, 180, 270])
+        x, y = np.sin(angles - np.radians(turn)), np.cos(angles - np.radians(turn))
+        lights = [directional_light(way) for way in np.stack([x, y, np.ones(4)], 1)]
+        lamp = turned((corners[:1] + [0, 4.0, 9.0], None), turn)[0][0]
+        for light in (*lights, point_light(lamp)):
+            found.append(judge_edge_on(counter, CAMERAS[camera], light))
+    wrong, shaded = np.sum(found, axis=0)
+    assert wrong == 0
+    assert shaded > 100
 
 
 @pytest.mark.parametrize("length", [1e-300, 1e-33, 1.0, 1e300])

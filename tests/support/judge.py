@@ -313,27 +313,28 @@ def judge_frame(mesh, camera, light, ground=0.0, threads=1):
     return verdicts, counts
 
 
-def judge_level(counter, camera, light, method="auto"):
+def judge_edge_on(counter, camera, light, method="auto"):
     """
-    Judge the level faces in a light's plane by rays to the light, lifted to the viewer's side.
+    Judge the faces in a light's plane by rays to the light, moved to the viewer's side of each.
 
     Returns how many of their pixels are wrong, and how many are in another's shadow.
     """
     scene, triangles = counter.scene, counter.triangles
     view, frame = counter.see(camera)
     counts, place = counter.count(view, camera, light, method), light.local(scene.origin)
-    z = triangles.vertices[triangles.faces, 2]
-    level = (z == z[:, :1]).all(1)
-    level &= (z[:, 0] * place[3] == place[2]) if place[3] else place[2] == 0
+    points, normals = frame.position - scene.origin, frame.normal
+    way = place[:3] - place[3] * points
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    seen = (view.face >= 0) & (np.abs(np.einsum("ijk,ijk->ij", way, normals)) < 1e-11)
     rays = RayCaster(triangles.vertices, triangles.faces, scene.origin)
     caster = make_caster(triangles.vertices, triangles.faces)
     is_closed = closed_faces(caster, len(triangles.faces))
     wrong = shaded = 0
-    for side in 1, -1:
-        seen = np.append(level, [False] * 2)[view.face] & (side * frame.normal[..., 2] > 0)
-        lifted = place + [0, 0, side * 1e-7, 0]
-        points, eye = frame.position[seen] - scene.origin, camera.apex(scene.origin)
-        true = rays.count(points, view.face[seen], eye, lifted, is_closed).count
-        wrong += int((counts[seen] != true).sum())
+    for normal in np.unique(np.round(normals[seen], 9), axis=0):
+        here = seen & (np.abs(normals - normal) < 1e-8).all(-1)
+        beside = place + np.append(1e-7 * normal, 0.0)
+        eye = camera.apex(scene.origin)
+        true = rays.count(points[here], view.face[here], eye, beside, is_closed).count
+        wrong += int((counts[here] != true).sum())
         shaded += int((true > 0).sum())
     return wrong, shaded

@@ -22,9 +22,9 @@ from umbra.machine import use_threads
 from umbra.methods import METHODS, Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
+from umbra.rays.edge_on import find_edge_on, recount_edge_on
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
 from umbra.rays.holding import find_holders
-from umbra.rays.level import find_level, recount_level
 from umbra.rays.sight import Sight
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
@@ -160,10 +160,10 @@ class FrameCounter:
                 counts = counts + (start + before)
         if start or np.ndim(before) or eye.along < 0 or method == "z-fail":
             counts = counts * (view.face != NOTHING)  # else nothing was counted there
-        level = find_level(view, self.triangles, source)
-        if level is not None:
+        edge_on = find_edge_on(view, self.triangles, source)
+        if edge_on is not None:
             frame = self.locate(view, camera)
-            return recount_level(counts, level, frame, self.caster, camera, source, origin)
+            return recount_edge_on(counts, edge_on, frame, self.caster, camera, source, origin)
         return counts
 
     def find_visibility(

@@ -33,7 +33,7 @@ from umbra.gl.transmission import SheerSurfaces, TransmitterTables
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.level import find_level, recount_level
+from umbra.rays.edge_on import find_edge_on, recount_edge_on
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
@@ -185,11 +185,11 @@ class GlFrameCounter(DeviceUser):
             counter.count(state, target, self.plan)
         counts = np.where(view.face != NOTHING, counter.read(target, self.plan), 0)
         place, origin = light.local(self.scene.origin), self.scene.origin
-        level = find_level(view, self.triangles, place)
-        if level is not None and counter is self.counter:
+        edge_on = find_edge_on(view, self.triangles, place)
+        if edge_on is not None and counter is self.counter:
             parts = range(len(self.scene.parts)) if self._casters is None else self._casters
             frame, caster = self.locate(view, camera), find_caster(self.scene, parts)
-            counts = recount_level(counts, level, frame, caster, camera, place, origin)
+            counts = recount_edge_on(counts, edge_on, frame, caster, camera, place, origin)
         return counts.astype(np.int32)
 
     @on_device

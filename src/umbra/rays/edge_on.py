@@ -1,5 +1,5 @@
 """
-Counts on level faces in whose plane the light lies: a roof under a level sun.
+Counts on faces in whose plane the light lies: walls along the sun, a roof under a level one.
 
 Sides of volumes lie in such a face, and rounding would tell which is nearer. A point is meant as
 the limit from the viewer's side, so both devices ask a ray from just beside the face.
@@ -24,33 +24,47 @@ from umbra.scene.derived import derive
 from umbra.scene.scene import Triangles
 from umbra.volume.adjacency import Caster
 
-__all__ = ["find_level", "recount_level"]
+__all__ = ["find_edge_on", "recount_edge_on"]
 
 _BESIDE = 2.0**-30  # of the largest coordinate
+_EDGE_ON = 2.0**-40  # sine of the light's angle to a plane, or a lamp's distance: far smaller
 
 
-def find_level(
+def find_edge_on(
     view: DepthBuffer, triangles: Triangles, light: NDArray[np.float64]
 ) -> NDArray[np.bool_] | None:
-    """Find the pixels that see a level face in the plane of a light (4,); None without any."""
-    if not light[3] and light[2]:
+    """Find the pixels that see a face in the plane of a light (4,); None without any."""
+
+    def find_planes() -> tuple[NDArray[np.intp], NDArray[np.float64], float]:
+        seen = np.flatnonzero(_mark_seen(view.face, len(triangles.faces)))
+        a, b, c = triangles.vertices[triangles.faces[seen]].transpose(1, 0, 2)
+        normals = np.cross(b - a, c - a)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        offsets = -np.einsum("ij,ij->i", normals, a)
+        return seen, np.column_stack([normals, offsets]), float(np.abs(a).max(initial=0.0))
+
+    seen, planes, size = derive(view, "planes seen", None, find_planes)
+    least = _EDGE_ON * (np.abs(light[:3]).max() + light[3] * size)
+    found = seen[np.abs(planes @ light) <= least]
+    if not len(found):
         return None
-
-    def find_heights() -> tuple[NDArray[np.float64], set[float]]:
-        z = triangles.vertices[triangles.faces, 2]
-        level = np.where((z == z[:, :1]).all(1), z[:, 0], np.nan)
-        # The ground and the background, -2 and -1, are no faces.
-        return np.append(level, [np.nan, np.nan]), set(level[~np.isnan(level)].tolist())
-
-    heights, known = derive(triangles, "level faces", None, find_heights)
-    if light[3] and light[2] / light[3] not in known:
-        return None
-    seen = heights[view.face]
-    found = seen == light[2] / light[3] if light[3] else ~np.isnan(seen)
-    return found if found.any() else None
+    is_edge_on = np.zeros(len(triangles.faces) + 2, np.bool_)  # -2 and -1: ground and background
+    is_edge_on[found] = True
+    return is_edge_on[view.face]
 
 
-def recount_level(
+@njit(cache=True, nogil=True)
+def _mark_seen(view, n_faces):
+    """Mark the faces that a view shows."""
+    is_seen = np.zeros(n_faces, np.bool_)
+    for row in range(view.shape[0]):
+        for face in view[row]:
+            if face >= 0:
+                is_seen[face] = True
+    return is_seen
+
+
+def recount_edge_on(
     counts: NDArray[np.integer],
     where: NDArray[np.bool_],
     frame: VisibleSurface,
@@ -60,14 +74,14 @@ def recount_level(
     origin: NDArray[np.float64],
 ) -> NDArray[np.int32]:
     """
-    Count the faces between a light and visible points of level faces in its plane.
+    Count the faces between a light and visible points of faces in whose plane it lies.
 
     Parameters
     ----------
     counts : (rows, cols) int
         Counts of the view.
     where : (rows, cols) bool
-        The points, from ``find_level``.
+        The points, from ``find_edge_on``.
     frame : VisibleSurface
     caster : Caster
         In the scene's frame, as is the light.
@@ -88,7 +102,7 @@ def recount_level(
     caster = caster.opened(eye.start.enclosed | find_cut_open(caster, blocks, cut, light))
     points = frame.position[where] - origin
     size = 1.0 + max(blocks.largest, np.abs(light[:3]).max())
-    points[:, 2] += np.copysign(_BESIDE * size, frame.normal[where][:, 2])
+    points += _BESIDE * size * frame.normal[where]
     found = np.zeros(len(points), np.int32)
     is_open = (~caster.is_closed)[caster.component].astype(caster.component.dtype)
     _count(
