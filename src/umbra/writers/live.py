@@ -71,7 +71,7 @@ def _make_plan(study: Study) -> dict[str, object]:
     picture = Image.fromarray(_count_levels(share)[::-1].copy(), "P")
     picture.putpalette(np.rint(shade_ramp(_CLEAR) * 255).astype(np.uint8).tobytes())
     stream = io.BytesIO()
-    picture.save(stream, "PNG", compress_level=6, transparency=_CLEAR)
+    picture.save(stream, "PNG", compress_level=4, transparency=_CLEAR)
     half = np.array([study.grid.dx, study.grid.dy]) / 2
     low = np.array([study.x[0], study.y[0]]) - half
     high = np.array([study.x[-1], study.y[-1]]) + half

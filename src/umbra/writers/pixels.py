@@ -80,6 +80,7 @@ _GAMMA = np.where(
 )
 _COLOR_TYPES = {2: 4, 3: 2, 4: 6}  # of PNG, by the number of channels
 _ROWS = 256  # that are compressed at a time
+_COLORS = 8192  # that are computed at a time
 HALF = 0.5
 """A pixel with a larger share of a region belongs to it."""
 
@@ -110,9 +111,14 @@ def follow(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDA
 
 def to_srgb(lab: NDArray) -> NDArray:
     """Turn OKLab colours (..., 3) into sRGB in [0, 1]; what sRGB cannot show is cut."""
-    cones = lab @ LAB_TO_CONES.T.astype(lab.dtype)
-    linear = np.clip((cones * cones * cones) @ CONES_TO_RGB.T.astype(lab.dtype), 0, 1)
-    return _GAMMA.astype(lab.dtype)[(linear * (len(_GAMMA) - 1) + 0.5).astype(np.intp)]
+    to_cones, to_rgb, gamma = (m.T.astype(lab.dtype) for m in (LAB_TO_CONES, CONES_TO_RGB, _GAMMA))
+    colors = lab.reshape(-1, 3)
+    srgb = np.zeros_like(colors)
+    for first in range(0, len(colors), _COLORS):  # so many as stay in the processor's cache
+        cones = colors[first : first + _COLORS] @ to_cones
+        linear = np.clip((cones * cones * cones) @ to_rgb, 0, 1)
+        srgb[first : first + _COLORS] = gamma[(linear * (len(gamma) - 1) + 0.5).astype(np.intp)]
+    return srgb.reshape(lab.shape)
 
 
 def shade_ramp(n: int = 256) -> NDArray[np.float64]:

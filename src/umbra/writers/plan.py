@@ -79,11 +79,13 @@ def draw_appearance(
     image: NDArray[np.float32], appearance: Appearance, size: tuple[int, int]
 ) -> None:
     """Put sky and lines on an image (rows, cols, 3), in [0, 1], that is shaded already."""
-    lines = resample(appearance.lines.astype(np.float32), size)[..., None] / 255
+    lines = resample(appearance.lines.astype(np.float32), size) / 255
     if appearance.sky is not None:
         image[resample(appearance.sky.astype(np.float32), size) > 0.5 * 255] = SKY
-    ink = np.where((image @ LUMINANCE)[..., None] < DARK, CHALK, INK)
-    image += lines * (ink - image)
+    drawn = lines > 0
+    found = image[drawn]
+    ink = np.where((found @ LUMINANCE)[:, None] < DARK, CHALK, INK)
+    image[drawn] += lines[drawn, None] * (ink - found)
 
 
 @dataclass(frozen=True, eq=False)

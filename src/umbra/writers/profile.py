@@ -58,7 +58,7 @@ def compose_profile(
         if total is None:
             total = np.zeros((3, *bits.shape), np.float32)
         for channel in range(3):
-            total[channel] += sums[:, channel][bits]
+            total[channel] += sums[:, channel].take(bits)
     if given != n:
         msg = f"{given} shadows for {n} labels"
         raise ValueError(msg)
