@@ -100,5 +100,5 @@ def test_real_models(picture, name):
             found, _ = judge.judge(camera, directional_light(sun))
             verdicts += found
     verdicts.check(most_on_edges=0.01)
-    # A furnished house has edges everywhere, and cracks along them.
-    assert judge.cracks <= (1e-3 if name == "fzk_haus.ifc" else CRACKS) * verdicts.right + 1
+    # Within a furnished house the near plane cuts many volumes.
+    assert judge.cracks <= (2e-4 if name == "fzk_haus.ifc" else CRACKS) * verdicts.right + 1

@@ -66,12 +66,11 @@ export function readCounts(renderer, light, times) {
   times ??= 2 * Math.ceil(64 / 2 ** gl.getParameter(gl.SUBPIXEL_BITS)) - 1;
   const [columns, rows] = [times * viewport[2], times * viewport[3]];
   const sight = renderer.findSight(view);
-  const common = findUniforms(renderer, sight);
   const stage = renderer.findStage(view, true);
   const target = new Target(device, columns, rows, 1, gl.RGBA8);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
   gl.disable(gl.SCISSOR_TEST);
-  gl.viewport(0, 0, columns, rows);
+  const common = findUniforms(renderer, sight, device.setViewport([0, 0, columns, rows]));
   renderer.clear();
   stage.look(sight, common.cutsInto, renderer.ground);
   passes.drawSurfaces(stage, common, SKYLIGHT);

@@ -43,6 +43,23 @@ export class Device {
     this.programs = new Map();
   }
 
+  /**
+   * Draw into a rectangle as the middle of a wider viewport, which only the scissor ends.
+   *
+   * What leaves a viewport is cut there, and software rounds the cuts of two neighbours differently:
+   * a crack. Such cuts are rarer the wider it is; by a power of two, places are the same to the bit.
+   * @param {import('./canvas.js').Rectangle} rectangle
+   * @returns {number} guard: how many times as wide and high the viewport is
+   */
+  setViewport([left, low, wide, high]) {
+    const { gl } = this;
+    const [most] = gl.getParameter(gl.MAX_VIEWPORT_DIMS);
+    const guard = [4, 2].find((times) => times * Math.max(wide, high) <= most) ?? 1;
+    const aside = (guard - 1) / 2;
+    gl.viewport(left - aside * wide, low - aside * high, guard * wide, guard * high);
+    return guard;
+  }
+
   /** @param {Source} source */
   use(source) {
     let program = this.programs.get(source);

@@ -46,7 +46,7 @@ export class Lines {
         { reverses } = device;
       gl.depthFunc(isSky ? device.notFarther : device.nearer);
       program.set({
-        half_: [sight.columns / 2, sight.rows / 2],
+        half_: [sight.columns, sight.rows].map((all) => (common.guard * all) / 2),
         width: width * ratio,
         isSky,
         reverses,

@@ -35,7 +35,7 @@ void main() {
 export const LINE = {
   vertex: `${HEAD}${PLACE}
 in vec3 from, to;
-uniform vec2 half_;              // half the picture [pixels]
+uniform vec2 half_;              // half the viewport [pixels]
 uniform float width;             // [pixels]
 uniform bool isSky;              // as far away as the sky
 uniform bool reverses;

@@ -177,6 +177,7 @@ export class Passes {
     const within = common.groundSize ? sight.findSky(common.height) : [-1, -1, 1, 1];
     if (!within) return;
     device.use(SKY).set({
+      ...common,
       within,
       forward: sight.forward,
       right: scale(sight.right, half * sight.aspect),

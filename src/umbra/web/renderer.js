@@ -239,9 +239,8 @@ export class Renderer {
     if (!device || !passes) return;
     const { gl } = device;
     const sight = this.findSight(view);
-    const common = findUniforms(this, sight);
+    const common = findUniforms(this, sight, device.setViewport(viewport));
     const stage = this.findStage(view);
-    gl.viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
     gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
     this.clear();
     gl.clearColor(0, 0, 0, 0);

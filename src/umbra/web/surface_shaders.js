@@ -150,12 +150,13 @@ export const SKY = {
 uniform vec3 forward, right, up; // right and up to the edges of the picture
 uniform float behind;            // the far plane's depth
 uniform vec4 within;             // the part of the picture that is drawn
+uniform float guard;             // times as large as the picture is the viewport
 out vec3 way;
 void main() {
   vec2 corner = vec2(gl_VertexID % 2 == 0 ? within.x : within.z,
     gl_VertexID < 2 ? within.y : within.w);
   way = forward + corner.x * right + corner.y * up;
-  gl_Position = vec4(corner, behind, 1.0);
+  gl_Position = vec4(corner / guard, behind, 1.0);
 }`,
   fragment: `${HEAD}
 in vec3 way;

@@ -8,9 +8,10 @@ import { dot, subtract } from "./vectors.js";
 /**
  * @param {Renderer} renderer
  * @param {Sight} sight
+ * @param {number} guard of the viewport
  * @returns {Record<string, any>}
  */
-export function findUniforms(renderer, sight) {
+export function findUniforms(renderer, sight, guard) {
   const high = sight.eye.map(Math.fround);
   const [a, b, c, d] = renderer.clip ?? [0, 0, 0, 1];
   const { overlay, style, size, ground } = renderer;
@@ -23,7 +24,8 @@ export function findUniforms(renderer, sight) {
     groundSize: corners.length,
     isSection: Boolean(renderer.clip),
     cutsInto: Boolean(renderer.clip) || sight.near <= sight.asked, // the near plane may cut a solid
-    projection: sight.findMatrix(),
+    guard,
+    projection: sight.findMatrix(guard),
     eyeHigh: high,
     eyeLow: subtract(sight.eye, high),
     eye: sight.eye,

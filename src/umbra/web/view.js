@@ -165,10 +165,13 @@ export class Sight {
     return Math.max(...this.findCorners(this.near).flat().map(Math.abs));
   }
 
-  /** From coordinates relative to the eye to clip space, (4, 4) row-major. */
-  findMatrix() {
+  /**
+   * From coordinates relative to the eye to clip space, (4, 4) row-major.
+   * @param {number} [guard] how many times as wide and high as the picture the clip space is
+   */
+  findMatrix(guard = 1) {
     const { near, far, forward, reverses } = this;
-    const tall = 1 / this.half;
+    const tall = 1 / (guard * this.half);
     const x = [...scale(this.right, tall / this.aspect), 0];
     const y = [...scale(this.up, tall), 0];
     if (this.isPerspective) {
