@@ -287,3 +287,21 @@ def test_roofs_whose_corners_share_an_x_or_a_y_are_seen_from_above():
     )  # fmt: skip
     assert (surface.face >= 0).all()
     np.testing.assert_array_equal(surface.heights, np.full((3, 4), 7.0))
+
+
+def test_long_shadows_end_where_a_valley_rises_again():
+    # Sides are followed a block of 32 cells at a time: a ridge and a pit lie along them.
+    step = 1.0
+    x, y = np.meshgrid(np.arange(-2.0, 181.0, step * 6), np.arange(-2.0, 141.0, step * 5))
+    z = 4 * np.exp(-(((x - 120) / 12) ** 2)) - 6 * np.exp(-(((x - 150) / 9) ** 2)) + 0.02 * y
+    corners = np.stack([x, y, z], -1).reshape(-1, 3)
+    k = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (q.ravel() for q in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+    hills = corners, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    towers = [box((10, 20, -8), (16, 27, 9)), box((60, 70, -8), (63, 74, 15)),
+              box((101, 40, -8), (103, 90, 7))]  # fmt: skip
+    mesh = merge(hills, *towers)
+    suns = [(-1, 0.02, 0.07), (-1, -0.4, 0.03), (-0.4, -1, 0.05), (0.3, 1, 0.1), (1, 0.3, 0.02)]
+    verdicts, counts = judge_field(mesh, Grid(0.03, 0.07, step, step, 170, 130), suns)
+    verdicts.check()
+    assert (counts.any((1, 2))).all()

@@ -28,12 +28,14 @@ __all__ = ["HeightFieldSweep", "Slopes"]
 _LANES = 32  # cells compared at once
 _AHEAD = 16  # edges whose ends are read at once: waits for memory overlap
 _MOST = 0.9  # share of edges in use from which all are kept: a copy takes memory
+_BLOCK = 32  # rows and columns of cells whose least height is kept
+_LONG = 48  # rows or columns from which a side's end is looked for
 _ROWS = 8  # rows whose first and last cells are found at once
 _SPANS = 256  # rows of sides whose cells are compared in one loop
 _BELOW = 2.0**-10
 """
-Depth below the lowest receiver at which sides end [m]: far above rounding, so that the end of a
-side decides for no cell, and shadows do not depend on which other cells are counted with it.
+Depth below the lowest receiver along a side at which it ends [m]: far above rounding, so that the
+end decides for no cell, and shadows do not depend on which other cells are counted with it.
 """
 
 
@@ -98,6 +100,7 @@ class HeightFieldSweep(Sweep):
         self.slopes = slopes or Slopes.none()
         self.floor = floor
         self.heights = np.ascontiguousarray(heights, np.float64)
+        self.lowest = _find_lowest(self.heights)
 
     def _run(
         self,
@@ -116,8 +119,8 @@ class HeightFieldSweep(Sweep):
         too_deep = np.zeros(len(suns), np.bool_)
         _sweep(
             self.ends, self.caster.weight, found.codes, found.starts, away, which,
-            self.heights, self.floor, (grid.row, grid.col), self.slopes.cells, self.slopes.face,
-            self._face_sun(suns), level, out, counts, too_deep,
+            self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
+            self.slopes.face, self._face_sun(suns), level, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -137,6 +140,13 @@ class HeightFieldSweep(Sweep):
         edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
         find_lit(planes, np.append(suns, np.zeros((len(suns), 1)), 1), lit, edge_on)
         return lit
+
+
+def _find_lowest(heights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the least height of each block of cells."""
+    for axis in (0, 1):
+        heights = np.minimum.reduceat(heights, np.arange(0, heights.shape[axis], _BLOCK), axis)
+    return heights
 
 
 def _choose_edges(
@@ -188,12 +198,71 @@ def _add_spans(listed, n, tops, held):
 
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
+def _find_end(edge, kx, ky, floor, lowest, box):
+    """
+    Return the height below which all cells along a side lie above it, so that it may end there.
+
+    ``edge`` holds x, y, z of both ends; ``lowest`` (rows, cols) the least heights of blocks, and
+    ``box`` west, south, east and north of them all. The side is followed up toward its edge from
+    where it leaves the raster, a block at a time.
+    """
+    x0, y0, z0, x1, y1, z1 = edge
+    top = max(z0, z1)
+    west, south, east, north = box
+    # The side is at x + kx * z, y + ky * z.
+    x0, x1, y0, y1 = x0 - z0 * kx, x1 - z1 * kx, y0 - z0 * ky, y1 - z1 * ky
+    least_x, most_x = min(x0, x1) - 1.0, max(x0, x1) + 1.0
+    least_y, most_y = min(y0, y1) - 1.0, max(y0, y1) + 1.0
+    z = floor
+    if kx != 0.0:
+        z = max(z, (west - most_x if kx > 0.0 else east - least_x) / kx)
+    if ky != 0.0:
+        z = max(z, (south - most_y if ky > 0.0 else north - least_y) / ky)
+    step = _BLOCK / max(abs(kx), abs(ky))
+    while z < top:
+        up = min(z + step, top)
+        r0 = np.int64(max(least_y + min(z * ky, up * ky) - south, 0.0)) // _BLOCK
+        r1 = np.int64(min(most_y + max(z * ky, up * ky), north - 1.0) - south) // _BLOCK
+        c0 = np.int64(max(least_x + min(z * kx, up * kx) - west, 0.0)) // _BLOCK
+        c1 = np.int64(min(most_x + max(z * kx, up * kx), east - 1.0) - west) // _BLOCK
+        least = np.inf
+        for r in range(r0, r1 + 1):
+            for c in range(c0, c1 + 1):
+                least = min(least, lowest[r, c])
+        if least - _BELOW < up:
+            return max(z, least - _BELOW)
+        z = up
+    return z
+
+
+@njit(inline="always")
+def _lay_out(x0, y0, az, x1, y1, bz, kx, ky, end, box):
+    """Return a side's far corners if it ends at a height, its first and end rows and columns."""
+    west, south, east, north = box
+    drop0 = max(az - end, 0.0)
+    drop1 = max(bz - end, 0.0)
+    x2 = x0 - drop0 * kx
+    y2 = y0 - drop0 * ky
+    x3 = x1 - drop1 * kx
+    y3 = y1 - drop1 * ky
+    low = min(min(y0, y1), min(y2, y3))
+    high = max(max(y0, y1), max(y2, y3))
+    r0 = np.int64(np.ceil(min(max(low, south), north)))
+    r1 = np.int64(np.ceil(min(max(high, south), north)))
+    # Lines that nearly coincide may cross anywhere: stay within the corners.
+    least = max(np.floor(min(min(x0, x1), min(x2, x3))), west)
+    most = min(np.ceil(max(max(x0, x1), max(x2, x3))), east)
+    return x2, y2, x3, y3, r0, r1, least, most
+
+
+@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
+def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     row, col = corner
     rows, width = heights.shape
     south, north = np.float64(row), np.float64(row + rows)
     west, east = np.float64(col), np.float64(col + width)
+    box = west, south, east, north
     kx = sx / sz
     ky = sy / sz
     touched = 0.0  # never NaN; it keeps the compiler from leaving the reading out
@@ -223,22 +292,15 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
         m = np.int64(weight[e]) >> ((code >> 1) & 1)
         if (code & 1 == 0) != (up < 0.0):
             m = -m
-        # The side's other end: the edge's shadow on the floor.
-        drop0 = max(az - floor, 0.0)
-        drop1 = max(bz - floor, 0.0)
-        x2 = x0 - drop0 * kx
-        y2 = y0 - drop0 * ky
-        x3 = x1 - drop1 * kx
-        y3 = y1 - drop1 * ky
-        low = min(min(y0, y1), min(y2, y3))
-        high = max(max(y0, y1), max(y2, y3))
-        r0 = np.int64(np.ceil(min(max(low, south), north)))
-        r1 = np.int64(np.ceil(min(max(high, south), north)))
-        # Lines that nearly coincide may cross anywhere: stay within the corners.
-        least = max(np.floor(min(min(x0, x1), min(x2, x3))), west)
-        most = min(np.ceil(max(max(x0, x1), max(x2, x3))), east)
+        # The side's other end: the edge's shadow on the floor, or where all cells lie above it.
+        x2, y2, x3, y3, r0, r1, least, most = _lay_out(x0, y0, az, x1, y1, bz, kx, ky, floor, box)
         if (r0 >= r1) | (least >= most):
             continue
+        if max(np.float64(r1 - r0), most - least) > _LONG:
+            end = _find_end((x0, y0, az, x1, y1, bz), kx, ky, floor, lowest, box)
+            if end >= max(az, bz):
+                continue
+            x2, y2, x3, y3, r0, r1, least, most = _lay_out(x0, y0, az, x1, y1, bz, kx, ky, end, box)
         # Each bounding line is x = p + q * y, computed from a vertex and a direction that
         # neighbours share. Its direction decides whether it is a left or a right bound.
         p_l0 = p_l1 = p_l2 = least
@@ -309,7 +371,7 @@ def _add_steps(level, out, cells, face, lit, sun):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _sweep(
-    ends, weight, codes, starts, away, which, heights, floor, corner, cells, face, lit,
+    ends, weight, codes, starts, away, which, heights, lowest, floor, corner, cells, face, lit,
     level, out, counts, too_deep,
 ):  # fmt: skip
     """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
@@ -320,7 +382,7 @@ def _sweep(
         load = np.zeros(heights.shape[0] + 1, np.int64)
         too_deep[s] = _fill(
             ends, weight, codes[starts[s] : starts[s + 1]],
-            away[s, 0], away[s, 1], away[s, 2], heights, floor, corner, level[t], load,
+            away[s, 0], away[s, 1], away[s, 2], heights, lowest, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
             counts[s, :, :] = level[t, : counts.shape[1]]
