@@ -15,6 +15,7 @@ from umbra.cpu.patch_work import run_blocks, take_next
 from umbra.kernels import inlined
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
+from umbra.volume.half_edges import find_roots
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["EdgeBinner", "Edges", "SunBins", "clamp"]
@@ -106,10 +107,12 @@ class EdgeBinner:
         rank = np.zeros(len(order), np.int32)
         rank[order] = np.arange(len(order))
         self._group = rank[group.ravel()]
-        shell = _find_shells(
-            self.caster.component, self.caster.edge_faces, self._group, len(order),
-            len(self.caster.is_closed),
-        )  # fmt: skip
+        # Components with an edge in common are connected by way of the edge.
+        n = len(self.caster.is_closed)
+        one, two = self.caster.component[self.caster.edge_faces.T]
+        ways = n + self._group
+        roots = find_roots(np.append(one, two), np.append(ways, ways), n + len(order))
+        shell = roots[self.caster.component]
         self.edges = Edges(
             self.caster.ends()[first[order]],
             shell[self.caster.edge_faces[first[order], 0]],
@@ -204,31 +207,6 @@ class EdgeBinner:
 def _make_entries(n: int) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
     """Allocate entries and their table."""
     return np.zeros((n, 4), np.int32), np.zeros((n + LANES, 5), np.float32, order="F")
-
-
-@njit(cache=True, nogil=True)
-def _find_shells(component, edge_faces, group, n_groups, n_components):
-    """Join components with an edge in common; return each face's shell (union-find)."""
-    root = np.arange(n_components).astype(np.int32)
-    other = np.full(n_groups, -1, np.int32)
-    for e in range(edge_faces.shape[0]):
-        for k in range(2):
-            a = component[edge_faces[e, k]]
-            b = other[group[e]] if other[group[e]] >= 0 else a
-            while root[a] != a:
-                root[a] = root[root[a]]
-                a = root[a]
-            while root[b] != b:
-                root[b] = root[root[b]]
-                b = root[b]
-            root[max(a, b)] = other[group[e]] = min(a, b)
-    shell = np.zeros(component.size, np.int32)
-    for f in range(component.size):
-        a = component[f]
-        while root[a] != a:
-            a = root[a]
-        shell[f] = a
-    return shell
 
 
 @njit(cache=True, nogil=True)

@@ -156,10 +156,12 @@ def _part_rims(
     if n < len(ends):
         names = ("edges", "edge_faces", "turn", "weight")
         sides = replace(caster, **{name: getattr(caster, name)[:n] for name in names})
-    spans = np.clip(np.ceil(ends[n:, [0, 3]]) - grid.col, 0, grid.cols).astype(np.int64)
-    spans.sort(1)
-    used = np.flatnonzero(spans[:, 0] < spans[:, 1])
-    begins, stops = (np.bincount(k, minlength=grid.cols + 1) for k in spans[used].T)
+    one, two = np.clip(np.ceil(ends[n:, [0, 3]].T) - grid.col, 0, grid.cols).astype(np.int64)
+    used = np.flatnonzero(one != two)
+    begins, stops = (
+        np.bincount(end(one[used], two[used]), minlength=grid.cols + 1)
+        for end in (np.minimum, np.maximum)
+    )
     rims = ends[n:][used]
     faces = caster.edge_faces[n:, 0][used]
     # One row more on each side, for rounding.

@@ -138,7 +138,7 @@ class StudyCounters:
         seconds = {}
         for name in (DEFAULT, self._rival):
             counter = self._open(name).make(tile)
-            counter.add_steps(some[:1], np.zeros(tile.shape, np.int32))
+            counter.add_steps(some[:2], np.zeros(tile.shape, np.int32))
             begun = time.perf_counter()
             counter.add_steps(some, np.zeros(tile.shape, np.int32))
             seconds[name] = time.perf_counter() - begun

@@ -19,6 +19,7 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import make_caster, weld_vertices
+from umbra.volume.half_edges import find_roots
 
 __all__ = ["LEVEL", "Samples", "join_coplanar", "sample_surfaces"]
 
@@ -251,15 +252,14 @@ def join_coplanar(
         Whether the edge from each corner to the next bounds its surface.
     """
     tail, head = faces.ravel(), np.roll(faces, -1, 1).ravel()
-    face = np.repeat(np.arange(len(faces)), 3)
+    face = np.repeat(np.arange(len(faces), dtype=np.int32), 3)
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     half = np.lexsort((high, low, part[face]))
     low, high, face = low[half], high[half], face[half]
     same = (low[1:] == low[:-1]) & (high[1:] == high[:-1]) & (part[face[1:]] == part[face[:-1]])
     one, two = face[:-1][same], face[1:][same]
     flat = np.einsum("ij,ij->i", normals[one], normals[two]) > _COS
-    root = np.arange(len(faces))
-    _unite(one[flat], two[flat], root)
+    root = find_roots(one[flat], two[flat], len(faces))
     is_border = np.ones(3 * len(faces), np.bool_)
     is_border[half[:-1][same][flat]] = False
     is_border[half[1:][same][flat]] = False
@@ -281,23 +281,6 @@ def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     along[level] = (1.0, 0.0, 0.0)
     along /= np.where(level, 1.0, length)[:, None]
     return np.stack([along, np.cross(normals, along)], 1)
-
-
-@njit(cache=True, nogil=True)
-def _unite(one, two, root):
-    """Set each face's root: the lowest face connected to it (union-find)."""
-    for i in range(one.size):
-        a = one[i]
-        b = two[i]
-        while root[a] != a:
-            root[a] = root[root[a]]
-            a = root[a]
-        while root[b] != b:
-            root[b] = root[root[b]]
-            b = root[b]
-        root[max(a, b)] = min(a, b)
-    for f in range(root.size):
-        root[f] = root[root[f]]
 
 
 @njit(cache=True, nogil=True)

@@ -206,8 +206,9 @@ class Setup:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)
-                if type(counter) not in _warm and len(suns):  # load kernels, untimed
-                    counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
+                if type(counter) not in _warm and len(suns):
+                    # Load kernels, untimed: two suns, as a single one has kernels of its own.
+                    counter.add_steps(suns[:2], np.zeros(tile.shape, np.int32))
                     _warm.add(type(counter))
                 started = time.perf_counter()
                 run = look(tile, self.canopy, where, counter)

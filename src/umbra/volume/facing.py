@@ -90,7 +90,7 @@ def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
     A group of faces whose normals all face a sun, or all face away from it, is not tested.
     """
     n = planes.shape[1]
-    none = lit.dtype.type(0)
+    none = np.uint64(0)
     for block in prange(edge_on.size):
         flat = np.uint64(0)
         for group in range(
@@ -99,7 +99,7 @@ def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
             first, end = group * _GROUP, min(n, (group + 1) * _GROUP)
             x, y, z = planes[0, first:end], planes[1, first:end], planes[2, first:end]
             bits = lit[first:end]
-            facing, open_ = np.uint64(0), np.uint64(0)
+            facing, open_ = none, none
             for k in range(suns.shape[0]):
                 least = most = margin = 0.0
                 for j in range(3):
@@ -108,20 +108,18 @@ def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
                     most += max(one, two)
                     margin += _ROUNDING * abs(suns[k, j])
                 bit = np.uint64(1) << np.uint64(k)
-                facing |= bit if least > margin else np.uint64(0)
-                open_ |= np.uint64(0) if least > margin or most < -margin else bit
-            common = lit.dtype.type(facing)
+                facing |= bit if least > margin else none
+                open_ |= none if least > margin or most < -margin else bit
             for i in range(end - first):
-                bits[i] = common
+                bits[i] = facing
             for k in range(suns.shape[0]):
                 bit = np.uint64(1) << np.uint64(k)
                 if open_ & bit == 0:
                     continue
-                mark = lit.dtype.type(bit)
                 zeros = 0
                 for i in range(end - first):
                     side = x[i] * suns[k, 0] + y[i] * suns[k, 1] + z[i] * suns[k, 2]
-                    bits[i] |= mark if side > 0.0 else none
+                    bits[i] |= bit if side > 0.0 else none
                     zeros += 1 if side == 0.0 else 0
                 if zeros > 0:
                     flat |= bit
@@ -174,7 +172,7 @@ def ask_every_edge(
         yield slice(0, 1), _ask_for_one(caster, lights)
         return
     n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
-    lit = np.zeros(n_faces, np.uint64 if len(lights) > 8 else np.uint8)
+    lit = np.zeros(n_faces, np.uint64)
     edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
     edges = np.zeros(n_edges, np.int32)
     found, first = np.zeros((2, n_edges), np.uint64)
@@ -271,8 +269,8 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
         start = stretch * _STRETCH
         n = np.uint64(start)  # unsigned indices need no test of their sign
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
-            one = np.uint64(lit[np.uint64(edge_faces[edge, 0])])
-            two = np.uint64(lit[np.uint64(edge_faces[edge, 1])])
+            one = lit[np.uint64(edge_faces[edge, 0])]
+            two = lit[np.uint64(edge_faces[edge, 1])]
             turned = np.uint64(0) - np.uint64(turn[edge])  # all bits where turned
             bits = (one ^ two ^ turned) & wanted
             edges[n] = edge

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["HalfEdges", "renumber", "sort"]
+__all__ = ["HalfEdges", "find_roots", "renumber", "sort"]
 
 
 @njit(cache=True, nogil=True)
@@ -25,6 +25,28 @@ def sort(numbers, order):
         ordered[place[numbers[i] - least]] = i
         place[numbers[i] - least] += 1
     return ordered
+
+
+@njit(cache=True, nogil=True)
+def find_roots(one, two, n):
+    """
+    Find for each of n things the lowest that is connected to it (union-find, path halving).
+
+    ``one`` and ``two`` (n_pairs,) int32 are connected pairs. Returns (n,) int32.
+    """
+    root = np.arange(n).astype(np.int32)
+    for i in range(one.size):
+        a, b = one[i], two[i]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        root[max(a, b)] = min(a, b)
+    for i in range(n):
+        root[i] = root[root[i]]  # a root is lower than its things, so it is final
+    return root
 
 
 def renumber(labels: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -58,9 +80,8 @@ class HalfEdges:
 
     def join(self, n_faces: int) -> NDArray[np.int32]:
         """Return each face's component, connected by edges, (n_faces,) int32."""
-        root = np.arange(n_faces, dtype=np.int32)
-        _union_roots(self.face, self.start, root)
-        return renumber(root)
+        again = np.flatnonzero(~self.start)
+        return renumber(find_roots(self.face.take(again - 1), self.face.take(again), n_faces))
 
     def find_closed(self, component: NDArray[np.int32]) -> NDArray[np.bool_]:
         """Find the components whose every edge has signed incidences that sum to 0."""
@@ -114,28 +135,6 @@ def _split(faces):
         sign[i] = 1 if faces[j // 3, j % 3] == low[j] else -1
         start[i] = i == 0 or key[i] != key[i - 1]
     return key, face, sign, start
-
-
-@njit(cache=True, nogil=True)
-def _union_roots(face, start, root):
-    """Find the lowest face of every face's component (union-find, path halving)."""
-    for i in range(1, face.size):
-        if start[i]:
-            continue
-        a = face[i - 1]
-        b = face[i]
-        while root[a] != a:
-            root[a] = root[root[a]]
-            a = root[a]
-        while root[b] != b:
-            root[b] = root[root[b]]
-            b = root[b]
-        if a < b:
-            root[b] = a
-        elif b < a:
-            root[a] = b
-    for f in range(root.size):
-        root[f] = root[root[f]]  # a root is lower than its faces, so it is final
 
 
 @njit(cache=True, nogil=True)
