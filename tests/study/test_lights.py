@@ -5,7 +5,7 @@ import pytest
 from support.shapes import box, city
 
 import umbra
-from umbra.rays.hidden import find_hidden_from
+from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Request
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, pass_lights
@@ -150,7 +150,7 @@ def test_any_lights_on_any_receivers_are_those_of_rays(town, options):
         tile = make()
         places.append((tile.places.points, tile.places.normals))
     points, normals = (np.concatenate(one) for one in zip(*places))
-    masks = find_hidden_from(casting.tree, points, normals, vectors)
+    masks = find_hidden(casting.tree, points, normals, vectors)
     expected = (weights.T @ masks).reshape(sums.shape)
     is_there = np.isfinite(sums)
     assert is_there.mean() > 0.2

@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 from umbra.errors import InputError
 from umbra.scene import Camera
 from umbra.volume.bounds import (
-    can_end_at_floor,
-    end_at_floor,
+    can_box_end,
     find_box_points,
+    find_distance,
     find_shadow_points,
     find_visible_parts,
-    is_in_range,
     is_outside,
 )
 from umbra.volume.regions import find_near_rectangle, find_view_planes
@@ -71,26 +70,18 @@ def test_boxes_and_throws_outside_a_region():
     assert is_outside(find_view_planes(AHEAD), ahead).tolist() == [False]
 
 
-def test_a_light_reaches_what_is_in_its_range():
-    bounds = cube((3.5, 0, 0), (3.5, 4.5, 0), (0, 0, 0))  # 3, 5 and 0 m away
-    assert is_in_range(bounds, (0, 0, 0, 1), 4).tolist() == [True, False, True]
-    assert is_in_range(bounds, (0, 0, 0, 1), 3).tolist() == [True, False, True]
-    assert is_in_range(bounds, (0, 0, 0, 1), 2.99).tolist() == [False, False, True]
-    assert is_in_range(bounds, (0, 0, 1, 0), 1).tolist() == [True, True, True]
-
-
-def test_a_throw_to_the_floor_by_hand():
-    points = [(1, 0, 4), (1, 2, 1), (5, 5, -3)]
-    ends = end_at_floor(points, (0, 0, 7, 1), 1)
-    # 3 m below the light it is thrown down 3 m more: twice as far out.
-    np.testing.assert_allclose(ends, [(2, 0, 1), (1, 2, 1), (5, 5, -3)])
-    ends = end_at_floor(points, (1, 0, 2, 0), 1)
-    np.testing.assert_allclose(ends, [(-0.5, 0, 1), (1, 2, 1), (5, 5, -3)])
-    bounds = cube((0, 0, 0.5), (0, 0, 6.4), (0, 0, 6.6))
-    assert can_end_at_floor(bounds, (0, 0, 7, 1)).tolist() == [True, True, False]
-    assert can_end_at_floor(bounds, (1, 0, 0.1, 0)).tolist() == [True] * 3
-    assert can_end_at_floor(bounds, (1, 0, 0, 0)).tolist() == [False] * 3
-    assert can_end_at_floor(bounds, (1, 0, -1, 0)).tolist() == [False] * 3
+def test_distances_and_ends_at_the_floor_by_hand():
+    boxes = cube((3.5, 0, 0), (3.5, 4.5, 0), (0, 0, 0))
+    assert [find_distance(box, np.array([0, 0, 0, 1.0])) for box in boxes] == [3, 5, 0]
+    assert [find_distance(box, np.array([0, 0, 1.0, 0])) for box in boxes] == [0, 0, 0]
+    boxes = cube((0, 0, 0.5), (0, 0, 6.4), (0, 0, 6.6))
+    for light, expected in (
+        ((0, 0, 7, 1), [True, True, False]),
+        ((1, 0, 0.1, 0), [True] * 3),
+        ((1, 0, 0, 0), [False] * 3),
+        ((1, 0, -1, 0), [False] * 3),
+    ):
+        assert [can_box_end(box, np.array(light, float)) for box in boxes] == expected
 
 
 def test_the_ends_of_shadows_by_hand():
@@ -317,11 +308,12 @@ def test_what_is_culled_holds_no_visible_point(seed):
     # The far ends: on the floor, or where directions to infinity appear in the picture.
     inside = bounds[:, :1] + random.uniform(0, 1, (60, 200, 3)) * np.diff(bounds, axis=1)
     planes = find_view_planes(camera, (0, 0, 0), scissor)
-    can_end = can_end_at_floor(bounds, light) if floor is not None else np.zeros(60, bool)
     for k in np.flatnonzero(parts.volume & ~parts.dark_cap):
-        if can_end[k]:
-            ends = end_at_floor(inside[k], light, floor)
-            ends = ends[inside[k, :, 2] >= floor] @ planes[:, :3].T + planes[:, 3]
+        if floor is not None and can_box_end(bounds[k], light):
+            above = inside[k][inside[k, :, 2] >= floor]
+            away = light[3] * above - light[:3]
+            ends = above - (above[:, 2:] - floor) / away[:, 2:] * away
+            ends = ends @ planes[:, :3].T + planes[:, 3]
             assert not (ends > 1e-9).all(1).any()
         elif light[3]:
             assert not ((inside[k] - light[:3]) @ planes[:, :3].T > 1e-9).all(1).any()

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from umbra.cpu.frame import FrameCounter
 from umbra.methods import Softness
 from umbra.rays.face_tree import make_face_tree
-from umbra.rays.hidden import find_hidden_from
+from umbra.rays.hidden import find_hidden
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.soft import AreaLight, ball_light, make_axes
 from umbra_benchmarks.report import (
@@ -232,7 +232,7 @@ def find_share_by_rays(
         away = np.linalg.norm(way)
         apparent = light.radius * away / np.sqrt(away**2 - light.radius**2)
         lights[:, :3] = middle + apparent * across @ np.stack(make_axes(way / away))
-        hidden = find_hidden_from(tree, point[None], normal[None], lights)
+        hidden = find_hidden(tree, point[None], normal[None], lights)
         shares[k] = 1.0 - hidden.mean()
     return shares
 

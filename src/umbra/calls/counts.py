@@ -18,7 +18,7 @@ from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
 from umbra.errors import InputError, check_type
 from umbra.options import read_texts
-from umbra.rays.hidden import find_hidden_from
+from umbra.rays.hidden import find_hidden
 from umbra.scene import Light, Scene
 from umbra.scene.exchange import import_package
 from umbra.scene.grid import Grid
@@ -123,7 +123,7 @@ def count(
     found = []
     for first in range(0, len(places), block):
         some = slice(first, first + block)
-        masks = find_hidden_from(tree, places[some], normals[some], lights, threads)
+        masks = find_hidden(tree, places[some], normals[some], lights, threads)
         counted = (masks == (of == "shadow")).T
         found.append(counted if sums is None else counted @ sums)
     return np.concatenate(found)

@@ -20,8 +20,8 @@ from umbra.gl.levels import LevelTable, choose_levels
 from umbra.gl.projection import Projection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Light
-from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
-from umbra.volume.box_tree import BoxTree, is_beyond_any
+from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
+from umbra.volume.box_tree import BoxTree
 from umbra.volume.placement import ask_faces, place_box
 from umbra.volume.regions import (
     Regions,

@@ -19,7 +19,7 @@ from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import find_lowest, meet_boxes
 
-__all__ = ["find_hidden", "find_hidden_from", "get", "is_hidden", "list_hiding"]
+__all__ = ["find_hidden", "get", "is_hidden", "list_hiding"]
 
 _ASIDE = 2.0**-24
 """Horizontal offset of a repeated ray's start, where rounding would decide [m], ..."""
@@ -39,13 +39,13 @@ def find_hidden(
     tree: FaceTree,
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    suns: NDArray[np.float64],
+    lights: NDArray[np.float64],
     threads: int = 1,
     *,
     attached: bool = True,
 ) -> NDArray[np.uint8]:
     """
-    Return the points in cast or attached shadow for each sun.
+    Return the points in cast or attached shadow for each light, lamp or direction.
 
     Parameters
     ----------
@@ -54,39 +54,12 @@ def find_hidden(
         In the caster's frame [m].
     normals : (n, 3) float64
         Normals of the visible side of the surface; NaN for points on no surface.
-    suns : (n_suns, 3) float64
-        Unit directions toward the sun.
+    lights : (m, 3) or (m, 4) float64
+        Unit directions toward the light; or homogeneous, in the caster's frame: a unit direction
+        with w = 0, a position with w = 1 [m].
     threads : int
     attached : bool
-        Whether a point that faces away from the sun is in shadow; if not, it is lit.
-
-    Returns
-    -------
-    masks : (n_suns, n) uint8
-        0 or 1.
-    """
-    masks = np.zeros((len(suns), len(points)), np.uint8)
-    use_threads(threads)
-    _find(points, normals, np.ascontiguousarray(suns), tree, attached, masks)
-    return masks
-
-
-def find_hidden_from(
-    tree: FaceTree,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    lights: NDArray[np.float64],
-    threads: int = 1,
-) -> NDArray[np.uint8]:
-    """
-    Return the points in cast or attached shadow for each light, lamp or direction.
-
-    Parameters
-    ----------
-    tree, points, normals, threads
-        As in ``find_hidden``.
-    lights : (m, 4) float64
-        Homogeneous, in the caster's frame: a unit direction with w = 0, a position with w = 1 [m].
+        Whether a point that faces away from the light is in shadow; if not, it is lit.
 
     Returns
     -------
@@ -94,8 +67,10 @@ def find_hidden_from(
         0 or 1; a point at a lamp's position is lit.
     """
     masks = np.zeros((len(lights), len(points)), np.uint8)
+    whole = np.zeros((len(lights), 4))
+    whole[:, : lights.shape[1]] = lights
     use_threads(threads)
-    _find_from(points, normals, np.ascontiguousarray(lights), tree, masks)
+    _find(points, normals, whole, tree, attached, masks)
     return masks
 
 
@@ -112,8 +87,8 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
 
     ``p`` is the point, ``n`` its surface's normal toward the viewer, ``d`` the direction toward the
     light (tuples of three), ``tree`` a ``FaceTree``, ``stack`` scratch for DEEPEST int32, ``last``
-    a face to try first (negative for none); ``light``, if any, a lamp's position, beyond which
-    faces are ignored.
+    a face to try first (negative for none); ``light``, if not a direction, the homogeneous light,
+    (4,): faces beyond a lamp are ignored.
     """
     if last >= 0 and _hides(last, p, n, d, tree, light) == _YES:
         return last
@@ -219,7 +194,7 @@ def _invert(x):
 def _hides(f, p, n, d, tree, light):
     """Return whether a face lies between a point and the sun, or whether rounding decides."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
-    at_light = _dot(m, d) if light is None else _height(light, c, m)
+    at_light = _find_side(m, c, d, light)
     height = _height(p, c, m)
     is_on = abs(height) <= touch
     if is_on:
@@ -256,7 +231,7 @@ def _hides(f, p, n, d, tree, light):
 def _hides_beside(f, q, n, d, tree, light, p, scale):
     """As ``_hides``, for a ray from ``q``, a step of ``scale`` beside its point ``p``."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
-    at_light = _dot(m, d) if light is None else _height(light, c, m)
+    at_light = _find_side(m, c, d, light)
     if abs(_height(p, c, m)) <= touch and n[0] == n[0]:  # not NaN: the point has a surface
         up = scale * _LIFT
         q = (q[0] + up * n[0], q[1] + up * n[1], q[2] + up * n[2])
@@ -298,6 +273,15 @@ def _height(p, c, m):
 
 
 @inlined
+def _find_side(m, c, d, light):
+    """Return the side of a face on which a light is: 0 in its plane."""
+    if light is None:
+        return _dot(m, d)
+    x, y, z, w = light
+    return m[0] * (x - w * c[0]) + m[1] * (y - w * c[1]) + m[2] * (z - w * c[2])
+
+
+@inlined
 def _side(u, v, d):
     """Return the side of the edge u to v on which a ray passes."""
     return (
@@ -313,60 +297,34 @@ def _measure(u):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _find(points, normals, suns, tree, attached, masks):
+def _find(points, normals, lights, tree, attached, masks):
     n = points.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         stack = np.zeros(DEEPEST, np.int32)
         end = min(n, (block + 1) * _BLOCK)
-        _find_block(points, normals, suns, tree, attached, masks, stack, block * _BLOCK, end)
+        _find_block(points, normals, lights, tree, attached, masks, stack, block * _BLOCK, end)
 
 
 @borrowing
-def _find_block(points, normals, suns, tree, attached, masks, stack, first, end):
-    """Find which points from ``first`` to ``end`` are in shadow for each sun."""
-    for i in range(first, end):
-        p, n = get(points, i), get(normals, i)
-        last = -1  # the last face that hid the sun usually still does
-        for s in range(suns.shape[0]):
-            d = get(suns, s)
-            if _dot(n, d) <= 0.0:
-                masks[s, i] = attached
-                continue
-            face = is_hidden(p, n, d, tree, stack, last)
-            if face >= 0:
-                masks[s, i] = 1
-                last = face
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def _find_from(points, normals, lights, tree, masks):
-    n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        stack = np.zeros(DEEPEST, np.int32)
-        end = min(n, (block + 1) * _BLOCK)
-        _find_block_from(points, normals, lights, tree, masks, stack, block * _BLOCK, end)
-
-
-@borrowing
-def _find_block_from(points, normals, lights, tree, masks, stack, first, end):
+def _find_block(points, normals, lights, tree, attached, masks, stack, first, end):
     """Find which points from ``first`` to ``end`` are in shadow for each light."""
     for i in range(first, end):
         p, n = get(points, i), get(normals, i)
-        last = -1
+        last = -1  # the last face that hid the light usually still does
         for s in range(lights.shape[0]):
-            light, w = get(lights, s), lights[s, 3]
-            d = (light[0] - w * p[0], light[1] - w * p[1], light[2] - w * p[2])
-            length = np.sqrt(_dot(d, d))
-            if length == 0.0:
-                continue
-            d = (d[0] / length, d[1] / length, d[2] / length)
+            x, y, z = get(lights, s)
+            light = x, y, z, lights[s, 3]
+            d = x, y, z
+            if light[3] != 0.0:
+                d = x - light[3] * p[0], y - light[3] * p[1], z - light[3] * p[2]
+                length = np.sqrt(_dot(d, d))
+                if length == 0.0:
+                    continue
+                d = d[0] / length, d[1] / length, d[2] / length
             if _dot(n, d) <= 0.0:
-                masks[s, i] = 1
+                masks[s, i] = attached
                 continue
-            if w == 0.0:
-                face = is_hidden(p, n, d, tree, stack, last)
-            else:
-                face = is_hidden(p, n, d, tree, stack, last, light)
+            face = is_hidden(p, n, d, tree, stack, last, light)
             if face >= 0:
                 masks[s, i] = 1
                 last = face

@@ -18,7 +18,7 @@ from umbra.casters.casting import select_casters
 from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
-from umbra.rays.hidden import find_hidden_from
+from umbra.rays.hidden import find_hidden
 from umbra.receivers import find_kind
 from umbra.receivers.kind import Receivers, Request, Tile
 from umbra.scene import Scene
@@ -118,7 +118,7 @@ class RayCounter:
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each light (n, 4) the receivers in shadow, cast or attached."""
         tile, where = self.tile, self.tile.places
-        found = find_hidden_from(tile.tree, where.points, where.normals, lights, self.threads)
+        found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
         return found.reshape(-1, *tile.shape)
 
     def add_steps(

@@ -22,15 +22,14 @@ from umbra.volume.regions import find_view_planes
 __all__ = [
     "VisibleParts",
     "can_box_end",
-    "can_end_at_floor",
-    "end_at_floor",
     "find_box_parts",
     "find_box_points",
+    "find_distance",
     "find_far_plane",
     "find_shadow_points",
     "find_span",
     "find_visible_parts",
-    "is_in_range",
+    "is_beyond_any",
     "is_outside",
     "is_seen",
     "move_boxes",
@@ -83,18 +82,22 @@ def find_span(
 
 
 @njit(cache=True, nogil=True)
+def is_beyond_any(planes, box):
+    """Return whether a box lies wholly beyond any plane."""
+    for k in range(planes.shape[0]):
+        highest = planes[k, 3]
+        for axis in range(3):
+            highest += max(planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis])
+        if highest < 0.0:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
 def _find_span(planes, bounds, along):
     lowest, highest = np.inf, -np.inf
     for i in range(bounds.shape[0]):
-        beyond = False
-        for k in range(planes.shape[0]):
-            most = planes[k, 3]
-            for axis in range(3):
-                most += max(
-                    planes[k, axis] * bounds[i, 0, axis], planes[k, axis] * bounds[i, 1, axis]
-                )
-            beyond |= most < 0.0
-        if not beyond:
+        if not is_beyond_any(planes, bounds[i]):
             low = high = 0.0
             for axis in range(3):
                 a, b = along[axis] * bounds[i, 0, axis], along[axis] * bounds[i, 1, axis]
@@ -102,47 +105,6 @@ def _find_span(planes, bounds, along):
                 high += max(a, b)
             lowest, highest = min(lowest, low), max(highest, high)
     return lowest, highest
-
-
-def is_in_range(
-    bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
-) -> NDArray[np.bool_]:
-    """
-    Return whether casters (n, 2, 3) are in the range of a light (4,), (n,).
-
-    A caster farther away shadows only points out of range. A directional light reaches everything.
-    """
-    boxes, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
-    return np.array([_find_distance(box, light) <= reach for box in boxes], np.bool_)
-
-
-def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
-    """
-    Return whether casters' (n, 2, 3) shadow volumes meet every floor below, (n,).
-
-    True for casters wholly below the light (4,).
-    """
-    high = np.asarray(bounds, np.float64)[:, 1, 2]
-    light = np.asarray(light, np.float64)
-    # Almost horizontal light projects corners farther than float32 can resolve.
-    level = 1e-4 * np.linalg.norm(light[:3]) if light[3] == 0 else 1e-4 * np.abs(high)
-    return np.asarray(light[2] - light[3] * high > level)
-
-
-def end_at_floor(
-    points: NDArray[np.float64], light: ArrayLike, floor: float
-) -> NDArray[np.float64]:
-    """
-    Project points (..., 3) away from a light (4,) above them, down to a floor's z [m].
-
-    The far end of a volume that is cut below all receivers. Points below the floor do not move:
-    above the floor, their sides stay correct. With z-fail, or with a receiver in the floor itself,
-    choose a floor slightly below the lowest receiver.
-    """
-    points, light = np.asarray(points, np.float64), np.asarray(light, np.float64)
-    drop = np.maximum(points[..., 2:] - floor, 0.0)
-    away = light[3] * points - light[:3]
-    return np.asarray(points - drop / away[..., 2:] * away)
 
 
 def find_shadow_points(
@@ -155,8 +117,9 @@ def find_shadow_points(
     Find points (n, 16, 4) whose hull contains the shadow volume of each box (n, 2, 3).
 
     The box's corners, then their projection from the light (4,): to infinity (w = 0), the floor or
-    the light's reach [m], whichever is nearest. No receiver lies below the floor's z; boxes that
-    reach up to the light ignore it.
+    the light's reach [m], whichever is nearest. No receiver lies below the floor's z, so a volume
+    may be cut there; with z-fail, or with a receiver in the floor itself, choose a floor slightly
+    below the lowest receiver. Boxes that reach up to the light ignore it.
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     points = np.zeros((len(bounds), 16, 4))
@@ -167,14 +130,15 @@ def find_shadow_points(
 
 @njit(cache=True, nogil=True)
 def can_box_end(box, light):
-    """Return ``can_end_at_floor`` of one box (2, 3)."""
+    """Return whether a box (2, 3) lies wholly below a light (4,): its volume meets every floor."""
     size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
+    # Almost horizontal light projects corners farther than float32 can resolve.
     level = 1e-4 * (size if light[3] == 0.0 else abs(box[1, 2]))
     return light[2] - light[3] * box[1, 2] > level
 
 
 @njit(cache=True, nogil=True)
-def _find_distance(box, light):
+def find_distance(box, light):
     """Return the distance of a box from a light; 0 for a directional light."""
     square = 0.0
     if light[3] != 0.0:
@@ -193,7 +157,7 @@ def throw_box(box, light, floor, reach, points):
             points[8 + k, axis] = light[3] * points[k, axis] - light[axis]
         points[k, 3], points[8 + k, 3] = 1.0, 0.0
     is_below = True
-    distance = _find_distance(box, light)
+    distance = find_distance(box, light)
     if light[3] != 0.0 and np.isfinite(reach) and distance > 1e-6 * reach:
         # On a ray, the point at the reach is at most reach / distance times as far as the box's.
         times = max(reach / distance, 1.0)
@@ -234,7 +198,7 @@ def is_seen(box, light, planes, floor, reach, points):
     The box itself is tested first, and projected only if it is beyond a plane, which is rare.
     ``points`` (16, 4) is scratch; other parameters as in ``find_visible_parts``.
     """
-    if _find_distance(box, light) > reach:
+    if find_distance(box, light) > reach:
         return False
     is_thrown = False
     for k in range(planes.shape[0]):

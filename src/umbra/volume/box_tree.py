@@ -14,9 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import sort_along_curve
-from umbra.volume.bounds import is_seen
+from umbra.volume.bounds import is_beyond_any, is_seen
 
-__all__ = ["BoxTree", "is_beyond_any"]
+__all__ = ["BoxTree"]
 
 _WIDTH = 8  # boxes or child nodes per node
 _MOST = 2.0  # growth of the lowest nodes' total size that triggers a new order
@@ -125,18 +125,6 @@ def _fit(bounds, order, starts, nodes):
             if level == 0:
                 size += (box[1] - box[0]).sum()
     return size
-
-
-@njit(cache=True, nogil=True)
-def is_beyond_any(planes, box):
-    """Return whether a box lies wholly beyond any plane."""
-    for k in range(planes.shape[0]):
-        highest = planes[k, 3]
-        for axis in range(3):
-            highest += max(planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis])
-        if highest < 0.0:
-            return True
-    return False
 
 
 @njit(cache=True, nogil=True)
