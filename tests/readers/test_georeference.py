@@ -62,12 +62,12 @@ def test_names(text, name):
 
 
 def test_amersfoort_is_where_the_dutch_say(save):
-    # The origin of EPSG:28992: 52 deg 09' 22.178" N, 5 deg 23' 15.500" E (Bessel);
-    # there the grid's north is true north.
+    # The origin of EPSG:28992 in WGS 84 (Schreutelkamp and Strang van Hees 2001), on Bessel's
+    # ellipsoid 110 m to the north and 30 m to the east; there the grid's north is true north.
     scene = umbra.read(save("EPSG:28992", (155000 - 1, 463000 - 1.5, 0)))
-    assert scene.latitude == pytest.approx(52 + 9 / 60 + 22.178 / 3600, abs=1e-6)
-    assert scene.longitude == pytest.approx(5 + 23 / 60 + 15.5 / 3600, abs=1e-6)
-    assert scene.true_north == pytest.approx(0.0, abs=1e-6)
+    assert scene.latitude == pytest.approx(52.1551744, abs=1e-5)
+    assert scene.longitude == pytest.approx(5.38720621, abs=1e-5)
+    assert scene.true_north == pytest.approx(0.0, abs=2e-3)
 
 
 @pytest.mark.parametrize("east", [300000.0, 700000.0])
@@ -101,6 +101,26 @@ def test_degrees_become_metres(save, measure):
     assert measure.volume(scene) == pytest.approx(wide * deep * 4, rel=1e-3)
     assert measure.open_edges(scene) == []
     assert scene.bounds()[:, 2].tolist() == [170, 174]
+
+
+def test_a_building_on_the_antimeridian_is_not_as_wide_as_the_earth(tmp_path):
+    ring = [[179.9999, -16.8], [-179.9999, -16.8], [-179.9999, -16.7999], [179.9999, -16.7999]]
+    footprint = {
+        "type": "Feature",
+        "properties": {"height": 10},
+        "geometry": {"type": "Polygon", "coordinates": [[*ring, ring[0]]]},
+    }
+    path = tmp_path / "fiji.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [footprint]}))
+    scene = umbra.read(path)
+    assert scene.crs in {"EPSG:32701", "EPSG:32760"}
+    assert abs(scene.longitude) == pytest.approx(180, abs=1e-5)
+    low, high = scene.bounds()
+    geod = Geod(ellps="WGS84")
+    assert (high - low)[:2] == pytest.approx(
+        [geod.inv(*ring[0], *ring[1])[2], geod.inv(*ring[0], *ring[3])[2]], abs=0.4
+    )
+    assert abs(scene.true_north) < 1
 
 
 @pytest.mark.parametrize("code", [3857, 3395])

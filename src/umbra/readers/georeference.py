@@ -45,6 +45,9 @@ STEP = 0.005
 # Lengths that a map stretches by more than this are converted: the true penumbra is as wide.
 STRETCH = 0.01
 
+# Longitudes that are farther apart [degrees] lie on both sides of the antimeridian.
+HALF_TURN = 180.0
+
 # Farther than this outside its area of use [degrees], a CRS is taken for wrong.
 MARGIN = 1.0
 
@@ -163,7 +166,7 @@ def _is_stretched(parts: tuple[Part, ...], crs: "CRS") -> bool:
 
 def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
-    Find latitude, longitude and true north from the CRS and the middle of the bounds (2, 3).
+    Find latitude, longitude (WGS 84) and true north from the CRS and the middle of bounds (2, 3).
 
     A note reports an unknown CRS, or a place outside its area of use.
     """
@@ -177,9 +180,9 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat = found.to_2d()
-    geographic = flat.geodetic_crs
-    there = Transformer.from_crs(flat, geographic, always_xy=True)
-    back = Transformer.from_crs(geographic, flat, always_xy=True)
+    # As maps and receivers of satellites give it: national datums differ by up to some 100 m.
+    there = Transformer.from_crs(flat, "EPSG:4326", always_xy=True)
+    back = Transformer.from_crs("EPSG:4326", flat, always_xy=True)
     x, y, _ = bounds.mean(0)
     lon, lat = there.transform(x, y)
     if not _is_in_use(found, lon, lat):
@@ -295,6 +298,8 @@ def _reproject(
     used = used[np.isfinite(used).all(1)]
     if not len(used):
         return parts, crs  # make_scene reports vertices that are not finite
+    if found.is_geographic and np.ptp(used[:, 0]) > HALF_TURN:
+        used[:, 0] %= 2 * HALF_TURN  # on both sides of the antimeridian
     middle = (used.min(0) + used.max(0)) / 2
     lon, lat = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True).transform(*middle)
     if not (np.isfinite([lon, lat]).all() and abs(lat) <= 84):
