@@ -48,7 +48,7 @@ def reads(monkeypatch):
 
 
 def check_same(one, two):
-    for name in ("crs", "sources", "notes", "lights", *_PLACE):
+    for name in ("crs", "site_doubt", "sources", "notes", "lights", *_PLACE):
         assert getattr(one, name) == getattr(two, name), name
     np.testing.assert_array_equal(one.origin, two.origin)
     for a, b in zip(one.parts, two.parts, strict=True):
@@ -71,7 +71,7 @@ def check_same(one, two):
 
 def test_nothing_of_a_scene_is_forgotten():
     """A field that is new must be kept, too: teach `umbra.cache` and add it here."""
-    names = {"parts", "origin", "crs", "sources", "notes", "lights", *_PLACE}
+    names = {"parts", "origin", "crs", "site_doubt", "sources", "notes", "lights", *_PLACE}
     assert {field.name for field in fields(Scene)} == names
     names = {"name", "kind", "mesh", "transform", "material", "binding", "layer", "tags"}
     assert {field.name for field in fields(Part)} == names

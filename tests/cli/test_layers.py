@@ -119,4 +119,5 @@ def test_sites_that_disagree_can_be_decided(umbra_here, no_pictures, tmp_path):
     note, refused = said.err.splitlines()
     assert "sites disagree" in note
     assert "give --lat and --lon" in refused
+    assert "a.ifc: its 2 sites disagree ('site 48' at 48.0000°" in refused
     assert shadow(umbra_here("study", path, *WHERE, *PLAN, "--out", out), out) > 0

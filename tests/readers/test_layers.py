@@ -227,6 +227,7 @@ def test_sites_of_two_files(tmp_path):
     scene = umbra.read(paths[0], paths[2])
     assert scene.latitude is None
     assert "the files' sites disagree by up to 445 km (a.ifc at 48.0083°" in " ".join(scene.notes)
+    assert any(scene.site_doubt in note for note in scene.notes)
 
 
 def test_boxes_that_are_nearly_one_are_found_as_by_comparing_all():

@@ -129,7 +129,7 @@ def test_what_the_file_says_is_the_default():
 
 def test_what_the_caller_says_goes_first():
     facts = {"latitude": 48.2, "longitude": 16.37, "true_north": 12.5}
-    site = find_site(scene(**facts), -33.87, 151.21, true_north=0.0)
+    site = find_site(scene(**facts), -33.87, 151.21, true_north=0.0, tell=[].append)
     assert site == Site(-33.87, 151.21, "Australia/Sydney", true_north=0.0)
     site = find_site(scene(), 0, 0, zone="Africa/Lagos")  # 0 is a number, not a blank
     assert site == Site(0, 0, "Africa/Lagos")
@@ -150,8 +150,7 @@ def test_no_site_known(facts, given, options):
 
 
 def test_why_no_site_is_known_is_told():
-    note = "the files' sites disagree (a; b), so the site is not known; give latitude="
-    found = scene(notes=("other", note))
+    found = scene(site_doubt="the files' sites disagree (a; b)")
     with pytest.raises(InputError, match=r"not known: the files' sites disagree \(a; b\); give la"):
         find_site(found)
 
@@ -166,7 +165,11 @@ def test_a_site_far_from_the_files_is_told():
     assert tell_moved(london, find_site(london)) == []
     assert tell_moved(london, find_site(london, latitude=51.6)) == []
     assert tell_moved(scene(), Site(51.5, -0.13)) == []
-    (told,) = tell_moved(london, find_site(london, latitude=-0.13, longitude=51.5))
+    with pytest.warns(UserWarning, match=r"-0\.1300°, 51\.5000°, as given, lies 7,"):
+        find_site(london, latitude=-0.13, longitude=51.5)
+    lines = []
+    find_site(london, latitude=-0.13, longitude=51.5, tell=lines.append)
+    (told,) = lines
     # A quarter of a turn is 90 degrees, or 10,008 km.
     (quarter,) = tell_moved(scene(latitude=0.0, longitude=170.0), Site(0.0, -100.0))
     assert "-0.1300°, 51.5000°, as given, lies 7," in told

@@ -93,13 +93,6 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool 
 def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) -> "Site":
     """Find a model's site from a command's options and the file; say if they are far apart."""
     from umbra.sun import find_site  # noqa: PLC0415
-    from umbra.sun.site import tell_moved  # noqa: PLC0415
 
-    site = find_site(scene, **take_site())
-    for note in tell_moved(scene, site):
-        (say or _say)(f"note: {note}")
-    return site
-
-
-def _say(line: str) -> None:
-    echo(write_for_shell(line), err=True)
+    say = say or (lambda line: echo(write_for_shell(line), err=True))
+    return find_site(scene, **take_site(), tell=lambda told: say(f"note: {told}"))

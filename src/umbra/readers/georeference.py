@@ -186,11 +186,9 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     x, y, _ = bounds.mean(0)
     lon, lat = there.transform(x, y)
     if not _is_in_use(found, lon, lat):
-        note = (
-            f"the coordinates lie outside the area where {shown} ({found.name}) is used, "
-            f"so the site is not known; {remedy}"
-        )
-        return scene.with_facts(notes=(*scene.notes, note))
+        doubt = f"the coordinates lie outside the area where {shown} ({found.name}) is used"
+        note = f"{doubt}, so the site is not known; {remedy}"
+        return scene.with_facts(site_doubt=doubt, notes=(*scene.notes, note))
     xs, ys = back.transform([lon, lon], [lat - STEP, lat + STEP])
     north = float(np.degrees(np.arctan2(xs[1] - xs[0], ys[1] - ys[0])))
     return scene.with_facts(latitude=float(lat), longitude=float(lon), true_north=north)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.readers.checks import need
 from umbra.readers.georeference import is_known, name_crs
-from umbra.readers.model import APART, FilePlace
+from umbra.readers.model import APART, FilePlace, tell_doubt
 
 __all__ = ["IfcWords", "count_names", "describe", "find_map", "find_place"]
 
@@ -38,11 +38,8 @@ def find_place(file: Any) -> tuple[FilePlace, list[str]]:
     (latitude, longitude, elevation), *others = places.values()
     if any(abs(a - latitude) > APART or abs(b - longitude) > APART for a, b, _ in others):
         listed = "; ".join(f"'{n}' at {a:.4f}°, {b:.4f}°" for n, (a, b, _) in places.items())
-        notes.append(
-            f"its {len(places)} sites disagree ({listed}), so the site is not known; "
-            "give latitude= and longitude="
-        )
-        return FilePlace(true_north=north), notes
+        doubt = f"its {len(places)} sites disagree ({listed})"
+        return FilePlace(true_north=north, doubt=doubt), [*notes, tell_doubt(doubt)]
     return FilePlace(latitude, longitude, elevation, north), notes
 
 

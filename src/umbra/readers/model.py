@@ -34,6 +34,7 @@ __all__ = [
     "ReadChoices",
     "UniqueNames",
     "settle",
+    "tell_doubt",
     "turn_up",
     "turning",
 ]
@@ -112,6 +113,7 @@ class FilePlace:
     # Azimuth of true north in the file's plan, clockwise from +y [degrees]
     true_north: float | None = None
     ground: float | None = None  # height of the level ground in the file's own coordinates [m]
+    doubt: str | None = None  # why the site is not known although the file states it
 
 
 NOWHERE = FilePlace()
@@ -165,6 +167,11 @@ class UniqueNames:
         return name
 
 
+def tell_doubt(doubt: str) -> str:
+    """Return the note on a site that is stated, and not known."""
+    return f"{doubt}, so the site is not known; give latitude= and longitude="
+
+
 def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
     """Fill in the site that the files state, after the CRS; none, with a note, if two disagree."""
     notes = list(scene.notes)
@@ -174,6 +181,7 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
         if place.latitude is not None and place.longitude is not None
     }
     latitude, longitude, north = scene.latitude, scene.longitude, scene.true_north
+    doubts = [f"{name}: {place.doubt}" for name, place in places.items() if place.doubt]
     if latitude is not None and longitude is not None:
         shown = show_crs(scene.crs or "")
         for name, (a, b) in said.items():
@@ -189,10 +197,8 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
             shrunk = np.array([1.0, np.cos(np.radians(here[0]))])  # a degree eastward is shorter
             apart = max(np.linalg.norm((np.subtract(there, here)) * shrunk) for _, there in others)
             listed = "; ".join(f"{name} at {a:.4f}°, {b:.4f}°" for name, (a, b) in said.items())
-            notes.append(
-                f"the files' sites disagree by up to {apart * 111.2:,.0f} km ({listed}), so the "
-                "site is not known; give latitude= and longitude="
-            )
+            doubts.append(f"the files' sites disagree by up to {apart * 111.2:,.0f} km ({listed})")
+            notes.append(tell_doubt(doubts[-1]))
         else:
             latitude, longitude = here
     norths = {n: p.true_north for n, p in places.items() if p.true_north is not None}
@@ -209,6 +215,7 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
     return scene.with_facts(
         latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
         elevation=heights[0] if heights else scene.elevation, ground=ground,
+        site_doubt="; ".join(doubts) or scene.site_doubt,
     )  # fmt: skip
 
 

@@ -88,6 +88,9 @@ class Scene(Exchange):
     ground : float, optional
         Height of the level ground, if the file states it, in the model's own
         coordinates [m].
+    site_doubt : str, optional
+        Why the file's site is not known although the file states one: it states several,
+        or one that cannot be.
     sources : tuple of Source
     notes : tuple of str
         Losses and assumptions of the reader, one line each.
@@ -103,6 +106,7 @@ class Scene(Exchange):
     elevation: float | None = None
     true_north: float | None = None
     ground: float | None = None
+    site_doubt: str | None = None
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()

@@ -2,7 +2,9 @@
 
 import difflib
 import math
+import warnings
 import zoneinfo
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +18,6 @@ __all__ = ["Site", "find_site", "find_zone", "tell_moved"]
 # Names that the database holds and that are no civil time of a place: the copies
 # with and without leap seconds, and aliases that depend on the machine.
 _ALIKE = 0.6  # names that share more may be meant
-_UNKNOWN = "the site is not known"  # words of the readers' notes, too
 _FAR = 1.0  # degrees between a given site and the file's that are worth a word
 _NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
 
@@ -70,6 +71,8 @@ def find_site(
     longitude: float | None = None,
     zone: str | None = None,
     true_north: float | None = None,
+    *,
+    tell: Callable[[str], object] | None = None,
 ) -> Site:
     """
     Find the site of a scene; arguments override its file.
@@ -86,10 +89,17 @@ def find_site(
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees];
         0 if the file does not say.
+    tell : callable, optional
+        Called with a line on a site far from the file's own; by default it is a warning.
 
     Returns
     -------
     site : Site
+
+    Warns
+    -----
+    UserWarning
+        If the site is far from the file's own.
 
     Raises
     ------
@@ -107,20 +117,21 @@ def find_site(
             for word, value in (("latitude", latitude), ("longitude", longitude))
             if value is None
         ]
-        # Files may say more than one place, or one that cannot be.
-        told = (note for note in getattr(scene, "notes", ()) if _UNKNOWN in note)
-        reason = next(told, f"the file does not say its {' and '.join(missing)}")
-        reason = reason.partition(f", so {_UNKNOWN}")[0]
+        reason = getattr(scene, "site_doubt", None)
+        reason = reason or f"the file does not say its {' and '.join(missing)}"
         remedy = f"give {' and '.join(w + '=' for w in missing)} in degrees"
-        msg = f"{_UNKNOWN}: {reason}; {remedy}"
+        msg = f"the site is not known: {reason}; {remedy}"
         raise InputError(msg, missing=missing)
-    return Site(
+    site = Site(
         latitude,
         longitude,
         zone,  # type: ignore[arg-type]
         elevation=0.0 if elevation is None else elevation,
         true_north=0.0 if true_north is None else true_north,
     )
+    for told in tell_moved(scene, site):
+        warnings.warn(told, stacklevel=2) if tell is None else tell(told)
+    return site
 
 
 def tell_moved(scene: "Scene", site: Site) -> list[str]:

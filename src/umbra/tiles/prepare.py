@@ -211,7 +211,8 @@ def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
 
 def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
     """Find the site in the middle of a city; ``given`` are arguments of ``find_site``."""
-    return find_site(_locate(catalogue), **given)
+    # ``notes`` tell of a site far away.
+    return find_site(_locate(catalogue), **given, tell=lambda _told: None)
 
 
 def _locate(catalogue: Catalogue) -> Scene:
