@@ -26,6 +26,7 @@ def model(tmp_path):
         (["--no-cast", "Huose"], ["did you mean 'House'?"]),
         (["--cell", "50 inches"], ["50cm"]),
         (["--cell", "abc"], ["metres"]),
+        (["--tiles"], ["--tiles needs a value before --out; write --tiles LENGTH --out"]),
     ],
 )
 def test_a_slip_in_a_study_is_named(umbra_here, tmp_path, model, options, words):

@@ -138,6 +138,16 @@ class HeadedOption(click.Option):
         super().__init__(*args, **options)
         self.heading, self.is_kept, self.is_file = heading, is_kept, is_file
 
+    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
+        """Convert a value, unless it is the name of an option: then its own was left out."""
+        taken = {name for one in ctx.command.params for name in one.opts if one is not self}
+        for given in value if isinstance(value, (list, tuple)) else (value,):
+            if isinstance(given, str) and given in taken:
+                name, what = max(self.opts, key=len), self.make_metavar(ctx)
+                msg = f"{name} needs a value before {given}; write {name} {what} {given} ..."
+                raise click.UsageError(msg, ctx)
+        return super().type_cast_value(ctx, value)
+
 
 class SectionedCommand(click.Command):
     """

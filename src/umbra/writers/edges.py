@@ -20,7 +20,7 @@ from umbra.study import Study
 from umbra.writers.pixels import resample
 from umbra.writers.plan import Appearance
 
-__all__ = ["find_appearance", "find_breaks"]
+__all__ = ["find_appearance", "find_breaks", "find_relief"]
 
 JUMP, CREASE = 0.92, 0.5  # opacity of lines
 BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
@@ -56,6 +56,12 @@ def find_appearance(
         study.model, "marks", fine, lambda: _mark(study, fine), 1, lambda m: m[0].size <= _KEPT
     )
     return _compose(*marks, size)
+
+
+def find_relief(heights: NDArray[np.float32], cell: float, size: tuple[int, int]) -> Appearance:
+    """Find the appearance of a plan's heights, (rows, cols); NaN lies as low as the lowest."""
+    relief = np.nan_to_num(heights - np.nanmin(heights, initial=np.inf)).astype(np.float64)
+    return _compose(*_read_relief(relief, cell, _find_rough(relief)), None, size)
 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:

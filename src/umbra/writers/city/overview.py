@@ -1,6 +1,7 @@
 """Pictures of a whole study in tiles; tiles that are not done are hatched and named."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.writers.atomic import replace_file
 from umbra.writers.city.result import CityResult
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.plan import DayMap, Plan
+from umbra.writers.plan import DayMap, Plan, find_map_size
 
 __all__ = ["shrink_hours", "write_overviews"]
 
@@ -70,11 +71,11 @@ def _draw(
         more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
         subtitle += f"; not counted (hatched): {names}{more}"
     latitude, longitude = (facts.get(name) for name in ("latitude", "longitude"))
-    plan = Plan(
+    plan = _shade(result, Plan(
         x, y, true_north=facts.get("true_north_deg", 0.0), title=title,
         subtitle=subtitle, date=date, note=note,
         place="" if latitude is None else f"{latitude:.3f}° N, {longitude:.3f}° E",
-    )  # fmt: skip
+    ))  # fmt: skip
     sheet = make_hours_sheet(
         plan, [DayMap(hours, hatched=hatched)], most, what,
         hatch="tiles not counted" if missing else "",
@@ -84,6 +85,18 @@ def _draw(
     with replace_file(path) as beside:
         sheet.save(beside)
     return path
+
+
+def _shade(result: CityResult, plan: Plan) -> Plan:
+    """Add the shade and the edges of the topmost surface, as pictures of one scene have them."""
+    if not result.has_heights:
+        return plan
+    from umbra.writers.edges import find_relief  # noqa: PLC0415  (kernels)
+
+    heights, _ = shrink_hours(result, "receiver_z")
+    if np.isnan(heights).all():
+        return plan
+    return replace(plan, appearance=find_relief(heights, min(plan.cell), find_map_size(plan)))
 
 
 def shrink_hours(result: CityResult, name: str = "shadow_hours") -> tuple[NDArray[np.float32], int]:

@@ -170,6 +170,11 @@ class CityResult:
                 found[name] = units
         return found
 
+    @property
+    def has_heights(self) -> bool:
+        """Whether each cell has a height of its own."""
+        return "receiver_z" in self._group
+
     def read(self, name: str, tile: StoredTile) -> NDArray:
         """Return a variable on a tile."""
         return np.asarray(self._group[name][tile.rows, tile.cols])
