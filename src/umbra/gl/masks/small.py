@@ -15,6 +15,7 @@ from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
 from umbra.gl.soft import SoftLights
+from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import State
 from umbra.gl.surfaces import SurfaceRenderer
 from umbra.gl.target import LIGHT, PLACE, Target, find_surface_formats
@@ -26,11 +27,11 @@ __all__ = ["SmallMasks"]
 _LIT = (0.5, 1.0)
 
 
-class SmallMasks:
+class SmallMasks(Visibility):
     """
     Visibility of each hard light at each pixel, from a mask of reduced resolution.
 
-    A `Visibility` whose lights are chosen by ``select``.
+    Its lights are chosen by ``select``.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """
 Soft shadows on OpenGL: pictures of each light's visibility.
 
-    __init__.py    interface of methods; samples; the methods and area lights of a scene
+    __init__.py    samples; the methods and area lights of a scene
+    visibility.py  interface of methods
     wedges.py      hard count, corrected along silhouette edges; depth keys, wedges
     complexity.py  counts at sample points of the light, from the hard count by edges
     weng.py        scaled layers of the hard volume, stacked, as one index list
@@ -16,7 +17,6 @@ light pass (``shading.py``). Results are those of ``umbra.soft`` on the CPU.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft.complexity import SpotCounts
+from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
@@ -39,40 +40,16 @@ from umbra.soft.samples import SAMPLES
 __all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Visibility"]
 
 
-class Visibility(Protocol):
-    """Visibility of each light of a picture at each pixel, by one method."""
-
-    def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
-    ) -> None:
-        """Prepare a picture; plans are the hard volumes of the lights' centres."""
-
-    def draw(self, state: State, target: Target, number: int) -> Target:
-        """
-        Draw the visibility of a light by number.
-
-        Before: the target's depth holds the scene. After: the returned target, shared by all
-        lights, holds the visibility in attachment 0, from 0 to 1; the stencil is undefined.
-        """
-
-    def release(self) -> None:
-        """Free the device objects."""
-
-
 _AT_ONCE = 64  # points whose volumes are in memory together, kept while nothing moves
 
 
-class SampledShadows:
-    """
-    Averages the hard shadows of many points of each light, as `umbra.soft.samples` does.
-
-    Of several pictures that will be averaged each takes its ``turn``: its own share of the points.
-    """
+class SampledShadows(Visibility):
+    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
 
     def __init__(
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
     ) -> None:
-        self.samples, self.turn = samples, (0, 1)
+        self._samples, self._turn = samples, (0, 1)
         self._each = samples
         # Points' ranges differ; only that of the light's centre limits the light.
         self._choices = replace(choices or VolumeOptions(), narrow=False)
@@ -84,12 +61,16 @@ class SampledShadows:
         self._chunk = -1
         self._plans: list[VolumePlan] = []
 
+    def take_turn(self, turn: int, turns: int) -> None:
+        """Take a share of the points; see `Visibility`."""
+        self._turn = turn, turns
+
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
-        turn, turns = self.turn
-        self._each = -(-self.samples // turns)
+        turn, turns = self._turn
+        self._each = -(-self._samples // turns)
         mine = slice(turn * self._each, (turn + 1) * self._each)
         self._points = [p for light in lights for p in light.points(turns * self._each)[mine]]
         self._points = [replace(point, range=np.inf) for point in self._points]
@@ -158,8 +139,7 @@ class SoftMethods:
     def take_turn(self, turn: int, turns: int) -> None:
         """Draw one of several pictures that will be averaged: it takes a share of the samples."""
         for method in self._made.values():
-            if isinstance(method, SampledShadows):
-                method.turn = turn, turns
+            method.take_turn(turn, turns)
 
     def refine(self, softness: Softness) -> None:
         """Set the resolution; methods of another resolution are made again."""

@@ -18,6 +18,7 @@ from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
 from umbra.gl.projection import Projection, find_rays, find_source
+from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedges import WedgePainter
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
@@ -33,7 +34,7 @@ _DIGITS = {4: 64, 3: 256, 2: 4096, 1: 1 << 24}  # base by digits per float, exac
 _TEXELS = 8  # per edge
 
 
-class SpotCounts:
+class SpotCounts(Visibility):
     """
     Counts the casters that hide sample points (spots) of each light.
 

@@ -22,6 +22,7 @@ from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays, find_source
 from umbra.gl.resources import Indices, TextureBuffer
+from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
@@ -224,7 +225,7 @@ class WedgePainter:
         self._edges = []
 
 
-class Wedges:
+class Wedges(Visibility):
     """Corrects the hard counts of a planner's plans along silhouettes."""
 
     def __init__(self, planner: Planner, counter: VolumeCounter) -> None:

@@ -29,6 +29,7 @@ from umbra.gl.projection import Projection, find_clip_range, find_source
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
 from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
+from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import State
 from umbra.gl.target import Target
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
@@ -234,7 +235,7 @@ def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
     return scaled
 
 
-class ScaledLayers:
+class ScaledLayers(Visibility):
     """
     Stacks the shadows of enlarged casters.
 
