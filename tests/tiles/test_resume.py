@@ -13,6 +13,7 @@ import pytest
 from support.cities import DAY, make_houses, write_city
 
 import umbra
+from umbra.errors import UmbraError
 from umbra.tiles import run as runs
 from umbra.tiles.count import count_tile
 from umbra.tiles.run import lock_run
@@ -70,6 +71,16 @@ def test_killed_runs_end_in_the_same_bytes(city, tmp_path, whole, receivers):
         done, _ = child.communicate()
     assert kills == 4
     assert read_bytes(tmp_path / "killed") == whole
+
+
+def test_a_full_disk_is_told_with_the_remedy(city, tmp_path):
+    (tmp_path / "full").symlink_to("/dev/full")
+
+    def fill(_done, _of):
+        np.zeros(4096).tofile(tmp_path / "full")
+
+    with pytest.raises(UmbraError, match="no space left on device.*free some space"):
+        umbra.city_study(city, out=tmp_path, tiles=TILES, **OPTIONS, progress=fill)
 
 
 def test_a_tile_that_fails_leaves_the_others_and_is_counted_again(

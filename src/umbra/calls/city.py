@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from umbra.errors import UmbraError
 from umbra.study.options import StudyOptions
 from umbra.study.study import check_names
 from umbra.tiles.options import CityOptions
@@ -118,15 +119,25 @@ def run_city(
     from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
     from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
     from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
+    from umbra.writers.atomic import is_full  # noqa: PLC0415
 
     check_zarr()
     check_folder(folder)
-    with lock_run(folder), open_engine(city.workers, city.scheduler) as own:
-        found = prepare_city(files, site, options, city, folder, reading, reads)
-        study = run_job(found.job, found.describe, engine or own, progress)
-        study = replace(study, notes=found.notes)
-        write(study)
-        return study
+    try:
+        with lock_run(folder), open_engine(city.workers, city.scheduler) as own:
+            found = prepare_city(files, site, options, city, folder, reading, reads)
+            study = run_job(found.job, found.describe, engine or own, progress)
+            study = replace(study, notes=found.notes)
+            write(study)
+            return study
+    except OSError as error:
+        if not is_full(error):
+            raise
+        msg = (
+            f"could not write the tiles to '{folder}' (no space left on device); free some space "
+            "and run the same study again: tiles that are done are kept"
+        )
+        raise UmbraError(msg, path=folder) from error
 
 
 @check_names

@@ -58,7 +58,8 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
         echo(f"{crs}: {place}")
     else:
-        echo(f"{crs}: the file does not say where it is (--lat, --lon)")
+        doubt = scene.site_doubt or "the file does not say where it is"
+        echo(f"{crs}: {doubt} (--lat, --lon)")
     for number, one in enumerate(scene.animations):
         echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
     if scene.lights:

@@ -18,10 +18,13 @@ from pathlib import Path
 from umbra.errors import InputError, UmbraError
 from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
-__all__ = ["FULL", "hold_signals", "replace_file", "replace_results"]
+__all__ = ["hold_signals", "is_full", "replace_file", "replace_results"]
 
-FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-"""Errors of a full disk or quota."""
+
+def is_full(error: OSError) -> bool:
+    """Return whether a disk or quota is full; numpy's errors have no number."""
+    is_of_numpy = error.errno is None and "requested and" in str(error)
+    return is_of_numpy or error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 @contextmanager
@@ -53,7 +56,7 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield Path(name)
         Path(name).replace(target)
     except OSError as error:
-        if error.errno not in FULL:
+        if not is_full(error):
             raise
         reason = (error.strerror or str(error)).lower()
         msg = f"could not write '{target}' ({reason}); free some space or choose another place"
@@ -102,7 +105,7 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
         held = f"the new results in '{target}' are complete" if is_moved else KEPT
         raise KeyboardInterrupt(held) from error
     except OSError as error:
-        if error.errno not in FULL and not unfinished.is_sealed:
+        if not is_full(error) and not unfinished.is_sealed:
             raise
         reason = (error.strerror or str(error)).lower()
         msg = f"could not write the results to '{target}' ({reason}); "
