@@ -189,6 +189,18 @@ def test_mouse_wheel_and_keys_move_the_view(live):
     assert live.ask("umbra.state.place") is not None
 
 
+def test_where_pages_scroll_the_wheel_is_theirs_until_a_click(live):
+    live.ask("umbra.orbit.options.takesWheel = false; umbra.stage.canvas.focus()")
+    far = []
+    for is_clicked in (False, True):
+        if is_clicked:
+            live.click(400, 500)
+        live.mouse("mouseWheel", 400, 500, deltaX=0, deltaY=-200)
+        settle(live)
+        far.append(live.ask("umbra.state.viewpoint.distance"))
+    assert far[1] == pytest.approx(far[0] / np.exp(0.4), rel=0.01)
+
+
 def test_two_fingers_hold_the_ground_between_them(live):
     def touch(kind, *places):
         points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(places)]

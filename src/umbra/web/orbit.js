@@ -20,7 +20,7 @@ import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./vi
  * @property {(x: number, y: number, event: PointerEvent) => void} tap a click or tap, not a drag
  * @property {() => void} changed
  * @property {() => number} columns how many pictures of the same view stand side by side
- * @property {boolean} [takesWheel] whether the wheel zooms without Ctrl and without focus
+ * @property {boolean} [takesWheel] whether the wheel zooms without Ctrl and before a click
  */
 
 const TURN = 0.3; // [degrees a pixel]
@@ -55,6 +55,8 @@ export class Orbit {
     this.held = null;
     this.dragged = 0;
     this.wheeled = 0;
+    /** whether it was clicked and has the focus since: else the wheel is the page's */
+    this.isTaken = false;
     this.gliding = 0;
     this.most = 0;
     this.stop = new AbortController();
@@ -64,6 +66,7 @@ export class Orbit {
     listen("pointermove", (event) => this.#drag(event));
     listen("pointerup", (event) => this.#lift(event));
     listen("pointercancel", (event) => this.#lift(event));
+    listen("blur", () => (this.isTaken = false));
     listen("wheel", (event) => this.#wheel(event));
     listen("dblclick", (event) => this.#approach(event));
     listen("contextmenu", (event) => event.preventDefault());
@@ -202,6 +205,7 @@ export class Orbit {
   /** @param {PointerEvent} event */
   #press(event) {
     cancelAnimationFrame(this.gliding);
+    this.isTaken = true;
     const at = this.#at(event);
     this.fingers.set(event.pointerId, at);
     this.element.setPointerCapture(event.pointerId);
@@ -270,8 +274,7 @@ export class Orbit {
 
   /** @param {WheelEvent} event */
   #wheel(event) {
-    const isAsked = event.ctrlKey || event.metaKey || this.options.takesWheel;
-    if (!isAsked && !this.element.matches(":focus")) return;
+    if (!(event.ctrlKey || event.metaKey || this.options.takesWheel || this.isTaken)) return;
     event.preventDefault();
     const { x, y } = this.#at(event);
     // The place is found once a gesture: what comes nearer stays under the pointer by itself.

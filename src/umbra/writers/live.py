@@ -42,7 +42,7 @@ def make_hours(study: Study) -> dict[str, object]:
         "title": f"Hours in shadow, {tell_dates(study)}",
         "ramp": np.rint(shade_ramp(_STEPS) * 255).astype(int).tolist(),
         "most": float(study.up_hours),
-        "note": f"Of {study.up_hours:.1f} h with the sun up; {what}.",
+        "note": f"Of {study.up_hours:.1f} h of the study with the sun up; {what}.",
         "plan": _make_plan(study) if study.is_plan else None,
         "samples": None if study.is_plan else _make_samples(study),
     }

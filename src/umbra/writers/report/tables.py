@@ -58,7 +58,7 @@ def join_dates(study: Study, make: Callable[[Study], Table | None]) -> Table | N
 
 def find_figures(study: Study) -> list[tuple[str, float, str]]:
     """Return a study's figures: name, value and unit of each."""
-    figures = [("sun above the horizon", study.up_hours, "h")]
+    figures = [("with the sun up, in these hours", study.up_hours, "h")]
     counted = study.kind.find_counted(study)
     hours = study.shadow_hours
     if counted is None:  # a camera's pixels have no area
