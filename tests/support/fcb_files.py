@@ -32,11 +32,13 @@ def _feature(name, faces):
     b = flatbuffers.Builder()
     strings = _numbers(b, g.GeometryStartStringsVector, [len(face) for face in faces])
     surfaces = _numbers(b, g.GeometryStartSurfacesVector, [1] * len(faces))
+    shells = _numbers(b, g.GeometryStartShellsVector, [len(faces)])  # as fcb_core writes them
     corners = _numbers(b, g.GeometryStartBoundariesVector, list(range(len(points))))
     lod = b.CreateString("2")
     g.GeometryStart(b)
     g.GeometryAddType(b, g.GeometryType.MultiSurface)
     g.GeometryAddLod(b, lod)
+    g.GeometryAddShells(b, shells)
     g.GeometryAddSurfaces(b, surfaces)
     g.GeometryAddStrings(b, strings)
     g.GeometryAddBoundaries(b, corners)
