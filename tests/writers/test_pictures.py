@@ -150,12 +150,26 @@ def test_the_scale_ends_where_the_period_does(max_hours, ticks):
     )
 
 
-def test_a_night_says_so_and_has_no_scale():
-    plan = make_plan()
-    sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, np.nan))], 0.0)
-    texts = check_layout(sheet)
-    assert "the sun stays below the horizon" in texts
-    assert "hours in shadow" not in texts
+def test_a_night_says_so_and_has_no_scale_nor_the_colour_of_sun(tmp_path):
+    plan, place = make_plan(), np.array([(5.0, 5.0, 0.0)])
+    nothing = np.zeros(plan.shape, np.float32)
+    point = Places(place, np.full((1, 3), np.nan))
+    day, night = DayMap(nothing), DayMap(nothing, is_night=True)
+    shadows = DayShadows(make_shadows(plan, 1), clock(1), is_night=True)
+    for sheet in (
+        make_hours_sheet(plan, [day], 0.0),
+        make_profile_sheet(plan, [shadows]),
+        make_points_sheet(plan, point, [DayMap(nothing[0, :1])], 0.0),
+        make_points_sheet(plan, point, [DayMap(nothing[0, :1], is_night=True)], 8.0),
+    ):
+        texts = check_layout(sheet)
+        assert "the sun stays below the horizon" in texts
+    both = make_hours_sheet(plan, [replace(day, title="June"), replace(night, title="May")], 8.0)
+    assert "the sun stays below the horizon" in [t.get_text() for t in both.leaf.findobj(Text)]
+    both.save(tmp_path / "hours.png")
+    june, may = (read_pixel(tmp_path / "hours.png", panel, 5.0, 5.0) for panel in both.maps)
+    np.testing.assert_allclose(june, shade_ramp()[0] * 255, atol=1)
+    np.testing.assert_allclose(may, 255 * MISSING, atol=1)
 
 
 def read_pixel(path, sheet, x, y):

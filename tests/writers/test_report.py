@@ -202,6 +202,8 @@ def test_a_night_and_a_plan_of_tops(page, tmp_path):
     night = make_study(start="22:00", end="24:00")
     page.open(save(tmp_path / "night.html", night)[0], READY)
     assert words(page, "in-sun", "first", "spells") == ["0 h", "none", "0"]
+    told = page.ask("document.querySelector('.summary').textContent")
+    assert told == "with the sun up, in these hoursnever"
     top = make_study(receivers="top", every="2h")
     page.open(save(tmp_path / "top.html", top)[0], READY)
     page.mouse("mouseMoved", *place_of(page, top, 50, 78))

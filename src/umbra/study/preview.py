@@ -271,13 +271,14 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
     Returns
     -------
     finer : FinerHours or None
-        None if the work does not allow finer steps, and for several dates together, views,
-        canopies, and studies that solve instants exactly.
+        None if the work does not allow finer steps, and for nights, several dates together,
+        views, canopies, and studies that solve instants exactly.
     """
     facts, period = study.facts, study.period
     if (
         not study.is_plan
         or len(period.days) > 1
+        or not period.sun.is_up.any()
         or "exact_tolerance_seconds" in facts
         or "canopy_transmissivity" in facts
     ):

@@ -56,7 +56,8 @@ def make_hours_sheet(
     sheet = lay_out(plan, 0.55, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         hours = np.asarray(day.hours, np.float32)
-        fill_hours(panel, hours, max_hours, show, day.finer, has_lines=has_lines)
+        end = 0.0 if day.is_night else max_hours
+        fill_hours(panel, hours, end, show, day.finer, has_lines=has_lines)
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
@@ -74,8 +75,14 @@ def fill_hours(
     *,
     has_lines: bool = True,
 ) -> None:
-    """Draw the hours on a map, with contour lines and buildings, for ``make_hours_sheet``."""
+    """
+    Draw the hours on a map, with contour lines and buildings, for ``make_hours_sheet``.
+
+    Where ``max_hours`` is 0 the sun stays below the horizon, and no place has a value.
+    """
     plan, has_scale = panel.plan, max_hours > 0
+    if not has_scale:
+        hours = np.full_like(hours, np.nan)
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
     shade = None if plan.appearance is None else plan.appearance.find_shade(panel.map_size)

@@ -296,4 +296,5 @@ class Panel(Paper):
     def write_over(self, reason: str) -> None:
         """Write the reason for an empty map across it."""
         x, y, w, h = self.map_box
-        self.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
+        style = {"color": INK, "halo": "#ffffffd8", "ha": "center", "va": "center"}
+        self.write(x + w / 2, y + h / 2, reason, 9.0, **style)

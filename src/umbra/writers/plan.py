@@ -230,6 +230,7 @@ class DayMap:
     hatched: NDArray[np.bool_] | None = None
     # (m, n) the same hours on cells of another size, for the contour lines
     finer: NDArray | None = None
+    is_night: bool = False  # the sun stays below the horizon: there are no hours
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +243,7 @@ class DayShadows:
     away: NDArray[np.float64] | None = None
     title: str = ""  # the date, where there are several
     remark: str = ""  # sunrise and sunset
+    is_night: bool = False  # the sun stays below the horizon: there are no shadows
 
 
 def cover_with_roofs(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
 from umbra.writers.contours import trace
-from umbra.writers.hours import OUTLINE, draw_hours_key
+from umbra.writers.hours import MISSING, OUTLINE, draw_hours_key
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
@@ -49,7 +49,7 @@ def make_points_sheet(
     """
     sheet = lay_out(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
-        _fill_points(panel, places, day.hours, max_hours, names, show)
+        _fill_points(panel, places, day, max_hours, names, show)
     if max_hours > 0:
         draw_hours_key(sheet, max_hours, what, show=show)
     return sheet
@@ -58,13 +58,14 @@ def make_points_sheet(
 def _fill_points(
     panel: Panel,
     places: Places,
-    shadow_hours: NDArray,
+    day: DayMap,
     max_hours: float,
     names: Sequence[str],
     show: Show,
 ) -> None:
     """Draw points on a map, with its buildings."""
-    plan = panel.plan
+    plan, hours = panel.plan, np.asarray(day.hours, np.float64)
+    is_night = day.is_night or not max_hours > 0
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
     cover_with_roofs(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
@@ -75,16 +76,19 @@ def _fill_points(
     middles = panel.place(points[:, :2])
     spread, stacks = _spread(middles, points[:, 2], places.normals[:, :2], 2.15 * radius)
     ramp = shade_ramp()
-    share = np.asarray(shadow_hours, np.float64) / max(max_hours, 1e-9)
+    share = hours / max(max_hours, 1e-9)
     colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    if is_night:
+        colors = np.full_like(colors, MISSING)
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     panel.fill([place + disc for place in spread], colors, INK, 0.6)
     if n <= FEW:
-        told = max_hours - np.asarray(shadow_hours) if show == "sun" else shadow_hours
-        texts = [f"{names[k] if names else k + 1}: {told[k]:.3g} h" for k in range(n)]
+        told = max_hours - hours if show == "sun" else hours
+        named = names or range(1, n + 1)
+        texts = [f"{named[k]}" + ("" if is_night else f": {told[k]:.3g} h") for k in range(n)]
         _label(panel, spread, stacks, texts, radius)
-    if not max_hours > 0:
+    if is_night:
         panel.write_over(NIGHT)
 
 

@@ -21,7 +21,7 @@ from umbra.writers.contours import (
     trace,
 )
 from umbra.writers.marks import draw_color_bar, draw_swatches
-from umbra.writers.paper import Panel
+from umbra.writers.paper import NIGHT, Panel
 from umbra.writers.pixels import make_stamp_path, resample, to_srgb
 from umbra.writers.plan import DayShadows, Plan, cover_with_roofs, draw_appearance, shade_roofs
 from umbra.writers.sheet import Sheet, lay_out
@@ -104,7 +104,8 @@ def make_profile_sheet(plan: Plan, days: Sequence[DayShadows], zone: str = "") -
     sheet = lay_out(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         _fill_map(panel, day)
-    _draw_key(sheet, max((day.labels for day in days), key=len), zone)
+    if not all(day.is_night for day in days):
+        _draw_key(sheet, max((day.labels for day in days), key=len), zone)
     return sheet
 
 
@@ -135,7 +136,9 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     outline_canopies(panel)
     if plan.building_height is not None and plan.appearance is None:
         panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
-    if day.away is not None:
+    if day.is_night:
+        panel.write_over(NIGHT)
+    elif day.away is not None:
         name_tips(panel, outlines, labels, day.away, roofs)
 
 

@@ -217,10 +217,9 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
     else:
         half = float(study.period.hours.max()) * 30
-        notes = [
-            f"midpoints of {options.every} steps",
-            f"hours ± {half:.3g} min for each edge of shadow that passes",
-        ]
+        notes = [f"midpoints of {options.every} steps"]
+        if study.up_hours > 0:
+            notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
     notes.append(f"sun as a point source, refraction {facts['refraction']}")
     chosen, left_out = options.cast, options.no_cast
     casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"

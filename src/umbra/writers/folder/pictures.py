@@ -167,6 +167,7 @@ def _make_map(
     study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
 ) -> DayMap:
     """Make a map of hours; one of several gets its date, sunrise, sunset and a remark."""
+    more["is_night"] = study.up_hours <= 0
     if len(shown) == 1:
         return DayMap(hours, **more)
     remark = " · ".join(filter(None, [tell_daylight(study), told]))
@@ -231,7 +232,8 @@ def _draw_profile(
     days = job.study.period.days
     maps = [
         DayShadows(view.shadows, stamps.labels(), view.away, str(days[k]),
-                   str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "")
+                   str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "",
+               bool(np.isnan(view.away).all()))
         for k, stamps, view in views
     ]  # fmt: skip
     zones = dict.fromkeys(zone for _, stamps, _ in views for zone in stamps.abbreviations())

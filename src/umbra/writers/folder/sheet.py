@@ -72,7 +72,8 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
         maps = [("Plan", own, scale.read_hours(plans[k]))]
         maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
         job.painter.draw_elevations(
-            job.folder / name, arrangement, maps, scale.most, show=scale.show, what=scale.what,
+            job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
+            show=scale.show, what=scale.what,
         )  # fmt: skip
         names.append(name)
     return names

@@ -51,7 +51,13 @@ from umbra.writers.report.markup import (
 )
 from umbra.writers.report.packed import tell_left_out
 from umbra.writers.report.sample_tables import list_receivers
-from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas, list_dates
+from umbra.writers.report.tables import (
+    UP,
+    find_comparisons,
+    find_figures,
+    find_sun_areas,
+    list_dates,
+)
 
 __all__ = ["Table", "write_report"]
 
@@ -242,12 +248,17 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
     """Return the figures at the top: of several dates the least and the most of one."""
     dates = split_dates(study)
     sums = f", {tell_dates(study)}" if len(dates) == 1 < len(study.period.days) else ""
+    figures: dict[tuple[str, str], list[float]] = {}
+    for one in dates:
+        for name, value, unit in find_figures(one):
+            figures.setdefault((name, unit), []).append(value)
     told = []
-    for same in zip(*(find_figures(one) for one in dates), strict=True):
-        name, _, unit = same[0]
-        low, high = (pick(value for _, value, _ in same) for pick in (min, max))
+    for (name, unit), values in figures.items():
+        low, high = min(values), max(values)
         each = [f"{v:.1f} %" if unit == "%" else _say(v) for v in (low, high)]
         words = each[0] if each[0] == each[1] else f"{each[0].split()[0]} to {each[1]}"
+        if name == UP and high <= 0:
+            words = "never"
         told.append((name + (sums if unit == "h" else ""), words))
     return told
 

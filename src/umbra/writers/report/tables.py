@@ -15,6 +15,7 @@ from umbra.sun import find_daylight
 from umbra.writers.report.markup import Pin, Table
 
 __all__ = [
+    "UP",
     "find_comparisons",
     "find_figures",
     "find_sun_areas",
@@ -23,6 +24,8 @@ __all__ = [
     "make_verdict_table",
 ]
 
+UP = "with the sun up, in these hours"
+"""Name of the figure that every study has."""
 NEVER = 1e-4
 """Hours that are none [h]."""
 _MOST_ROWS = 40
@@ -58,7 +61,7 @@ def join_dates(study: Study, make: Callable[[Study], Table | None]) -> Table | N
 
 def find_figures(study: Study) -> list[tuple[str, float, str]]:
     """Return a study's figures: name, value and unit of each."""
-    figures = [("with the sun up, in these hours", study.up_hours, "h")]
+    figures = [(UP, study.up_hours, "h")]
     counted = study.kind.find_counted(study)
     hours = study.shadow_hours
     if counted is None:  # a camera's pixels have no area
@@ -68,7 +71,7 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
         weight, what = seen.astype(np.float64), "surfaces"
     else:
         seen, weight, what = counted.which, counted.weight, counted.what.partition(",")[0]
-    if not seen.any():
+    if not seen.any() or not study.up_hours > 0:  # a night has neither sun nor shadow
         return figures
     share = weight[seen] / weight[seen].sum()
     if what.startswith("all that"):
@@ -88,14 +91,14 @@ def list_dates(study: Study) -> Table | None:
         return None
     figures = [find_figures(one) for one in dates]
     rows: list[Sequence[object]] = []
+    named = {name: f"{name} [{unit}]" for found in figures for name, _, unit in found}
     for one, found in zip(dates, figures, strict=True):
         daylight = str(find_daylight(study.site, one.period.days[0]))
-        values = [round(value, 1 if unit == "%" else 2) for _, value, unit in found]
-        rows.append((tell_dates(one), daylight, *values))
-    named = [f"{name} [{unit}]" for name, _, unit in figures[0]]
+        values = {name: round(value, 1 if unit == "%" else 2) for name, value, unit in found}
+        rows.append((tell_dates(one), daylight, *map(values.get, named)))
     return Table(
         "Date by date",
-        ("date", "daylight", *named),
+        ("date", "daylight", *named.values()),
         rows,
         "Sunrise and sunset are when the sun's upper rim crosses a level horizon, as in almanacs.",
     )

@@ -95,5 +95,6 @@ const makeMasks = async (count) => {
 // ---- colours of pixels, as a canvas keeps them
 
 const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
+const NO_HOURS = color(226, 226, 231);  // of a night
 const colorOf = (hours, most) =>
-  rampColors[Math.min(ramp.length - 1, Math.round((hours / (most || 1)) * (ramp.length - 1)))];
+  most > 0 ? rampColors[Math.min(ramp.length - 1, Math.round((hours / most) * (ramp.length - 1)))] : NO_HOURS;
