@@ -162,6 +162,8 @@ def test_z_pass_says_where_it_is_wrong_and_still_draws(render):
     assert "z-pass is wrong for this view" in said.err
     assert said.err.count("\n") == 1
     assert (wrong["count"] != right["count"]).any()
+    said, _ = render(*view, "--light", "0,0,8", "--method", "z-pass", "--quiet")
+    assert (said.out, said.err) == ("", "")
     said, same = render(*view, "--light", "0,0,8", "--method", "z-fail")
     assert not said.err
     np.testing.assert_array_equal(same["count"], right["count"])

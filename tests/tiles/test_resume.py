@@ -134,6 +134,9 @@ def test_another_study_and_changed_files_are_named(city, tmp_path):
     umbra.city_study(file, out=out, **options)
     with pytest.raises(umbra.InputError, match=r"holds a study with another cell= \(5.0, now 4"):
         umbra.city_study(file, out=out, **{**options, "cell": 4.0})
+    changed = r"another date= \(2026-\d\d-\d\d, now 2026-09-01,2026-09-02\)"
+    with pytest.raises(umbra.InputError, match=changed):
+        umbra.city_study(file, out=out, **{**options, "date": ["2026-09-01", "2026-09-02"]})
     with pytest.raises(umbra.InputError, match="holds a study with other tiles or cells"):
         umbra.city_study(file, out=out, tiles="50m", **options)
     os.utime(file, (1, 1))  # another time, the same bytes

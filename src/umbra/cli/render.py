@@ -45,6 +45,7 @@ HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting
     "--out", type=NewPath(), metavar="FILE.png", help="The picture; FILE.svg or .pdf: as vectors."
 )
 @click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="The arrays to write.")
+@click.option("--quiet", is_flag=True, help="Print only errors and, with --json, the result.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
@@ -52,6 +53,7 @@ def command(
     arrays: Path | None,
     no_ground: bool,
     shadows: str,
+    quiet: bool,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -81,10 +83,11 @@ def command(
     from umbra.writers.atomic import replace_file  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
 
+    tell, warn = (_pass_over, _pass_over) if quiet else (_tell, _warn)
     check_picture_memory(lens.size, lights.count)
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
-        stages = stack.enter_context(show_progress(quiet=False))
+        stages = stack.enter_context(show_progress(quiet))
         stages.begin(name_reading(files))
         scene = read_model(files)
         stages.show_scene(scene)
@@ -96,14 +99,14 @@ def command(
         view = scene, lens.make(scene), shining, options
         summary = {}
         if out is not None and kind in VECTORS:
-            drawing = draw_seen(*view, shadows, tell=_tell, advance=stages.advance)
+            drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
             summary = drawing.sum_up()
             for note in drawing.notes:
-                _warn(note)
+                warn(note)
             drawing.write_beside(beside[out], kind)
         if arrays is not None or kind == "png":
             picture = draw_picture(
-                *view, _warn, is_bare=arrays is not None, tell=_tell,
+                *view, warn, is_bare=arrays is not None, tell=tell,
                 advance=partial(stages.advance, what=what, unit="samples"),
             )  # fmt: skip
             summary |= picture.sum_up()
@@ -116,7 +119,7 @@ def command(
                 np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
     if as_json:
         echo_json({"files": [str(path) for path in written], **summary})
-    else:
+    elif not quiet:
         for path in written:
             echo_path(path)
 
@@ -161,3 +164,7 @@ def _tell(message: str) -> None:
 def _warn(message: str) -> None:
     """Tell the person at the terminal, whatever the results are for."""
     echo(f"umbra: warning: {write_for_shell(message)}", err=True)
+
+
+def _pass_over(message: str) -> None:
+    """Tell nothing."""

@@ -50,7 +50,7 @@ _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=Fa
     metavar="DIR",
     help="Folder for the results; created if it does not exist.",
 )
-@_running("--quiet", is_flag=True, help="Print nothing but errors and, with --json, the result.")
+@_running("--quiet", is_flag=True, help="Print only errors and, with --json, the result.")
 @_running("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **given: Any) -> None:
     """

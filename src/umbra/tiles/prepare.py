@@ -275,7 +275,8 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     what = next(name for name in now if held.get(name) != now[name])
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
-        what = f"another {name}= ({held[what].get(name)}, now {now[what][name]})"
+        before, after = (_show(options.get(name)) for options in (held[what], now[what]))
+        what = f"another {name}= ({before}, now {after})"
     elif what == "files":
         before = {one[0]: one for one in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.
@@ -296,6 +297,11 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         "one to begin again"
     )
     raise InputError(msg, option="out", path=path.parent)
+
+
+def _show(value: Any) -> str:
+    """Write an option's value as a person types it."""
+    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
 def _name_sources(catalogue: Catalogue) -> str:

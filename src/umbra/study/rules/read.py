@@ -5,7 +5,6 @@ import difflib
 import os
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -265,7 +264,9 @@ def read_rules(path: str | os.PathLike[str]) -> Rules:
 def _read_check(block: Block) -> Check:
     measure = _choose(block, "measure", MEASURES, "sun_hours")
     if block.has("at_least") == block.has("at_most"):
-        block.refuse(f"{block.what} needs one of 'at_least' and 'at_most'")
+        one = "has both 'at_least' and 'at_most'; leave one out"
+        none = "needs 'at_least' or 'at_most'"
+        block.refuse(f"{block.what} {one if block.has('at_least') else none}")
     if block.has("min_spell") != (measure == "sun_hours_in_spells"):
         block.refuse(f"{block.what}: 'min_spell' goes with measure: sun_hours_in_spells")
     limit = "at_least" if block.has("at_least") else "at_most"
@@ -330,9 +331,11 @@ def _read_date(block: Block, node: Any) -> tuple[int | None, int, int]:
     match = _DATE.fullmatch(str(node.value).strip()) if node.id == "scalar" else None
     if match:
         year, month, day = (int(part) if part else None for part in match.groups())
-        with suppress(ValueError):
+        try:
             dt.date(year or 2000, month or 0, day or 0)
-            return year, month or 0, day or 0
+        except ValueError:
+            return block.refuse(f"there is no date '{node.value}'", node)
+        return year, month or 0, day or 0
     return block.refuse("a date is written 03-21, for the study's year, or 2026-03-21", node)
 
 
