@@ -79,7 +79,7 @@ def test_a_full_disk_is_told_with_the_remedy(city, tmp_path):
     def fill(_done, _of):
         np.zeros(4096).tofile(tmp_path / "full")
 
-    with pytest.raises(UmbraError, match="no space left on device.*free some space"):
+    with pytest.raises(UmbraError, match=r"no space left on device.*free some space"):
         umbra.city_study(city, out=tmp_path, tiles=TILES, **OPTIONS, progress=fill)
 
 

@@ -1,5 +1,6 @@
 """Preparation of a study in tiles: from files and options to a job and its store."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -275,7 +276,7 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     what = next(name for name in now if held.get(name) != now[name])
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
-        before, after = (_show(options.get(name)) for options in (held[what], now[what]))
+        before, after = (_show(str(options.get(name))) for options in (held[what], now[what]))
         what = f"another {name}= ({before}, now {after})"
     elif what == "files":
         before = {one[0]: one for one in held[what]}
@@ -299,9 +300,9 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     raise InputError(msg, option="out", path=path.parent)
 
 
-def _show(value: Any) -> str:
-    """Write an option's value as a person types it."""
-    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+def _show(value: str) -> str:
+    """Write an option's value, as Python shows it, as a person types it."""
+    return re.sub(r"[\[\]()']", "", value).rstrip(",").replace(", ", ",")
 
 
 def _name_sources(catalogue: Catalogue) -> str:
