@@ -57,5 +57,5 @@ def test_reading_options_are_those_of_umbra_read():
     typed = {name for name, _, _ in list_options(ReadingOptions)} - {"time", "animation"}
     typed |= {name for name, _, _ in list_options(CanopyOptions)}
     assert typed - {"up_axis", "no_cache"} == shown - {"up", "cache"}
-    placed = set(inspect.signature(umbra.find_site).parameters) - {"scene"}
+    placed = set(inspect.signature(umbra.find_site).parameters) - {"scene", "tell"}
     assert {name for name, _, _ in list_options(SiteOptions)} == placed

@@ -202,8 +202,7 @@ class RenderOptions:
     )  # fmt: skip
     light_samples: int | None = _lights(
         "whole",
-        "Places on each light: shadows that samples average (default: 256), or spots at which "
-        "complexity counts casters (64).",
+        "Points on each light: 256 by default with samples, 64 with complexity.",
         least=1, metavar="N",
     )  # fmt: skip
     layer_length: float = _length()
@@ -298,7 +297,7 @@ class ViewOptions:
     at: str | None = _window("text", "Local time; default: 15:00.", metavar="HH:MM")
     ground: float | bool | None = _window(
         "length",
-        "Height of the ground plane [m]; default: from the file, or just below the model.",
+        "Height of the ground plane [m]; default: the file's, or just below the model.",
         unit="m", metavar="Z", passes=(True, False),
     )  # fmt: skip
     method: str | None = _counting("text", _tell_methods(), metavar="NAME")

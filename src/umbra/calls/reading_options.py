@@ -28,12 +28,12 @@ class SiteOptions:
         metavar="DEG",
     )  # fmt: skip
     zone: str | None = _site(
-        "text", "Time zone by its IANA name, Europe/Vienna; default: the zone at the coordinates.",
+        "text", "Time zone, such as Europe/Vienna; default: the one at these coordinates.",
         flag="--tz", metavar="ZONE",
     )  # fmt: skip
     true_north: float | None = _site(
         "number",
-        "Azimuth of true north in the plan, clockwise from y; default: the file's, or 0.",
+        "Angle from the plan's y axis to true north, clockwise; default: the file's, or 0.",
         flag="--north", unit="degree", metavar="DEG",
     )  # fmt: skip
 
@@ -43,7 +43,10 @@ class ReadingOptions:
     """What a file does not state, and which of it is wanted; see ``umbra.read``."""
 
     up_axis: str | None = _reading(
-        "choice", "The file's axis that points up.", flag="--up", choices=("x", "y", "z")
+        "choice",
+        "The file's axis that points up, where the file does not say it.",
+        flag="--up",
+        choices=("x", "y", "z"),
     )
     height_column: str | None = _reading(
         "text", "Footprints: column of the height [m] above the base; default: found by its name.",
@@ -64,24 +67,24 @@ class ReadingOptions:
     )  # fmt: skip
     animation: str | None = _reading(
         "text",
-        "Which animation --time means, or umbra view plays: its name, its number, or all; "
+        "The animation that --time is of, or that umbra view plays: its name, its number, or all; "
         "default: 0, the first.",
         metavar="NAME",
     )
     bbox: str | None = _reading(
         "text",
-        "Read only objects whose bounds meet this box; in degrees if all numbers can be, else in "
-        "the first file's CRS.",
+        "Read only what lies at least partly in this rectangle; in degrees if all numbers can be, "
+        "else in the coordinates of the first file.",
         metavar="XMIN,YMIN,XMAX,YMAX[,CRS]",
     )
     area: str | None = _reading(
         "text",
-        "Read only objects whose bounds meet this polygon: a GeoJSON file, or WKT.",
+        "Read only what lies at least partly in this polygon: a GeoJSON file, or WKT.",
         metavar="FILE|WKT",
     )
     geometric_error: float | None = _reading(
         "number",
-        "3D Tiles: do not refine tiles of at most this error [m]; default: the finest.",
+        "3D Tiles: the coarsest detail that will do, as an error [m]; default: the finest.",
         unit="m", metavar="M",
     )  # fmt: skip
     allow_outside: bool = _reading(
@@ -103,11 +106,11 @@ class CanopyOptions:
 
     trunk: str | None = _canopy(
         "text",
-        "Where crowns of a canopy raster begin: a share of the height, or a GeoTIFF of heights; "
+        "Height at which crowns begin in a canopy raster: a share of the tree's, or a GeoTIFF; "
         "default: 0.25.",
         metavar="SHARE|FILE",
     )
     canopy_heights: str | None = _canopy(
-        "choice", "Zero of the heights in a canopy raster; default: the ground.",
+        "choice", "What heights in a canopy raster count from; default: the ground below.",
         choices=("above-ground", "absolute"),
     )  # fmt: skip

@@ -22,8 +22,7 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     """
     Show what a file contains: parts, size, location, and whether its meshes are closed.
 
-    A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
-    are exact in both cases.
+    Shadows are exact of any mesh; those of closed ones are counted faster.
     """
     load_compiler()
     from umbra.readers.georeference import show_crs  # noqa: PLC0415

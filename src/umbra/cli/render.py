@@ -44,7 +44,9 @@ HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting
 @click.option(
     "--out", type=NewPath(), metavar="FILE.png", help="The picture; FILE.svg or .pdf: as vectors."
 )
-@click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="The arrays to write.")
+@click.option(
+    "--arrays", type=NewPath(), metavar="FILE.npz", help="What each pixel shows, as numbers."
+)
 @click.option("--quiet", is_flag=True, help="Print only errors and, with --json, the result.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(

@@ -61,7 +61,7 @@ class StudyOptions:
         "any", "End; 24:00 is midnight.", default="17:00", flag="--to", metavar="HH:MM"
     )
     every: Duration = _time(
-        "any", "Time step: 15min, 1h, 30s.", default="15min", metavar="DURATION"
+        "any", "Time step, such as 30s, 15min or 1h.", default="15min", metavar="DURATION"
     )
     every_days: int = _time(
         "whole", "Take only every N-th day of a range, a month or a year.", default=1, least=1,
@@ -69,7 +69,7 @@ class StudyOptions:
     )  # fmt: skip
     by_day: bool | None = _time(
         "flag",
-        "Keep results by date as well, or only their sums; default: by date up to 12 dates.",
+        "Write results of each date, too, or only of all together; default: of each up to 12.",
         flag="--by-day/--sum",
     )
     refraction: Refraction = _time(
@@ -78,10 +78,11 @@ class StudyOptions:
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
-        "Surface that receives the shadows. auto: top where the model has ground of its own, else "
-        "ground; ground: a level plane; top: the topmost surface of the plan; an elevation from "
-        "north, east, south, west or an azimuth in degrees; camera: the view from --eye; "
-        "surfaces: walls and roofs, sampled; points: the places in --points.",
+        "Where shadows are counted. ground: a level plane; top: ground and roofs, as seen from "
+        "straight above; auto: top where the model has ground of its own, else ground; north, "
+        "east, south, west or an azimuth in degrees: the elevation seen from there; 215/35: a view "
+        "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
+        "and roofs, sampled; points: the places in --points.",
         default="auto",
         metavar="WHAT",
     )
@@ -142,11 +143,12 @@ class StudyOptions:
     )
     transmissivity: str | float | Sequence[float] | None = _casters(
         "any",
-        "Share of the light that canopies transmit; ON:OFF with leaves and without; default: 0.03.",
+        "Share of the light that passes canopies, such as 0.1, or 0.1:0.6 with leaves and without; "
+        "default: 0.03.",
         metavar="SHARE",
     )
     leaf_on: str | None = _casters(
-        "any", "When the trees have leaves, if two shares are given: 04-15..10-31.",
+        "any", "With two shares: the days from which and to which trees have leaves.",
         metavar="MM-DD..MM-DD",
     )  # fmt: skip
     by: Literal["part", "kind", "layer"] | None = _results(
@@ -173,8 +175,8 @@ class StudyOptions:
     )
     spells: bool = _results(
         "flag",
-        "Also write first and last sun, number of sun intervals, the longest, and the shaded "
-        "share.",
+        "Also write when sun first and last comes, how often it returns, the longest time of "
+        "sun, and the share of time in shadow.",
         default=False,
     )
     exact: bool | float = _results(
@@ -184,12 +186,14 @@ class StudyOptions:
         least=0,
     )
     min_spell: Duration | None = _results(
-        "any", "Also write the hours in sun intervals of at least this length; implies --spells.",
+        "any", "Also write the hours of sun that last this long at a time; implies --spells.",
         metavar="DURATION",
     )  # fmt: skip
-    masks: bool = _results("flag", "Also write in_shadow, every instant.", default=False)
+    masks: bool = _results(
+        "flag", "Also write which cells are in shadow at each step.", default=False
+    )
     device: DeviceName = _running(
-        "choice", "Where plans are counted; auto: cpu, or a GPU that proves faster on large ones.",
+        "choice", "What counts on plans; auto: cpu, or a GPU that proves faster on large ones.",
         default="auto", choices=CHOICES,
     )  # fmt: skip
     threads: int | None = _running(

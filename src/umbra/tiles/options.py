@@ -34,17 +34,17 @@ class CityOptions:
 
     tiles: Any = _tiles(
         "any",
-        "Count a city of any size in tiles of this side, 1km or 500m, and write one Zarr store; "
+        "Count a city of any size in tiles of this side, such as 1km, and write one Zarr store; "
         "FILE may be folders and patterns.",
         metavar="LENGTH",
     )  # fmt: skip
     memory: Any = _tiles(
-        "any", "With --tiles: most memory of the run, 4GB; default: half of what there is.",
+        "any", "With --tiles: most memory of the run, such as 4GB; default: half of what there is.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
     min_altitude: float | None = _tiles(
         "number",
-        "With --tiles: leave out the suns below this altitude [degrees]; default: none.",
+        "With --tiles: leave out times when the sun is lower than this [degrees]; default: none.",
         unit="degree", metavar="DEG",
     )  # fmt: skip
     workers: int | None = _tiles(
