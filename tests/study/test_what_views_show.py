@@ -66,3 +66,26 @@ def test_the_sky_has_no_hours_and_counts_nowhere():
     assert sky.any()
     np.testing.assert_array_equal(np.isnan(study.shadow_hours), sky)
     np.testing.assert_array_equal(np.isnan(study.sun_hours), sky)
+
+
+def test_an_elevation_looks_through_the_proposed_at_what_loses_sun_behind_it():
+    study = make_study(
+        receivers="south", proposed=["tree"], extent=(-2, 0, 22, 8), cell=0.5, date="2026-01-05"
+    )
+    x, z = np.meshgrid(study.x, study.y)
+    before = make_preview(study).find_cells([1])
+    np.testing.assert_array_equal(before, (x > 4) & (x < 8) & (z > 1) & (z < 4))
+    house = (x > 0) & (x < 20) & (z < 6)
+    np.testing.assert_array_equal(np.isfinite(study.more["hours_lost"][1]), house)
+    assert study.more["neighbour_area"][1] == pytest.approx([120])  # all of the house's wall
+    alone = make_study(receivers="south", proposed=["tree"], on=["tree"], cell=0.5)
+    assert set(np.unique(alone.more["part"][1])) == {-1, 1}
+
+
+def test_a_view_judges_no_ground_below_the_proposed():
+    study = make_study(receivers="215/35", proposed=["tree"], cell=0.25)
+    lost, place = study.more["hours_lost"][1], study.more["position"][1]
+    x, y, z = np.moveaxis(place, -1, 0)
+    below = (x > 4) & (x < 8) & (y > 2) & (y < 6)
+    assert (z[below] == 0).any()
+    np.testing.assert_array_equal(np.isnan(lost), below)

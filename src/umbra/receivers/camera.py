@@ -47,7 +47,7 @@ class CameraPicture(ReceiverKind):
         model = ViewModel(
             request.scene, casting.soup, casting.caster, request.threads, request.casters,
             make_camera, level, shown, canopy=request.canopy,
-            lights=request.lights,
+            lights=request.lights, proposed=request.find_proposed(),
         )  # fmt: skip
         kept = PIXEL_BYTES + request.bytes_kept + request.bytes_of_masks
         if cols * rows * kept > find_memory():

@@ -150,11 +150,25 @@ class Request:
         return prepare_casting(self.scene, self.casters, self.threads, self.canopy)
 
     def find_shown(self) -> list[int] | None:
-        """Return the parts to show or sample, without canopies; None: all."""
+        """
+        Return the parts that a view shows; None: all.
+
+        Canopies and the parts of a proposal are looked through, unless it shows no others.
+        """
         on = self.options.on
+        shown = self.scene.select(on, option="on") if on else None
         if self.canopy is not None:
-            return self.canopy.find_receivers(self.scene, on)
-        return self.scene.select(on, option="on") if on else None
+            shown = self.canopy.find_receivers(self.scene, on)
+        looked_through = set(self.find_proposed())
+        if not looked_through:
+            return shown
+        some = range(len(self.scene.parts)) if shown is None else shown
+        return [part for part in some if part not in looked_through] or shown
+
+    def find_proposed(self) -> list[int]:
+        """Return the parts of the proposed development."""
+        proposed = self.options.proposed
+        return self.scene.select(proposed, option="proposed") if proposed else []
 
     def find_room(self) -> dict[str, Any]:
         """Return the options of a raster, and the memory of a cell."""

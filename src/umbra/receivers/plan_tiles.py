@@ -219,6 +219,10 @@ class PlanTile:
         crowns = model.scene.triangles(model.canopy.parts)
         return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
 
+    def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Find the cells in which some parts are topmost, (rows, cols)."""
+        return np.isin(self.find_parts(), parts)
+
     def find_parts(self) -> NDArray[np.intp]:
         """Return the topmost part of each cell, (rows, cols); -1 on the ground."""
         face = self.surface.face

@@ -55,6 +55,8 @@ class ViewModel(Casting):
         Visible parts, as if no others hid them; all by default.
     lights : int
         Number of lights of the study.
+    proposed : sequence of int
+        Parts of the proposed development, which are looked through: the ground below is theirs.
     """
 
     casters: list[int]
@@ -62,6 +64,7 @@ class ViewModel(Casting):
     ground: float | None = None
     shown: list[int] | None = None
     lights: int = 0
+    proposed: Sequence[int] = ()
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
         """Return the same receivers with other parts casting, visible or not."""
@@ -224,18 +227,29 @@ class ViewTile:
 
     def find_canopies(self) -> NDArray[np.bool_]:
         """Find the pixels with canopies in front of their surface, (rows, cols)."""
+        canopy = self.model.canopy
+        return self.find_cells(() if canopy is None else canopy.parts)
+
+    def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Find the pixels in which some parts, also such as are looked through, are in front."""
         model = self.model
-        if model.canopy is None:
-            return np.zeros(self.shape, np.bool_)
-        seen = range(len(model.scene.parts)) if model.shown is None else model.shown
-        whole = replace(model, shown=sorted({*seen, *model.canopy.parts}))
-        crowned = replace(self, frame=whole.look(self.camera)[1])
-        return np.isin(crowned.find_parts(), model.canopy.parts)
+        tile = self
+        if model.shown is not None and not set(parts) <= set(model.shown):
+            whole = replace(model, shown=sorted({*model.shown, *parts}))
+            tile = replace(self, frame=whole.look(self.camera)[1])
+        return np.isin(tile.frame.part[::-1], parts)
 
     def find_parts(self) -> NDArray[np.intp]:
-        """Return each pixel's part; -1 for the ground or none."""
-        part = self.frame.part[::-1]
-        return np.where(part < 0, -1, part)
+        """Return each pixel's part; -1 for the ground, outside a proposal, or none."""
+        part = np.maximum(self.frame.part[::-1], -1)
+        model = self.model
+        if model.ground is not None and model.proposed:
+            below = np.flatnonzero((part < 0) & self.is_seen)
+            tree, where = model.with_casters(model.proposed).tree, self.places
+            points, normals = where.points[below], where.normals[below]
+            covered = find_hidden(tree, points, normals, np.array([[0.0, 0.0, 1.0]]), model.threads)
+            part.flat[below[covered[0].view(np.bool_)]] = model.proposed[0]
+        return part
 
 
 @dataclass(eq=False)

@@ -164,7 +164,8 @@ class OrthographicKind(ReceiverKind):
         shown = request.find_shown()
         bounds = scene.bounds()
         frame = Elevation.of(azimuth, request.true_north, tilt)
-        low, high = frame.find_extent(scene, shown)
+        drawn = shown if shown is None or request.options.on else [*shown, *request.find_proposed()]
+        low, high = frame.find_extent(scene, drawn)
         margin = _MARGIN * (high[0] - low[0]) + 1e-3
         room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # long rows of houses are low
         ground = None
@@ -189,7 +190,7 @@ class OrthographicKind(ReceiverKind):
         model = ViewModel(
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
-            lights=request.lights,
+            lights=request.lights, proposed=request.find_proposed(),
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
@@ -208,7 +209,8 @@ class OrthographicKind(ReceiverKind):
         facts = study.facts
         azimuth, tilt = facts["view_azimuth_deg"], facts.get("view_tilt_deg")
         words = f"what is seen from azimuth {azimuth:g}°, clockwise from true north"
-        return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
+        words += f", looking down {tilt:g}°" if tilt else ", level and orthographic"
+        return words + (", through the proposed parts" if study.model.proposed else "")
 
 
 class ElevationView(OrthographicKind):

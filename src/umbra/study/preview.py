@@ -136,8 +136,8 @@ class Preview:
         z of the topmost surface above the ground [m]; in other views 1 where a surface is seen.
     count : function of () -> (n_stamps, rows, cols) bool
         Counts ``shadows``.
-    find_parts : function of () -> (rows, cols) int
-        Finds the visible part in each cell; -1 for the ground or none.
+    find_cells : function of (parts) -> (rows, cols) bool
+        Finds the cells in which some parts are topmost, or in front.
     find_canopies : function of () -> (rows, cols) bool
         Finds cells with canopies over a plan, or in front of a view's surfaces.
     """
@@ -147,7 +147,7 @@ class Preview:
     away: NDArray[np.float64]
     heights: NDArray[np.float64]
     count: Callable[[], NDArray[np.bool_]]
-    find_parts: Callable[[], NDArray[np.intp]]
+    find_cells: Callable[[Sequence[int]], NDArray[np.bool_]]
     find_canopies: Callable[[], NDArray[np.bool_]]
 
     @cached_property
@@ -220,7 +220,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     return Preview(
         grid.x + shift_x, grid.y + shift_y,
         np.where(path.is_up[:, None], -path.direction @ tile.axes.T, np.nan),
-        tile.relief, count, tile.find_parts, tile.find_canopies,
+        tile.relief, count, tile.find_cells, tile.find_canopies,
     )  # fmt: skip
 
 

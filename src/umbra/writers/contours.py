@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import contourpy
@@ -14,14 +15,15 @@ from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, SKY, Plan
 
 __all__ = [
+    "PROPOSED",
     "Tracer",
     "draw_contours",
     "draw_hatch",
     "draw_hatch_swatch",
     "find_levels",
     "find_swatches",
-    "hatch_canopies",
-    "outline_canopies",
+    "hatch_covers",
+    "outline_covers",
     "trace",
 ]
 
@@ -245,28 +247,51 @@ def _rule(panel: Panel, lines: list[NDArray[np.float64]]) -> None:
     panel.rule_map(lines, INK, 0.7)
 
 
-LEAF = "#1f6b2c"
-_DARK, _LIGHT = np.array([(0x1F, 0x6B, 0x2C), (0xA6, 0xE3, 0xA8)], np.float32) / 255
-STRIDE = 9  # pixels from a line of the hatch to the next
+LEAF, PROPOSED = "#1f6b2c", "#d0312d"
 
 
-def hatch_canopies(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:
-    """Hatch a plan's canopies on its map (rows, cols, 3), in [0, 1]; the hours show between."""
-    if plan.canopies is None:
-        return
+@dataclass(frozen=True, eq=False)
+class _Cover:
+    """What is looked through: its cells, and how they are hatched."""
+
+    cells: NDArray[np.bool_]
+    border: str
+    inks: NDArray[np.float32]  # (2, 3) of the hatch on light ground, and on dark
+    lean: int  # 1 or -1: the way that the lines lean
+    stride: int  # pixels from a line to the next
+
+
+_LEAF = np.array([(0x1F, 0x6B, 0x2C), (0xA6, 0xE3, 0xA8)], np.float32) / 255
+_RED = np.array([(0xD0, 0x31, 0x2D), (0xFF, 0xB4, 0xA8)], np.float32) / 255
+
+
+def _find_covers(plan: Plan) -> list[_Cover]:
+    """List what is looked through on a map."""
+    found = []
+    if plan.canopies is not None:
+        found.append(_Cover(plan.canopies, LEAF, _LEAF, 1, 9))
+    if plan.proposed is not None and plan.looks_through:
+        found.append(_Cover(plan.proposed, PROPOSED, _RED, -1, 17))
+    return found
+
+
+def hatch_covers(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:
+    """Hatch what is looked through on a map (rows, cols, 3), in [0, 1]; the hours show between."""
     rows, cols = np.indices(size)
-    lines = ((rows + cols) % STRIDE == 0) & (resample(plan.canopies, size) > HALF)
-    found = image[lines]
-    ink = np.where((found @ LUMINANCE)[:, None] < DARK, _LIGHT, _DARK)
-    image[lines] += 0.75 * (ink - found)
+    for cover in _find_covers(plan):
+        lines = (rows + cover.lean * cols) % cover.stride == 0
+        lines &= resample(cover.cells, size) > HALF
+        found = image[lines]
+        ink = np.where((found @ LUMINANCE)[:, None] < DARK, cover.inks[1], cover.inks[0])
+        image[lines] += 0.75 * (ink - found)
 
 
-def outline_canopies(panel: Panel) -> None:
-    """Draw the border of the canopies of a map."""
-    if panel.plan.canopies is not None:
-        lines = trace(panel, panel.plan.canopies)
+def outline_covers(panel: Panel) -> None:
+    """Draw the borders of what is looked through on a map."""
+    for cover in _find_covers(panel.plan):
+        lines = trace(panel, cover.cells)
         panel.rule_map(lines, "#ffffffc0", 2.0)
-        panel.rule_map(lines, LEAF, 0.9)
+        panel.rule_map(lines, cover.border, 0.9)
 
 
 def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
@@ -275,6 +300,8 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:
         swatches.append(Swatch(crowned.canopy_name, "white", LEAF, "/////"))
+    if any(plan.looks_through for plan in plans):
+        swatches.append(Swatch("proposed, looked through", "white", PROPOSED, "\\\\\\"))
     appearances = [plan.appearance for plan in plans if plan.appearance is not None]
     if any(
         appearance.sky is not None and (appearance.sky > 127).any() for appearance in appearances

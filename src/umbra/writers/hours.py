@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.contours import (
+    PROPOSED,
     draw_contours,
     draw_hatch,
     draw_hatch_swatch,
     find_levels,
     find_swatches,
-    hatch_canopies,
-    outline_canopies,
+    hatch_covers,
+    outline_covers,
     trace,
 )
 from umbra.writers.marks import Swatch, draw_color_bar
@@ -27,7 +28,7 @@ __all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet"]
 MISSING = 0.93  # grey of cells without a value
 DEEP = 0.6  # share from which lines are white
 BAR = 5.0  # of a long colour bar, with its title and hatch [inch]
-OUTLINE, PROPOSED = "#55555e", "#d0312d"
+OUTLINE = "#55555e"
 
 
 def make_hours_sheet(
@@ -61,7 +62,8 @@ def make_hours_sheet(
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
-        remark = "" if plan.proposed is None else "outlined in red: proposed"
+        is_outlined = plan.proposed is not None and not plan.looks_through
+        remark = "outlined in red: proposed" if is_outlined else ""
         draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
     return sheet
 
@@ -93,7 +95,7 @@ def fill_hours(
         draw_appearance(image, plan.appearance, panel.map_size)
     elif plan.roofs_cover:
         cover_with_roofs(image, plan, panel.map_size)
-    hatch_canopies(image, plan, panel.map_size)
+    hatch_covers(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
 
     levels = find_levels(max_hours) if has_lines else []
@@ -112,8 +114,8 @@ def fill_hours(
     draw_contours(panel, traced, levels, colors, blocked)
     if plan.appearance is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
-    outline_canopies(panel)
-    if plan.proposed is not None:
+    outline_covers(panel)
+    if plan.proposed is not None and not plan.looks_through:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
         panel.write_over("no values here" if has_scale else NIGHT)

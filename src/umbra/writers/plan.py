@@ -113,6 +113,7 @@ class Plan:
     appearance: Appearance | None = field(default=None, repr=False)
     # (rows, cols) parts of the proposed development, to be outlined
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    looks_through: bool = False  # the proposed parts, as a view does: they are hatched
     # (rows, cols), looked through: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopy_name: str = "canopies"  # in the key

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from umbra.writers.contours import (
     Tracer,
     find_swatches,
-    hatch_canopies,
-    outline_canopies,
+    hatch_covers,
+    outline_covers,
     trace,
 )
 from umbra.writers.marks import draw_color_bar, draw_swatches
@@ -130,10 +130,10 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     else:
         grey, coverage = shade_roofs(plan, panel.map_size)
         image *= (1 - coverage * (1 - grey))[..., None]
-    hatch_canopies(image, plan, panel.map_size)
+    hatch_covers(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
     rule_shadows(panel, outlines)
-    outline_canopies(panel)
+    outline_covers(panel)
     if plan.building_height is not None and plan.appearance is None:
         panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
     if day.is_night:

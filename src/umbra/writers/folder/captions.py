@@ -120,6 +120,9 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     north, upward = study.kind.find_north(study.facts, study.site.true_north)
     view = study.kind.tell_view(study.facts, options.receivers)
     told = view.removeprefix(", ") if outputs.title else ""
+    proposed = None
+    if options.proposed and not study.kind.is_plan:
+        proposed = preview.find_cells(job.scene.select(options.proposed))
     return Plan(
         x,
         y,
@@ -136,6 +139,8 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         axes=axes,
         has_scale=study.kind.has_scale,
         roofs_cover=study.kind.lies_under_roofs,
+        proposed=proposed,
+        looks_through=proposed is not None,
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
     )

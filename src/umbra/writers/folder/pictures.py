@@ -66,7 +66,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     most = np.nan_to_num(every).max(0)
     if not most.max() > 0:
         return []
-    new = np.isin(preview.find_parts(), list(job.scene.select(options.proposed)))
+    new = preview.find_cells(job.scene.select(options.proposed))
     plan = replace(plan, proposed=new)
     where: Any = ...
     if study.kind.is_plan and options.extent is None:
@@ -84,12 +84,13 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     if words:
         what += words
         limit += f" on at least one of {len(study.period.days)} dates"
+    of = "" if study.kind.is_plan else " of what is seen"
     shown, plan = find_maps(study, plan)
     maps = []
     for one in shown:
         hours = _fit(one.more["hours_lost"][1], most.shape)[where] / divisor
         hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
-        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1])}"
+        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
         maps.append(_make_map(one, shown, hours, area, hatched=hatched))
     if len(shown) == 1:
         limit = area
@@ -98,10 +99,13 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     return ["hours_lost.png"]
 
 
-def _tell_area(areas: NDArray[np.float64]) -> str:
-    """Describe the area of all neighbours together."""
+def _tell_area(areas: NDArray[np.float64], of: str) -> str:
+    """Describe the area of all neighbours together, followed by what it is ``of``."""
     area = float(areas.sum())
-    return "nowhere" if area == 0 else f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
+    told = "nothing" if of else "nowhere"
+    if area > 0:
+        told = f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
+    return told + of
 
 
 def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
@@ -244,7 +248,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     """Draw the model with its hours in shadow, seen from above on the sunny side."""
     site, options = job.study.site, job.options
     azimuth = 215 if site.latitude >= 0 else 325
-    options = options.ask_hours(f"{azimuth}/{_TILT}")
+    asked = {"proposed": options.proposed, "under": options.under}
+    options = options.ask_hours(f"{azimuth}/{_TILT}", **asked)
     job = replace(job, study=run(job.scene, site, options), options=options)
     return draw_pictures(job, Sheets.of(job))
 
