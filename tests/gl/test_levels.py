@@ -13,7 +13,8 @@ from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.levels import make_levels
 from umbra.gl.selection import VolumeOptions
-from umbra.scene import Camera, directional_light, make_scene, point_light
+from umbra.scene import Camera, Scene, directional_light, make_scene, point_light
+from umbra.scene.mesh import Mesh, Part, transform_points
 from umbra.volume.silhouette import find_silhouettes
 
 LIGHTS = {"sun": directional_light((0.4, 0.3, 0.7)), "lamp": point_light((10, 10, 18))}
@@ -132,6 +133,46 @@ def test_levels_are_closed_and_move_no_corner_farther_than_said(device, rocks):
             apart = np.linalg.norm(corners[:, None] - caster.vertices[kept], axis=-1).min(1)
             assert apart.max() <= level.moves[owner] + 1e-12
     assert (np.diff(counts) < 0).all()
+
+
+def find_farthest(points, others):
+    """Give how far any of the points (n, 3) is from the nearest of others [m]."""
+    return np.linalg.norm(points[:, None] - others, axis=-1).min(1).max()
+
+
+def test_levels_of_instances_follow_them_in_place_and_size(device):
+    def place(sizes, shift):
+        matrices = [np.diag([size, size, size, 1.0]) for size in sizes]
+        for number, matrix in enumerate(matrices):
+            matrix[:3, 3] = 9.0 * number + shift, shift, 4.0
+        parts = [Part(f"rock {k}", "", ball, transform=m) for k, m in enumerate(matrices)]
+        return Scene(tuple(parts), origin=np.zeros(3))
+
+    sphere = make_sphere(3)
+    ball = Mesh(sphere.vertices, sphere.faces)
+    with GlFrameCounter(place((1.0, 3.0), 0.0), device=device, detail=30.0) as ours:
+        planner = ours.planner
+        view, _ = ours.see(CAMERAS["air"])
+        ours.count(view, CAMERAS["air"], LIGHTS["sun"])
+        assert ours.plan.statistics.coarse > 0
+        for sizes, shift in ((1.0, 3.0), 0.0), ((6.0, 0.5), 2.0):
+            planner.move(place(sizes, shift))
+            (body,), chain, moves = planner.bodies, planner.table.chain, planner.table.moves
+            coarse = [level.body for level in planner._levels[0] if level.body is not None]
+            assert len(coarse) > 1
+            for row, level in enumerate(coarse):
+                for number, transform in enumerate(body.transforms):
+                    # The corners that are left lie in the bounds of the instance itself.
+                    fine, mine = planner.bounds[number], planner.bounds[chain[row, number]]
+                    assert (mine[0] >= fine[0] - 1e-9).all()
+                    assert (mine[1] <= fine[1] + 1e-9).all()
+                    assert np.ptp(mine, axis=0).min() > 0.5 * np.ptp(fine, axis=0).max()
+                    used = np.unique(level.caster.faces)
+                    points, left = (
+                        transform_points(transform, vertices)
+                        for vertices in (body.caster.vertices, level.caster.vertices[used])
+                    )
+                    assert find_farthest(points, left) <= moves[row, number] + 1e-9
 
 
 def test_options_say_where_there_are_no_levels():
