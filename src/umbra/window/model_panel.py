@@ -10,7 +10,7 @@ from umbra.window.controls import Controls
 from umbra.window.hud import grow
 from umbra.window.motion import Motion
 from umbra.window.view import ViewState
-from umbra.window.widgets import DIM, put_label
+from umbra.window.widgets import DIM, choose, slide
 
 __all__ = ["draw_animation", "draw_parts"]
 
@@ -23,17 +23,15 @@ def draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewS
     if imgui.button("Pause##animation" if controls.animates else "Play##animation", width):
         view = controls.press_key(view, "t")
     imgui.same_line()
-    imgui.set_next_item_width(-1)
     values = [*motion.choices.values()]
-    place = values.index(view.animation) if view.animation in values else 0
-    changed, place = imgui.combo("##animation", place, [*motion.choices])
-    if changed:
+    last = values.index(view.animation) if view.animation in values else 0
+    place = choose("animation", last, [*motion.choices])
+    if place != last:
         view = replace(view, animation=values[place], time=0.0)
     duration = motion.find_duration(view)
     if duration > 0:
-        put_label(f"{view.time:.2f} s of {duration:.3g}")
-        changed, time = imgui.slider_float("##moment", view.time, 0.0, duration, " ")
-        view = replace(view, time=time) if changed else view
+        text = f"{view.time:.2f} s of {duration:.3g}"
+        view = replace(view, time=slide(text, "moment", view.time, 0.0, duration))
     return view
 
 

@@ -1,7 +1,7 @@
 """Diagnostic overlays of a picture: volumes, cases, edges, counts."""
 
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -189,8 +189,7 @@ class Overlays:
             self._edges_of = plan.volumes
             edges = list_edges(plan.volumes)
             self.n_edges = len(edges)
-            if self._edges is not None:
-                self._edges.release()
+            release_all(self._edges)
             filled = edges if len(edges) else np.zeros((1, 2), np.int32)
             self._edges = TextureBuffer(self._device, filled, "rg32i")
         if not self.n_edges or self._edges is None:
@@ -223,9 +222,7 @@ class Overlays:
     def release(self) -> None:
         """Free the device objects."""
         release_all(self._counter, self._faces, self._lines, self._heat)
-        release_all(self._by_case.indices, self._by_component.indices)
-        if self._edges is not None:
-            self._edges.release()
+        release_all(self._by_case.indices, self._by_component.indices, self._edges)
         self._edges, self._edges_of = None, ()
 
     def _set_up(self, program: Program, plan: VolumePlan) -> None:
@@ -251,36 +248,41 @@ def list_faces_by_component(
     renderer: Renderer,
 ) -> tuple[dict[int, NDArray[np.uint32]], tuple[int, int]]:
     """List the vertex numbers of casters by colour; count closed and open components."""
-    lists: dict[int, list[NDArray[np.uint32]]] = {n: [] for n in range(-1, len(COMPONENTS))}
-    n_closed = n_open = 0
+    found, counts = [], np.zeros(2, np.intp)
     for body in renderer.planner.bodies:
-        component, is_closed = body.caster.component, body.caster.is_closed
-        corners = 2 * body.caster.faces.astype(np.uint32)
-        for first in body.first.tolist():
-            colors = (np.cumsum(is_closed) + n_closed) % len(COMPONENTS)
-            found = np.where(is_closed, colors, OPEN_GROUP)[component]
-            n_closed, n_open = n_closed + int(is_closed.sum()), n_open + int((~is_closed).sum())
-            for number, faces in lists.items():
-                faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
-    empty = np.zeros(0, np.uint32)
-    whole = {number: np.concatenate([empty, *faces]) for number, faces in lists.items()}
-    return whole, (n_closed, n_open)
+        is_closed = body.caster.is_closed
+        for _ in body.groups:
+            colors = (np.cumsum(is_closed) + counts[0]) % len(COMPONENTS)
+            found.append(np.where(is_closed, colors, OPEN_GROUP)[body.caster.component])
+            counts += [is_closed.sum(), (~is_closed).sum()]
+    lists = _group_faces(renderer, range(OPEN_GROUP, len(COMPONENTS)), found)
+    return lists, (int(counts[0]), int(counts[1]))
 
 
 def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
     """List the vertex numbers of casters for each of ``CASES``."""
-    lists: dict[int, list[NDArray[np.uint32]]] = {number: [] for number in CASES}
-    first_shell = 0
+    found, first = [], 0
     for body in renderer.planner.bodies:
-        owner = np.repeat(np.arange(body.n_shells), np.diff(body.face_starts))
-        corners = 2 * body.caster.faces[body.faces].astype(np.uint32)
-        for first in body.first.tolist():
-            found = case[first_shell : first_shell + body.n_shells][owner]
-            for number, faces in lists.items():
-                faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
-            first_shell += body.n_shells
+        shell = body.component_shell[body.caster.component]
+        for _ in body.groups:
+            found.append(case[first + shell])
+            first += body.n_shells
+    return _group_faces(renderer, CASES, found)
+
+
+def _group_faces(
+    renderer: Renderer, groups: Iterable[int], found: Sequence[NDArray[np.integer]]
+) -> dict[int, NDArray[np.uint32]]:
+    """List the vertex numbers of faces by group; ``found`` are the groups of each instance's."""
+    instances = [(body, first) for body in renderer.planner.bodies for first in body.first.tolist()]
+    corners = [2 * (body.caster.faces.astype(np.uint32) + first) for body, first in instances]
     empty = np.zeros(0, np.uint32)
-    return {number: np.concatenate([empty, *faces]) for number, faces in lists.items()}
+    return {
+        number: np.concatenate(
+            [empty, *(each[of == number].ravel() for each, of in zip(corners, found, strict=True))]
+        )
+        for number in groups
+    }
 
 
 def list_edges(volumes: Sequence[BodyVolumes]) -> NDArray[np.int32]:

@@ -19,7 +19,7 @@ from umbra.window.hud import grow
 from umbra.window.model_panel import draw_animation, draw_parts
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
 from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
-from umbra.window.widgets import DIM, WARNING, draw_key, put_label, say
+from umbra.window.widgets import DIM, WARNING, choose, draw_key, put_label, say, slide
 
 __all__ = ["PanelState", "draw_panel"]
 
@@ -32,7 +32,6 @@ _LABELS = {
     "profile": "Profile",
     "relief": "Relief",
 }
-_STILL = 1e-3  # [degrees]
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
 _LOG = imgui.SliderFlags_.logarithmic.value
 _PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha.value
@@ -132,11 +131,8 @@ def _draw_sun(view: ViewState, controls: Controls) -> ViewState:
     if imgui.button("Pause" if controls.plays else "Play", imgui.ImVec2(grow(70), 0)):
         controls.plays = not controls.plays
     imgui.same_line()
-    imgui.set_next_item_width(-1)
     speeds = list(_SPEEDS.values())
-    changed, place = imgui.combo("##speed", speeds.index(controls.speed), list(_SPEEDS))
-    if changed:
-        controls.speed = speeds[place]
+    controls.speed = speeds[choose("speed", speeds.index(controls.speed), list(_SPEEDS))]
     return replace(view, sun=sun) if sun != view.sun else view
 
 
@@ -147,9 +143,8 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
     changed, day = imgui.slider_int("##date", (sun.date - first).days, 0, days, " ")
     if changed:
         sun = replace(sun, date=first + dt.timedelta(days=day))
-    put_label(sun.clock())
-    changed, minutes = imgui.slider_float("##time", sun.minutes, 0.0, DAY - 1.0, " ")
-    if changed:
+    minutes = slide(sun.clock(), "time", sun.minutes, 0.0, DAY - 1.0)
+    if minutes != sun.minutes:
         sun = replace(sun, minutes=float(round(minutes)))
     azimuth, altitude = sun.place()
     imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
@@ -160,14 +155,9 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
 
 
 def _draw_angles(sun: Sun) -> Sun:
-    put_label(f"azimuth {sun.azimuth:.0f}°")
-    _, azimuth = imgui.slider_float("##azimuth", sun.azimuth, 0.0, 359.9, " ")
-    put_label(f"altitude {sun.altitude:.0f}°")
-    _, altitude = imgui.slider_float("##altitude", sun.altitude, 1.0, 90.0, " ")
-    # A slider rounds to float32: keep the value unless it moved.
-    if max(abs(azimuth - sun.azimuth), abs(altitude - sun.altitude)) > _STILL:
-        sun = replace(sun, azimuth=azimuth, altitude=altitude)
-    return sun
+    azimuth = slide(f"azimuth {sun.azimuth:.0f}°", "azimuth", sun.azimuth, 0.0, 359.9)
+    altitude = slide(f"altitude {sun.altitude:.0f}°", "altitude", sun.altitude, 1.0, 90.0)
+    return replace(sun, azimuth=azimuth, altitude=altitude)
 
 
 def _draw_lights(view: ViewState, controls: Controls) -> ViewState:
@@ -176,7 +166,7 @@ def _draw_lights(view: ViewState, controls: Controls) -> ViewState:
         if imgui.radio_button("Sun", view.chosen == SUN):
             view = replace(view, chosen=SUN)
         imgui.same_line(imgui.get_content_region_avail().x - grow(52))
-        view = replace(view, sun=_draw_sun_color(view.sun))
+        view = replace(view, sun=replace(view.sun, color=_draw_color(view.sun.color)))
     removed = None
     for number, light in enumerate(view.lights):
         imgui.push_id(number)
@@ -210,17 +200,11 @@ def _draw_light(light: Light) -> Light:
         if changed:
             light = replace(light, position=np.append(place, 1.0))
     strength = max(*light.color, 1e-3)
-    put_label(f"strength {strength:.2f}")
-    changed, wanted = imgui.slider_float("##strength", strength, 0.02, 4.0, " ")
-    if changed:
+    wanted = slide(f"strength {strength:.2f}", "strength", strength, 0.02, 4.0)
+    if wanted != strength:
         red, green, blue = (value * wanted / strength for value in light.color)
         light = replace(light, color=(red, green, blue))
     return light
-
-
-def _draw_sun_color(sun: Sun) -> Sun:
-    color = _draw_color(sun.color)
-    return sun if color == sun.color else replace(sun, color=color)
 
 
 def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -240,58 +224,45 @@ def _draw_counting(view: ViewState) -> ViewState:
             view = view.choose_device(device.name)
         imgui.same_line()
     methods = METHODS[view.device]
-    imgui.set_next_item_width(-1)
-    changed, place = imgui.combo("##method", methods.index(view.method), list(methods))
-    view = view.choose_method(methods[place]) if changed else view
+    view = view.choose_method(methods[choose("method", methods.index(view.method), methods)])
     if DEVICES[view.device].enlarges_masks and view.soft == "none":
         put_label("mask")
-        shares = {"whole": 1, "half": 2, "quarter": 4}
         place = MASK_SCALES.index(view.mask_scale)
-        imgui.set_next_item_width(grow(72))
-        changed, place = imgui.combo("##scale", place, list(shares))
-        view = replace(view, mask_scale=MASK_SCALES[place]) if changed else view
+        place = choose("scale", place, ("whole", "half", "quarter"), grow(72))
+        view = replace(view, mask_scale=MASK_SCALES[place])
         imgui.same_line()
-        imgui.set_next_item_width(-1)
-        view = _draw_filter(view) if view.mask_scale > 1 else _draw_detail(view)
+        if view.mask_scale == 1:
+            return _draw_detail(view)
+        place = choose("filter", MASK_FILTERS.index(view.mask_filter), MASK_FILTERS)
+        view = replace(view, mask_filter=MASK_FILTERS[place])
     return view
-
-
-def _draw_filter(view: ViewState) -> ViewState:
-    filters = list(MASK_FILTERS)
-    changed, place = imgui.combo("##filter", filters.index(view.mask_filter), filters)
-    return replace(view, mask_filter=filters[place]) if changed else view
 
 
 def _draw_detail(view: ViewState) -> ViewState:
     """Draw by how many pixels shadows may be off, if the method can cast from coarser meshes."""
     imgui.begin_disabled(view.method not in DEVICES[view.device].methods.volumes)
     text = "%.1f px" if view.detail else "exact"
+    imgui.set_next_item_width(-1)
     changed, detail = imgui.slider_float("##detail", view.detail, 0.0, 8.0, text)
     imgui.end_disabled()
     return replace(view, detail=round(detail, 1)) if changed else view
 
 
 def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
-    imgui.set_next_item_width(-1)
-    changed, place = imgui.combo("##soft", SOFT.index(view.soft), list(SOFT))
-    if changed:
-        view = replace(view, soft=SOFT[place])
+    view = replace(view, soft=SOFT[choose("soft", SOFT.index(view.soft), SOFT)])
     if view.soft == "none":
         return view
     if view.soft == "weng":  # layers need no light size
         return _draw_layers(view)
     lights = view.shining().values()
     if any(not light.is_point for light in lights):
-        put_label(f"sun {view.sun_radius:.2g}°")
-        changed, radius = imgui.slider_float("##sun size", view.sun_radius, 0.05, 5.0, " ", _LOG)
-        view = replace(view, sun_radius=radius) if changed else view
+        label = f"sun {view.sun_radius:.2g}°"
+        view = replace(view, sun_radius=slide(label, "sun size", view.sun_radius, 0.05, 5.0, _LOG))
     if any(light.is_point for light in lights):
         most = 0.1 * float(np.linalg.norm(np.ptp(controls.bounds, axis=0))) or 1.0
-        put_label(f"lamps {view.lamp_radius:.2g} m")
-        changed, radius = imgui.slider_float(
-            "##lamp size", view.lamp_radius, 0.01 * most, most, " ", _LOG
-        )
-        view = replace(view, lamp_radius=radius) if changed else view
+        label, least = f"lamps {view.lamp_radius:.2g} m", 0.01 * most
+        radius = slide(label, "lamp size", view.lamp_radius, least, most, _LOG)
+        view = replace(view, lamp_radius=radius)
     return view
 
 
@@ -300,9 +271,8 @@ def _draw_layers(view: ViewState) -> ViewState:
     layers = view.soften(1).layers
     for name, most in (("layer_length", 6.0), ("layer_gap", 2.0)):
         value = getattr(view, name)
-        put_label(f"{name.removeprefix('layer_')} {value:.2f}")
-        changed, wanted = imgui.slider_float(f"##{name}", value, 0.05, most, " ")
-        if changed:
+        wanted = slide(f"{name.removeprefix('layer_')} {value:.2f}", name, value, 0.05, most)
+        if wanted != value:
             with suppress(InputError):
                 view = replace(view, **{name: round(wanted, 2)})  # type: ignore[arg-type]
     imgui.text_colored(DIM, f"{layers} layers, in tenths of the radius")

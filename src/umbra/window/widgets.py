@@ -1,10 +1,12 @@
 """Small widgets shared by the panels."""
 
+from collections.abc import Sequence
+
 from imgui_bundle import imgui
 
 from umbra.window.hud import grow
 
-__all__ = ["DIM", "WARNING", "draw_key", "put_label", "say"]
+__all__ = ["DIM", "WARNING", "choose", "draw_key", "put_label", "say", "slide"]
 
 WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
 DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
@@ -16,6 +18,19 @@ def put_label(text: str) -> None:
     imgui.text(text)
     imgui.same_line(grow(104))
     imgui.set_next_item_width(-1)
+
+
+def slide(text: str, name: str, value: float, low: float, high: float, flags: int = 0) -> float:
+    """Draw a labelled slider; return the value as it was, in float64, unless the slider moved."""
+    put_label(text)
+    changed, found = imgui.slider_float(f"##{name}", value, low, high, " ", flags)
+    return found if changed else value
+
+
+def choose(name: str, place: int, labels: Sequence[str], width: float = -1.0) -> int:
+    """Draw a choice from a list that opens; return the number of what is chosen."""
+    imgui.set_next_item_width(width)
+    return imgui.combo(f"##{name}", place, list(labels))[1]
 
 
 def say(text: str, color: imgui.ImVec4) -> None:
