@@ -119,16 +119,8 @@ class VolumeCounter:
         if start or not is_clear:
             target.use()
             state.clear(stencil=start, scissor=plan.scissor)
-        if not plan.draws:
-            return
-        program = self._prepare(self._in_stencil, plan)
-        for draw in plan.draws:
-            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
-            for each in self._list_passes(plan, draw):
-                state.use(each)
-                if plan.scissor is not None:
-                    state.limit(plan.scissor)
-                self._indices.draw(program, draw.first, draw.count)
+        if plan.draws:
+            self._draw(state, self._in_stencil, IN_STENCIL, [plan])
 
     def count_apart(
         self, state: State, plans: Sequence[VolumePlan], *, is_ready: bool = False
@@ -144,22 +136,7 @@ class VolumeCounter:
         for plan in plans:
             if plan.start:
                 state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
-        find = self._find_program if is_ready else self._prepare
-        program = find(self._in_stencil, plans[0])
-        draws = [(draw, plan) for plan in plans for draw in plan.draws]
-        if len(plans) > 1:
-            draws.sort(key=lambda each: (each[0].kind, each[0].is_cut))
-        last = plans[0] if not is_ready else None
-        for draw, plan in draws:
-            if plan is not last:
-                program.set(**plan.uniforms())
-                last = plan
-            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
-            for how in self._list_passes(plan, draw):
-                state.use(how)
-                if plan.scissor is not None:
-                    state.limit(plan.scissor)
-                self._indices.draw(program, draw.first, draw.count)
+        self._draw(state, self._in_stencil, IN_STENCIL, plans, is_ready=is_ready)
 
     def count_in_floats(self, state: State, target: Target, plan: VolumePlan) -> Target:
         """
@@ -169,13 +146,7 @@ class VolumeCounter:
         """
         floats = self._floats.over(target)
         floats.fill(state, float(plan.start))
-        program = self._prepare(self._in_floats, plan)
-        for draw in plan.draws:
-            program.set(front=_FRONT[draw.kind], is_cut=draw.is_cut, slack=_find_slack(plan, draw))
-            state.use(self._find_pass(IN_FLOATS, plan, draw))
-            if plan.scissor is not None:
-                state.limit(plan.scissor)
-            self._indices.draw(program, draw.first, draw.count)
+        self._draw(state, self._in_floats, IN_FLOATS, [plan])
         return floats
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
@@ -188,13 +159,41 @@ class VolumeCounter:
             counts[counts > 127] -= 256
         return counts
 
-    def _list_passes(self, plan: VolumePlan, draw: Draw) -> list[Pass]:
-        """List the passes of a draw into the stencil, but for the light's scissor."""
-        one = self._find_pass(IN_STENCIL, plan, draw)
-        if self._two_sided:
-            return [one]
+    def _draw(
+        self,
+        state: State,
+        programs: Programs,
+        passes: dict[str, Pass],
+        plans: Sequence[VolumePlan],
+        *,
+        is_ready: bool = False,
+    ) -> None:
+        """Draw the volumes of plans into the target in use, kind by kind if there are several."""
+        find = self._find_program if is_ready else self._prepare
+        program = find(programs, plans[0])
+        draws = [(draw, plan) for plan in plans for draw in plan.draws]
+        if len(plans) > 1:
+            draws.sort(key=lambda each: (each[0].kind, each[0].is_cut))
+        last = None if is_ready else plans[0]
+        for draw, plan in draws:
+            if plan is not last:
+                program.set(**plan.uniforms())
+                last = plan
+            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
+            if programs is self._in_floats:
+                program.set(front=_FRONT[draw.kind])
+            for how in self._list_passes(self._find_pass(passes, plan, draw)):
+                state.use(how)
+                if plan.scissor is not None:
+                    state.limit(plan.scissor)
+                self._indices.draw(program, draw.first, draw.count)
+
+    def _list_passes(self, how: Pass) -> list[Pass]:
+        """List the passes that a pass takes: two where fronts and backs are counted apart."""
+        if self._two_sided or how.stencil is None:
+            return [how]
         return [
-            replace(one, stencil=one_sided(one.stencil, side), cull=other)  # type: ignore[arg-type]
+            replace(how, stencil=one_sided(how.stencil, side), cull=other)
             for side, other in (("front", "back"), ("back", "front"))
         ]
 

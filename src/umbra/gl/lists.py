@@ -40,6 +40,8 @@ def list_cap(
     shells : (n,) int
         Ascending.
     """
+    if not wanted.any():
+        return np.zeros((0, 3), np.uint32), np.zeros(0, np.intp)
     caster = body.caster
     sizes = np.tile(np.diff(body.face_starts), len(lights))
     room = int(sizes[wanted].sum())

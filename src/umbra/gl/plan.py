@@ -18,6 +18,10 @@ STENCIL_MOST = 255
 """Counts that 8 bits tell apart from 0."""
 
 Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
+_KINDS = {
+    "sides_z_pass": Z_PASS, "sides_z_fail": Z_FAIL, "dark_cap": Z_FAIL, "light_cap": LIGHT_CAP,
+    "coarse_z_pass": Z_PASS, "coarse_z_fail": Z_FAIL,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,11 @@ class Draw:
     first: int
     count: int
     is_coarse: bool = False
+
+    @classmethod
+    def of(cls, name: str, is_cut: bool, first: int, count: int) -> "Draw":
+        """Return the draw of one of `DRAWS`."""
+        return cls(_KINDS[name], is_cut, first, count, name.startswith("coarse"))
 
 
 @dataclass(frozen=True, kw_only=True)

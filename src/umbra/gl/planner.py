@@ -21,7 +21,7 @@ from umbra.gl.level import find_level_points, is_level, split_level
 from umbra.gl.levels import DetailLevel, LevelTable, make_levels
 from umbra.gl.nearby import Nearby
 from umbra.gl.open_components import find_near, find_start
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Statistics, VolumePlan
+from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.projection import (
     Projection,
     Rectangle,
@@ -43,10 +43,6 @@ __all__ = ["Planner"]
 
 _BELOW = 0.002  # distance from lowest receiver to floor, as a fraction of the scene's size
 _BEHIND = 4.0  # of its largest error a level of detail's volume begins behind its caster
-_KINDS = {
-    "sides_z_pass": Z_PASS, "sides_z_fail": Z_FAIL, "dark_cap": Z_FAIL, "light_cap": LIGHT_CAP,
-    "coarse_z_pass": Z_PASS, "coarse_z_fail": Z_FAIL,
-}  # fmt: skip
 _FEW_FACES = 300_000  # below this, one thread is faster than starting more
 
 
@@ -284,7 +280,7 @@ class Planner:
         start, tilt, deepest = 0, np.zeros(2), 0
         if len(selection.shells):
             for name, is_cut, place, count in self._list_draws(kept, selection, touched, first):
-                draws.append(Draw(_KINDS[name], is_cut, place, count, name.startswith("coarse")))
+                draws.append(Draw.of(name, is_cut, place, count))
                 drawn[name] = drawn.get(name, 0) + count // 3
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS

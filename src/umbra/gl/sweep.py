@@ -153,7 +153,7 @@ class GlSweep(DeviceUser):
                 lists.append(volumes.sides.ravel())
                 if self.on_plane:
                     everything = np.ones(body.n_shells * len(body.groups), np.bool_)
-                    lists.append(volumes.light_cap(everything).ravel())
+                    lists.append(volumes.find_cap(everything)[0].ravel())
                 most.append(find_most(body, opened))
                 thrown.append(volumes)
             numbers = np.concatenate(lists) if lists else np.zeros(0, np.uint32)

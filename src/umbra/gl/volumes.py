@@ -19,7 +19,7 @@ from umbra.gl.lists import add_draws, append_draws, list_cap
 from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 
-__all__ = ["BodyVolumes", "IndexList", "find_together", "gather", "make_volumes"]
+__all__ = ["FAR", "BodyVolumes", "IndexList", "find_together", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
@@ -57,9 +57,6 @@ class BodyVolumes:
     _sides: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 6), np.uint32))
     _side_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _found: NDArray[np.bool_] = field(init=False)
-    _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
-    _cap_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
-    _capped: NDArray[np.bool_] | None = None
     _pose: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -128,41 +125,14 @@ class BodyVolumes:
             and np.array_equal(self.opened, opened)
         )
 
-    def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
-        """Return the casting faces (n, 3) of the wanted components, turned to the light."""
-        if not wanted.any():
-            return self._cap[:0]
-        if self._capped is None or (wanted & ~self._capped).any():
-            self._cap, self._cap_shell = self._make_cap(wanted)
-            self._capped = wanted.copy()
-        return self._cap[wanted[self._cap_shell]]
-
-    def cap_shells(self, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """Return the shell of each face of ``light_cap(wanted)``, ascending."""
-        self.light_cap(wanted)
-        return self._cap_shell[wanted[self._cap_shell]]
-
-    def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
-        """
-        Return the dark caps of the wanted components' volumes, (n, 3).
-
-        Where ``is_fan``, a fan over the silhouette suffices; else the casting faces are projected.
-        """
-        sides, shell = self.sides_of(wanted & is_fan)
-        starts = np.flatnonzero(np.append(True, shell[1:] != shell[:-1])) if len(shell) else shell
-        hub = np.repeat(sides[starts, 2], np.diff(np.append(starts, len(shell))))
-        fan = np.stack([hub, sides[:, 5], sides[:, 2]], 1)
-        fan = fan[(fan[:, 0] != fan[:, 1]) & (fan[:, 0] != fan[:, 2])]
-        thrown = self.light_cap(wanted & ~is_fan)[:, ::-1] | FAR
-        return np.concatenate([fan, thrown])
+    def find_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """Return the casting faces (n, 3) of wanted shells, turned to the light, and shells."""
+        return list_cap(self.body, self.lights, self.is_closed, self.held, wanted)
 
     @property
     def shells(self) -> range:
         """Numbers of all instances' shells: instance * n_shells + shell."""
         return range(self.body.n_shells * len(self.lights))
-
-    def _make_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        return list_cap(self.body, self.lights, self.is_closed, self.held, wanted)
 
 
 def make_volumes(
@@ -179,43 +149,6 @@ def make_volumes(
     """
     held = np.zeros((0, 2), np.intp) if held is None else held
     return BodyVolumes(body, body.lights(light), opened, held)
-
-
-def gather(
-    volumes: Sequence[BodyVolumes],
-    what: str,
-    chosen: NDArray[np.bool_],
-    *,
-    is_quad: bool = True,
-    is_fan: NDArray[np.bool_] | None = None,
-) -> NDArray[np.uint32]:
-    """
-    Collect the triangles of chosen components of all bodies, (n,) uint32.
-
-    Parameters
-    ----------
-    volumes : sequence of BodyVolumes
-    what : {'sides', 'dark_cap', 'light_cap'}
-    chosen : (n_shells,) bool
-    is_quad : bool
-        For sides: whether far corners differ.
-    is_fan : (n_shells,) bool, optional
-        For dark caps.
-    """
-    lists, offset = [np.zeros(0, np.uint32)], 0
-    for each in volumes:
-        n = each.body.n_shells * len(each.body.groups)
-        mine = chosen[offset : offset + n]
-        if mine.any():
-            if what == "sides":
-                found = each.sides_of(mine)[0][:, : 6 if is_quad else 3]
-            elif what == "dark_cap" and is_fan is not None:
-                found = each.dark_cap(mine, is_fan[offset : offset + n])
-            else:
-                found = each.light_cap(mine)
-            lists.append(found.ravel())
-        offset += n
-    return np.concatenate(lists)
 
 
 def find_together(
@@ -325,7 +258,4 @@ def _list_body(each: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[NDArray, ..
     """Return sides, casting faces and the shells of both, of a body's selected volumes."""
     each.find((flags & SIDES) != 0)
     caps = (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
-    cap, cap_shell = each._cap[:0], each._cap_shell[:0]
-    if caps.any():
-        cap, cap_shell = list_cap(each.body, each.lights, each.is_closed, each.held, caps)
-    return each._sides, each._side_shell, cap, cap_shell, flags
+    return each._sides, each._side_shell, *each.find_cap(caps), flags

@@ -128,7 +128,7 @@ def _add_body(
     active = selection.sides[mine]
     if not active.any():
         return
-    cap, cap_shell = each.light_cap(active), each.cap_shells(active)
+    cap, cap_shell = each.find_cap(active)
     cap_starts = np.searchsorted(cap_shell, np.arange(n + 1))
     side_starts = np.searchsorted(each.side_shell, np.arange(n + 1))
     is_convex = _find_convex(each)

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.context import release_all
 from umbra.gl.count import Stack, VolumeCounter
-from umbra.gl.flags import CUT, DARK_CAP, FAN, SIDES, Z_FAILS, VolumeSelection
+from umbra.gl.flags import COARSE, CUT, DRAWS, LIGHT_CAPS, Z_FAILS, VolumeSelection
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
-from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, VolumePlan
+from umbra.gl.plan import Draw, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_clip_range, find_source
 from umbra.gl.resources import Indices
@@ -32,7 +32,7 @@ from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import State
 from umbra.gl.target import Target
-from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.gl.volumes import BodyVolumes, IndexList, make_volumes
 from umbra.methods import Softness
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Light
@@ -146,13 +146,13 @@ def list_layers(
     origin: NDArray[np.float64],
     floor: float,
     choices: VolumeOptions,
-    place: int,
-) -> tuple[VolumeSelection, list[Draw], list[NDArray[np.uint32]]]:
+    numbers: IndexList,
+) -> tuple[VolumeSelection, list[Draw]]:
     """
-    Select the faces to draw of a light's layers, equal for each, and list their triangles.
+    Select the faces to draw of a light's layers, equal for each, and add them to ``numbers``.
 
-    ``floor`` is a z, relative to the origin of the scene, below every receiver [m]; the
-    triangles begin at ``place`` in the index list.
+    ``floor`` is a z, relative to the origin of the scene, below every receiver [m]. As levels of
+    detail, layers are in no depth buffer.
     """
     reach = light.range if choices.narrow else np.inf
     corners = None
@@ -163,26 +163,17 @@ def list_layers(
         FoundLights.of_one(layers.source, reach, corners), method="auto",
         choices=replace(choices, ask_triangles=False), floor=floor,
     )  # fmt: skip
-    draws, lists = [], []
-    for z_fail in (False, True):
-        for is_cut in (False, True):
-            kind = SIDES | (Z_FAILS if z_fail else 0) | (CUT if is_cut else 0)
-            chosen = (selection.flags & (SIDES | Z_FAILS | CUT)) == kind
-            is_quad = is_cut or layers.source[3] > 0
-            found = [
-                gather(layers.volumes, "sides", chosen, is_quad=is_quad),
-                gather(layers.volumes, "light_cap", chosen),
-                gather(
-                    layers.volumes, "dark_cap", chosen & selection.find(DARK_CAP),
-                    is_fan=selection.find(FAN),
-                ),
-            ]  # fmt: skip
-            count = sum(map(len, found))
-            if count:
-                draws.append(Draw(Z_FAIL if z_fail else Z_PASS, is_cut, place, count))
-                lists += found
-                place += count
-    return selection, draws, lists
+    flags = np.where(selection.sides, selection.flags | COARSE | LIGHT_CAPS, selection.flags)
+    selection = replace(selection, flags=flags)
+    place = numbers.end
+    starts = np.append(0, np.cumsum([len(each.shells) for each in layers.volumes]))
+    counts = numbers.append_light(layers.volumes, selection, starts, layers.source[3] > 0)
+    draws = []
+    for name, count in zip(DRAWS, counts.tolist(), strict=True):
+        if count:
+            draws.append(Draw.of(*name, place, count))
+            place += count
+    return selection, draws
 
 
 def plan_layers(
@@ -270,7 +261,7 @@ class ScaledLayers(Visibility):
         self._shown = Shown(device, scene, planner.geometry, self._instances, planner.casters)
         self._indices = Indices(device, 2 * self._points.n_points)
         self._counter = VolumeCounter(device, self._points, self._indices, grows=True)
-        self._stack = Stack(device)
+        self._numbers, self._stack = IndexList(), Stack(device)
         self._layers: list[LightLayers] = []
         self._key = b""
         self._plans: list[list[VolumePlan]] = []
@@ -296,14 +287,14 @@ class ScaledLayers(Visibility):
             return
         self._key = key
         origin, floor = self._planner.scene.origin, self._planner.floor
-        lists, self._plans = [np.zeros(0, np.uint32)], []
+        self._plans = []
+        self._numbers.begin(self._indices.dtype)
         for layers, area, plan in zip(self._layers, lights, plans, strict=True):
-            selection, draws, found = list_layers(
-                layers, projection, area.light, origin, floor, self._choices, sum(map(len, lists))
+            selection, draws = list_layers(
+                layers, projection, area.light, origin, floor, self._choices, self._numbers
             )
-            lists += found
             self._plans.append(plan_layers(layers, plan, projection, selection, draws, self._steps))
-        self._indices.write(np.concatenate(lists))
+        self._indices.write(self._numbers.numbers)
 
     def draw(self, state: State, target: Target, number: int) -> Target:
         """Draw a light's visibility; see `Visibility`."""
