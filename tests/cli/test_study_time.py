@@ -221,8 +221,8 @@ def test_of_very_many_dates_by_day_every_nth_has_a_map(study, street, monkeypatc
 def test_points_and_sheets_are_drawn_of_each_date(study, street, tmp_path, monkeypatch):
     seen = {}
 
-    def note(self, path, plan, places, days, most, *rest):
-        seen[path.name] = (days, most, rest)
+    def note(self, path, plan, places, days, most, *rest, what=""):
+        seen[path.name] = (days, most, rest, what, plan)
         path.write_bytes(b"a picture")
 
     monkeypatch.setattr(painter.Painter, "draw_points", note)
@@ -231,11 +231,20 @@ def test_points_and_sheets_are_drawn_of_each_date(study, street, tmp_path, monke
     points = ["--receivers", "points", "--points", tmp_path / "points.csv"]
     said = study(*dates, *points, "--show", "sun", files=[street], day=None, cell=None)
     assert said.status == 0, said
-    days, most, (_, show, what) = seen["points.png"]
+    days, most, (_, show, what), *_ = seen["points.png"]
     assert (most, show, what) == (8.0, "sun", "hours of sun on the date")
     result = open_result(tmp_path / "out")
     for day, sun in zip(days, result.sun_hours_by_day.values, strict=True):
         np.testing.assert_allclose(most - day.hours, sun, atol=1e-5)
+    lost = study(
+        *dates, *points, "--proposed", "tower", "--json", files=[street], day=None, cell=None
+    )
+    assert "neighbours" not in lost.json()  # points have names of their own, and no area
+    days, _, _, what, plan = seen["hours_lost.png"]
+    assert what == "hours of sun lost to tower on the date"
+    result = open_result(tmp_path / "out")
+    np.testing.assert_array_equal([day.hours for day in days], result.hours_lost_by_day)
+    assert plan.proposed.any()  # the tower is drawn, also where no point is near
     sheets = study(*dates, "--sheet", files=[street], day=None)
     assert sheets.status == 0, sheets
     for date in ("2026-03-21", "2026-12-21"):

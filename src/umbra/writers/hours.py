@@ -23,7 +23,7 @@ from umbra.writers.pixels import HALF, paint_shares, resample, shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_appearance, name_hours
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
 
-__all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet"]
+__all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet", "tell_outlined"]
 
 MISSING = 0.93  # grey of cells without a value
 DEEP = 0.6  # share from which lines are white
@@ -62,9 +62,8 @@ def make_hours_sheet(
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
-        is_outlined = plan.proposed is not None and not plan.looks_through
-        remark = "outlined in red: proposed" if is_outlined else ""
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
+        swatches = find_swatches([plan])
+        draw_hours_key(sheet, max_hours, what, tell_outlined(plan), show, hatch, swatches)
     return sheet
 
 
@@ -119,6 +118,12 @@ def fill_hours(
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
         panel.write_over("no values here" if has_scale else NIGHT)
+
+
+def tell_outlined(plan: Plan) -> str:
+    """Name what is outlined in red, for a key."""
+    is_outlined = plan.proposed is not None and not plan.looks_through
+    return "outlined in red: proposed" if is_outlined else ""
 
 
 def draw_hours_key(

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
-from umbra.writers.contours import trace
-from umbra.writers.hours import MISSING, OUTLINE, draw_hours_key
+from umbra.writers.contours import PROPOSED, trace
+from umbra.writers.hours import MISSING, OUTLINE, draw_hours_key, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
@@ -51,7 +51,7 @@ def make_points_sheet(
     for panel, day in zip(sheet.maps, days, strict=True):
         _fill_points(panel, places, day, max_hours, names, show)
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, what, show=show)
+        draw_hours_key(sheet, max_hours, what, tell_outlined(plan), show)
     return sheet
 
 
@@ -70,6 +70,8 @@ def _fill_points(
     cover_with_roofs(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
     panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
+    if plan.proposed is not None:
+        panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
 
     n, points = len(places), places.points
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))

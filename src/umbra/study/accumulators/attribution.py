@@ -202,7 +202,9 @@ class Attribution(Accumulator):
                 found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
         losses = self.find_losses(laid)
         if losses is not None:
-            found |= losses.variables(dims) | losses.sum_up().variables()
+            found |= losses.variables(dims)
+            if laid.kind.belongs_to_parts:
+                found |= losses.sum_up().variables()
         return found
 
     def find_losses(self, laid: Receivers) -> SunLosses | None:

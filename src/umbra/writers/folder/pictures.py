@@ -35,7 +35,7 @@ from umbra.writers.folder.captions import (
     tell_daylight,
 )
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size
+from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
     "Sheets",
@@ -257,8 +257,12 @@ def draw_surfaces(job: FolderJob) -> list[str]:
 def draw_plan_of_points(job: FolderJob) -> list[str]:
     """Draw the points on a plan of the buildings around them, coloured by their hours."""
     study, scene = job.study, job.scene
-    points, origin = study.places.points, scene.origin
-    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    points, origin, asked = study.places.points, scene.origin, job.options.proposed
+    new = scene.select(asked) if asked else []
+    shown = [points[:, :2]]
+    if new:  # without them their shadow has no source
+        shown.append(scene.triangles(new).find_corners()[:, :2] + origin[:2])
+    low, high = (pick([pick(some, 0) for some in shown], 0) for pick in (np.min, np.max))
     room = max(0.12 * float((high - low).max()), _ROOM)
     cell = float((high - low).max() + 2 * room) / _CELLS
     cols, rows = (int(n) for n in np.ceil((high - low + 2 * room) / cell))
@@ -266,23 +270,35 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     grid = Grid(west, south, cell, cell, cols, rows)
     ground = scene.ground if job.options.ground is None else job.options.ground
     level = float(scene.bounds()[0, 2] if ground is None else ground) - origin[2]
-    heights = find_surface(study.model.soup, grid, level).heights - level
+    surface, soup = find_surface(study.model.soup, grid, level), study.model.soup
+    heights = surface.heights - level
     plan = replace(
         describe_points(job),
         x=grid.x + origin[0],
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.site.true_north,
+        proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
     names = study.more["name"][1].tolist() if "name" in study.more else []
     scale = Scale.of(job)
-    shown, plan = find_maps(study, plan)
-    maps = [_make_map(one, shown, scale.read_hours(one)) for one in shown]
+    dates, plan = find_maps(study, plan)
+    maps = [_make_map(one, dates, scale.read_hours(one)) for one in dates]
     job.painter.draw_points(
         job.folder / "points.png", plan, study.places, maps, scale.most, names, scale.show,
         scale.what,
     )  # fmt: skip
-    return ["points.png"]
+    every = [one.more["hours_lost"][1] / scale.divisor for one in dates] if new else [np.zeros(1)]
+    most = float(np.nanmax(every))
+    if job.only is not None or not most > 0:
+        return ["points.png"]
+    what = scale.what.removeprefix(name_hours(scale.show))
+    maps = [_make_map(one, dates, hours) for one, hours in zip(dates, every, strict=True)]
+    job.painter.draw_points(
+        job.folder / "hours_lost.png", plan, study.places, maps, most, names,
+        what=f"hours of sun lost to {list_few(asked)}{what}",
+    )  # fmt: skip
+    return ["points.png", "hours_lost.png"]
 
 
 def describe_points(job: FolderJob) -> Plan:
