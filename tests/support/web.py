@@ -42,7 +42,7 @@ class Picture:
         self.page.ask(f"load('{block}', {width}, {height}, {json.dumps(options)})")
 
     def set(self, name, value):
-        self.page.ask(f"picture.set{name}({json.dumps(value)})")
+        self.page.ask(f"picture.{name} = {json.dumps(value)}")
 
     def count(self, light=0, times="undefined"):
         found = self.page.ask(f"encode(picture.readCounts({light}, {times}))")

@@ -62,12 +62,12 @@ class WebJudge:
         self.component[caster.source] = caster.component
         self.is_closed = closed_faces(caster, len(soup.faces))
         picture.load(scene, size)
-        picture.set("Ground", None if ground is None else float(ground - self.scene.origin[2]))
+        picture.set("ground", None if ground is None else float(ground - self.scene.origin[2]))
 
     def judge(self, camera, light):
         """Compare all pixels with the CPU, and judge those that differ; return both."""
-        self.picture.set("Camera", describe_camera(camera, self.scene))
-        self.picture.set("Lights", [describe_light(light, self.scene)])
+        self.picture.set("camera", describe_camera(camera, self.scene))
+        self.picture.set("lights", [describe_light(light, self.scene)])
         counts = self.picture.count()
         view, frame = self.counter.see(camera)
         expected = self.counter.count(view, camera, light)

@@ -32,10 +32,10 @@ def scene():
 def shown(picture, scene):
     rounded = quantise(scene)
     picture.load(scene, SIZE, samples=1)
-    picture.set("Camera", describe_camera(CAMERA, rounded))
-    picture.set("Lights", [describe_light(SUN, rounded)])
-    picture.set("Ground", float(-rounded.origin[2]))
-    picture.set("Style", {"edges": False})
+    picture.set("camera", describe_camera(CAMERA, rounded))
+    picture.set("lights", [describe_light(SUN, rounded)])
+    picture.set("ground", float(-rounded.origin[2]))
+    picture.page.ask("picture.setStyle({edges: false})")
     return picture
 
 
@@ -82,14 +82,14 @@ def test_a_part_that_is_off_neither_casts_nor_shows(shown):
 
 
 def test_a_roof_is_dark_where_something_shades_it(shown, scene):
-    shown.set("Lights", [describe_light(directional_light((0.4, 0.9, 0.7)), quantise(scene))])
+    shown.set("lights", [describe_light(directional_light((0.4, 0.9, 0.7)), quantise(scene))])
     assert (read_at(shown, 0, 2.2, 6) + 30 < read_at(shown, 0, -2, 6)).all()
 
 
 def test_volumes_are_listed_anew_when_the_eye_comes_into_one(shown, scene):
     camera = Camera((-6, 3, 0.5), (0, 3, 0.2), size=SIZE)  # in the shadow of the plate
     outside = shown.count(times=1)
-    shown.set("Camera", describe_camera(camera, quantise(scene)))
+    shown.set("camera", describe_camera(camera, quantise(scene)))
     inside = shown.count(times=1)
     counter = FrameCounter(quantise(scene), ground=0.0)
     view, _ = counter.see(camera)
@@ -121,14 +121,14 @@ def read_at(picture, x, y, z):
 
 def test_a_section_fills_what_it_cuts_of_solids(shown):
     level = 3.0 - shown.page.ask("model.origin[2]")
-    shown.set("Clip", [0, 0, -1, level])
+    shown.set("clip", [0, 0, -1, level])
     solid = read_at(shown, 0, 0, 3)
     assert np.abs(solid - [59, 62, 71]).max() <= 3
     # The plate is cut away whole, and with it what it would fill.
     assert read_at(shown, 0, 6.5, 3).min() > 90
-    shown.set("Clip", [0, 0, 1, -level])  # from above, what stays hides the cut
+    shown.set("clip", [0, 0, 1, -level])  # from above, what stays hides the cut
     assert np.abs(read_at(shown, 0, 0, 6) - solid).max() > 60
-    shown.set("Clip", None)
+    shown.set("clip", None)
 
 
 def test_glass_is_seen_through_and_casts_as_before(picture, scene):
@@ -137,10 +137,10 @@ def test_glass_is_seen_through_and_casts_as_before(picture, scene):
         box_part, plate = scene.parts
         glass = replace(plate, material=replace(plate.material, opacity=opacity))
         picture.load(replace(scene, parts=(box_part, glass)), SIZE, samples=1)
-        picture.set("Camera", describe_camera(CAMERA, rounded))
-        picture.set("Lights", [describe_light(SUN, rounded)])
-        picture.set("Ground", float(-rounded.origin[2]))
-        picture.set("Style", {"edges": False})
+        picture.set("camera", describe_camera(CAMERA, rounded))
+        picture.set("lights", [describe_light(SUN, rounded)])
+        picture.set("ground", float(-rounded.origin[2]))
+        picture.page.ask("picture.setStyle({edges: false})")
         found.append(picture.count())
         inks.append((read_at(picture, 3, 6.5, 8.5), read_at(picture, 6, -6, 0)))
     assert np.array_equal(*found)
@@ -157,8 +157,8 @@ def test_a_sheet_is_lit_alike_whichever_way_it_is_wound(picture, light):
         sheet = make_scene(corners, np.array(faces))
         rounded = quantise(sheet)
         picture.load(sheet, SIZE, samples=1)
-        picture.set("Camera", describe_camera(CAMERA, rounded))
-        picture.set("Lights", [describe_light(light, rounded)])
+        picture.set("camera", describe_camera(CAMERA, rounded))
+        picture.set("lights", [describe_light(light, rounded)])
         inks.append(read_at(picture, 0, 0, 5))
     assert np.abs(inks[0] - inks[1]).max() <= 1
     assert inks[0].min() > 150
@@ -195,11 +195,11 @@ def test_without_webgl2_the_error_has_a_name(shown):
 def test_more_lights_add_up_and_a_lamp_reaches_its_range(shown):
     lamp = "{position: [-10, -10, 5], range: 6}"
     direction = "{direction: [0.4, 0.3, 0.7]}"
-    shown.page.ask(f"picture.setLights([{direction}])")
+    shown.page.ask(f"picture.lights = [{direction}]")
     one = read_pixels(shown).astype(int)
-    shown.page.ask("picture.setLights([])")
+    shown.page.ask("picture.lights = []")
     night = read_pixels(shown).astype(int)
-    shown.page.ask(f"picture.setLights([{direction}, {lamp}])")
+    shown.page.ask(f"picture.lights = [{direction}, {lamp}]")
     both = read_pixels(shown).astype(int)
     assert (one >= night).all()
     assert (one > night).any()

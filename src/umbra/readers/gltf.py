@@ -25,7 +25,7 @@ from umbra.scene import Mesh, Part
 from umbra.scene.making import place_part
 from umbra.scene.rig import RigBinding, Shape, Skin
 
-__all__ = ["read_gltf", "read_gltf_tree"]
+__all__ = ["read_gltf", "read_gltf_content", "read_gltf_tree"]
 
 # Extensions needed to read geometry right; others only change looks.
 PART = 1000  # [byte] of a part without its mesh
@@ -54,6 +54,15 @@ def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         msg = "its JSON chunk holds no glTF; export it again"
         raise InputError(msg)
     return read_gltf_tree(tree, binary, path, choices)
+
+
+def read_gltf_content(data: bytes, path: Path, choices: ReadChoices) -> FileModel | None:
+    """Read a tile's glTF, as a GLB or as its JSON; None if it begins as neither."""
+    if data[:4] == b"glTF":
+        return read_gltf(data, path, choices)
+    if data.lstrip()[:1] == b"{":
+        return read_gltf_tree(orjson.loads(data), None, path, choices)
+    return None
 
 
 def read_gltf_tree(

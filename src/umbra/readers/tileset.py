@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.checks import Budget, Companions, Losses, errors_of, list_counts
 from umbra.readers.georeference import show_crs
-from umbra.readers.gltf import read_gltf, read_gltf_tree
+from umbra.readers.gltf import read_gltf, read_gltf_content
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames
 from umbra.readers.tileset_frame import (
     Frame,
@@ -194,15 +194,14 @@ class _TilesetReader:
         if magic in _OTHERS:
             self.counts.add(f"{_OTHERS[magic]} left out", where)
             return FileModel("", ())
+        model: FileModel | None
         if magic == b"b3dm":
             model = read_b3dm(data, path, choices)
         elif magic == b"i3dm":
             model = read_i3dm(data, path, choices)
-        elif magic == b"glTF":
-            model = read_gltf(data, path, choices)
-        elif data.lstrip()[:1] == b"{":
-            model = read_gltf_tree(orjson.loads(data), None, path, choices)
         else:
+            model = read_gltf_content(data, path, choices)
+        if model is None:
             msg = "is neither glTF nor a tile that is known; fetch it again"
             raise InputError(msg)
         # Files of a tile are files of the set: the cache checks those beside the named file.

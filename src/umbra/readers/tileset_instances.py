@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.checks import Budget, errors_of
-from umbra.readers.gltf import PART, read_gltf, read_gltf_tree
+from umbra.readers.gltf import PART, read_gltf_content
 from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.tileset_frame import find_axes, move_part
 
@@ -37,11 +37,8 @@ def read_i3dm(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         budget.grow(len(content))
         path, choices = path.parent / name, replace(choices, size=choices.size + len(content))
     with errors_of("its glTF "):
-        if content[:4] == b"glTF":
-            model = read_gltf(content, path, choices)
-        elif content.lstrip()[:1] == b"{":
-            model = read_gltf_tree(orjson.loads(content), None, path, choices)
-        else:
+        model = read_gltf_content(content, path, choices)
+        if model is None:
             msg = "does not begin as glTF does; fetch it again"
             raise InputError(msg)
     many = len(places) * len(model.parts)

@@ -20,11 +20,6 @@ import { makeTimebar } from "./timebar.js";
 import { findDense, frame } from "./viewpoint.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./hours.js').Hours} Hours */
-
 /**
  * @typedef {object} Config
  * @property {string} name of the model, for files
@@ -140,7 +135,7 @@ export class App {
       this.panels.slice(1).map((panel) => panel.element),
       share.keys,
     );
-    this.stage.renderer.setGround(this.ground);
+    this.stage.renderer.ground = this.ground;
     this.#layHours();
     if (!opening.isLinked && config.isFramed)
       this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
@@ -256,9 +251,9 @@ export class App {
 
   /**
    * Find when the sun reaches a place on a date; null without a site.
-   * @param {import('./place.js').Place} place
+   * @param {Place} place
    * @param {string} date
-   * @param {ArrayLike<number | boolean> | null} parts that cast; null: all
+   * @param {Mask} parts that cast; null: all
    */
   findSunlight(place, date, parts) {
     const { site } = this.daylight,

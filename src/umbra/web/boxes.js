@@ -1,7 +1,5 @@
 // Bounding boxes in one array (n, 2, 3): lowest and highest corner.
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 /** Faces in a block, the finest that is culled and placed by its bounds. */
 export const BLOCK = 64;
 

@@ -1,6 +1,5 @@
 // A canvas in its page: its pixels, and the rectangles of views in them.
 
-/** @typedef {import('./types.js').View} View */
 /** @typedef {[number, number, number, number]} Rectangle left, lower end, width, height [pixels] */
 
 /**

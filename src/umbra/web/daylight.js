@@ -1,7 +1,7 @@
 // The sun of one view: by date and clock at a site, or by azimuth and altitude without one.
 
 import { addDays, findInstant } from "./clock.js";
-import { RIM, findCrossings, findSun, makeDirection } from "./sun.js";
+import { RIM, findSpells, findSun, makeDirection } from "./sun.js";
 
 /** @typedef {import('./sun.js').Site} Site */
 /** @typedef {import('./sun.js').Sun} Sun */
@@ -90,20 +90,9 @@ export class Daylight {
 const findDay = (site, date) => {
   const begin = findInstant(site.zone, date, 0),
     end = findInstant(site.zone, date, 1440);
-  const edges = findCrossings(site, begin, end, RIM);
-  const rises = edges.filter((edge) => edge.isRise),
-    sets = edges.filter((edge) => !edge.isRise);
-  /** @type {[number, number][]} */
-  const up = [];
-  let since = findSun(site, begin).altitude > 0 ? begin : null;
-  for (const { instant, isRise } of findCrossings(site, begin, end)) {
-    if (isRise) since = instant;
-    else if (since !== null) {
-      up.push([since, instant]);
-      since = null;
-    }
-  }
-  if (since !== null) up.push([since, end]);
+  const findAbove = (/** @type {number} */ level) =>
+    findSpells((instant) => findSun(site, instant).altitude > level, begin, end, STEP);
+  const inSight = findAbove(RIM);
   const hours = [],
     path = [];
   for (let hour = 0; hour < 24; hour++) {
@@ -116,8 +105,8 @@ const findDay = (site, date) => {
     end,
     hours,
     path,
-    up,
-    rise: rises.length ? rises[0].instant : null,
-    set: sets.length ? sets[sets.length - 1].instant : null,
+    up: findAbove(0),
+    rise: inSight.find(([from]) => from > begin)?.[0] ?? null,
+    set: inSight.reverse().find(([, to]) => to < end)?.[1] ?? null,
   };
 };

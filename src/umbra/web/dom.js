@@ -36,6 +36,38 @@ export const fill = (element, ...children) => {
   element.replaceChildren(...shown.map((child) => (child instanceof Node ? child : String(child))));
 };
 
+/**
+ * A button that acts on a click.
+ * @param {Child} words
+ * @param {() => void} act
+ * @param {Record<string, unknown>} [attributes]
+ */
+export const button = (words, act, attributes = {}) =>
+  el("button", { type: "button", onclick: act, ...attributes }, words);
+
+/**
+ * A choice of one of some values, each with its words.
+ * @param {string} label
+ * @param {readonly (readonly [string, string])[]} options
+ * @param {(value: string) => void} act
+ */
+export const choice = (label, options, act) => {
+  const select = el(
+    "select",
+    { "aria-label": label, onchange: () => act(select.value) },
+    ...options.map(([value, words]) => el("option", { value }, words)),
+  );
+  return select;
+};
+
+/**
+ * A part of the panel that folds.
+ * @param {string} title
+ * @param {...Child} children
+ */
+export const fold = (title, ...children) =>
+  el("details", {}, el("summary", {}, title), ...children);
+
 const PATHS = {
   play: "M5 3l11 7-11 7z",
   pause: "M5 3h4v14H5zM11 3h4v14h-4z",

@@ -1,9 +1,6 @@
 // The frame: the picture with its buttons, the bar of time, the panel of tools.
 
-import { el, fill, icon } from "./dom.js";
-
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
+import { button, el, fill, fold, icon } from "./dom.js";
 
 /**
  * @param {App} app
@@ -12,17 +9,12 @@ import { el, fill, icon } from "./dom.js";
  */
 export const makeFrame = (app, panels, keys) => {
   const { config, orbit, stage } = app;
-  const button = (
+  const sign = (
     /** @type {string} */ words,
-    /** @type {Parameters<typeof icon>} */ names,
+    /** @type {Element} */ shape,
     /** @type {() => void} */ act,
-  ) =>
-    el(
-      "button",
-      { type: "button", "aria-label": words, title: words, onclick: act },
-      icon(...names),
-    );
-  const compass = button("North up", ["needle", "tail"], () =>
+  ) => button(shape, act, { "aria-label": words, title: words });
+  const compass = sign("North up", icon("needle", "tail"), () =>
     orbit.look(app.north, app.state.viewpoint.tilt),
   );
   compass.classList.add("compass");
@@ -30,10 +22,10 @@ export const makeFrame = (app, panels, keys) => {
     "div",
     { class: "views", role: "group", "aria-label": "View" },
     compass,
-    button("Nearer", ["plus"], () => orbit.approach(1.4)),
-    button("Farther", ["minus"], () => orbit.approach(1 / 1.4)),
-    button("The whole model", ["home"], () => orbit.showAll()),
-    button("From above", ["above"], () => orbit.look(app.north, -89.9)),
+    sign("Nearer", icon("plus"), () => orbit.approach(1.4)),
+    sign("Farther", icon("minus"), () => orbit.approach(1 / 1.4)),
+    sign("The whole model", icon("home"), () => orbit.showAll()),
+    sign("From above", icon("above"), () => orbit.look(app.north, -89.9)),
   );
   const sides = el(
     "div",
@@ -52,10 +44,8 @@ export const makeFrame = (app, panels, keys) => {
   picture.append(swipe, views, app.place.brief);
   const notes =
     app.notes.length > 0 &&
-    el(
-      "details",
-      {},
-      el("summary", {}, "Notes on the model"),
+    fold(
+      "Notes on the model",
       el("ul", { class: "notes" }, ...app.notes.map((note) => el("li", {}, note))),
     );
   const panel = el(

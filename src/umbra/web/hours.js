@@ -3,8 +3,6 @@
 import { inflate } from "./packed.js";
 import { Patches, packColor } from "./patches.js";
 
-/** @typedef {import('./types.js').Overlay} Overlay */
-/** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./patches.js').Packed} Packed */
 
 /**

@@ -2,10 +2,6 @@
 
 import { LINE } from "./mark_shaders.js";
 
-/** @typedef {import('./device.js').Device} Device */
-/** @typedef {import('./types.js').Line} Line */
-/** @typedef {import('./view.js').Sight} Sight */
-
 export class Lines {
   /** @param {Device} device */
   constructor(device) {

@@ -1,17 +1,16 @@
 // Programs of what is drawn over surfaces: creases, lines, results.
 
-import { HEAD, PLACE } from "./shader_parts.js";
+import { END_AT_CUT, HEAD, MEASURE_CUT, PLACE } from "./shader_parts.js";
 
 /** Creases, drawn a little nearer than the faces that meet there. */
 export const CREASE = {
-  vertex: `${HEAD}${PLACE}
+  vertex: `${HEAD}${PLACE}${MEASURE_CUT}
 in vec4 place;
-uniform vec4 cut;
 uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
 uniform float weakest;           // size without lines, in six pixels a metre
 uniform bool isPerspective;
 uniform vec3 forward;
-out float kept, strength;
+out float strength;
 void main() {
   vec3 at = fromEye(place.xyz);
   float depth = dot(at, forward);
@@ -19,14 +18,14 @@ void main() {
   gl_Position = projection * vec4(lifted, 1.0);
   float size = pixels / (isPerspective ? max(depth, 1e-3) : 1.0) / 6.0;
   strength = clamp((size - weakest) / (1.0 - weakest), 0.0, 1.0);
-  kept = dot(cut.xyz, at) + cut.w;
+  measureCut(at);
 }`,
-  fragment: `${HEAD}
-in float kept, strength;
+  fragment: `${HEAD}${END_AT_CUT}
+in float strength;
 uniform vec4 ink;
 out vec4 color;
 void main() {
-  if (kept < 0.0) discard;
+  endAtCut();
   color = vec4(ink.rgb, ink.a * strength);
 }`,
 };
@@ -63,30 +62,27 @@ void main() { color = ink; }`,
 
 /** Results on walls and roofs: a picture of squares on the faces, which have their own depth. */
 export const PATCH = {
-  vertex: `${HEAD}${PLACE}
+  vertex: `${HEAD}${PLACE}${MEASURE_CUT}
 in vec3 place;
 in vec2 spot;                    // in squares
 in vec4 within;                  // the first and the last square of the surface
-uniform vec4 cut;
 out vec2 at;
 flat out vec4 rectangle;
-out float kept;
 void main() {
   vec3 from = fromEye(place);
   gl_Position = projection * vec4(from, 1.0);
   at = spot;
   rectangle = within;
-  kept = dot(cut.xyz, from) + cut.w;
+  measureCut(from);
 }`,
-  fragment: `${HEAD}
+  fragment: `${HEAD}${END_AT_CUT}
 in vec2 at;
 flat in vec4 rectangle;
-in float kept;
 uniform sampler2D overlay;
 uniform float opacity;
 out vec4 color;
 void main() {
-  if (kept < 0.0) discard;
+  endAtCut();
   vec2 square = clamp(floor(at), rectangle.xy, rectangle.zw);
   vec4 laid = texelFetch(overlay, ivec2(square), 0);
   color = vec4(laid.rgb, laid.a * opacity);
@@ -95,16 +91,14 @@ void main() {
 
 /** Results at points: discs that face the eye, lifted off the surfaces on which they lie. */
 export const DOT = {
-  vertex: `${HEAD}${PLACE}
+  vertex: `${HEAD}${PLACE}${MEASURE_CUT}
 in vec3 place;
 in vec4 paint;
-uniform vec4 cut;
 uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
 uniform float size;              // of a disc [pixels]
 uniform bool isPerspective;
 uniform vec3 forward;
 out vec4 ink;
-out float kept;
 void main() {
   vec3 at = fromEye(place);
   float depth = dot(at, forward);
@@ -113,16 +107,16 @@ void main() {
   gl_Position = projection * vec4(at, 1.0);
   gl_PointSize = size;
   ink = paint;
-  kept = dot(cut.xyz, at) + cut.w;
+  measureCut(at);
 }`,
-  fragment: `${HEAD}
+  fragment: `${HEAD}${END_AT_CUT}
 in vec4 ink;
-in float kept;
 uniform float opacity, size;
 out vec4 color;
 void main() {
   float from = length(gl_PointCoord - 0.5) * size;
-  if (kept < 0.0 || from > 0.5 * size) discard;
+  endAtCut();
+  if (from > 0.5 * size) discard;
   vec3 linear = mix(ink.rgb / 12.92, pow((ink.rgb + 0.055) / 1.055, vec3(2.4)),
     step(0.04045, ink.rgb));
   color = vec4(mix(linear, vec3(0.012), step(0.5 * size - 1.5, from)), opacity);

@@ -3,9 +3,6 @@
 import { BLOCK, makeBoxes, widen } from "./boxes.js";
 import { traceRay } from "./trace.js";
 
-/** @typedef {import('./types.js').Part} Part */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 /**
  * A place on earth: degrees, IANA zone, true north's azimuth in the model's plan, metres.
  * @typedef {{latitude: number, longitude: number, zone: string, north: number, elevation: number}}
@@ -169,7 +166,7 @@ export class Model {
    * Find the faces that a ray meets, nearest first.
    * @param {Vec3} from
    * @param {Vec3} towards distances are in its length
-   * @param {{cast?: ArrayLike<number | boolean> | null, every?: boolean, reach?: number}} [options]
+   * @param {{cast?: Mask, every?: boolean, reach?: number}} [options]
    *   parts that count; every face or the nearest; how far
    */
   trace(from, towards, options = {}) {

@@ -4,9 +4,6 @@ import { App } from "./app.js";
 import { el, fill } from "./dom.js";
 import { unpackModel } from "./model.js";
 
-/** @typedef {import('./app.js').Config} Config */
-/** @typedef {import('./state.js').State} State */
-
 /**
  * Show a model in an element; without WebGL2 a picture of it.
  * @param {HTMLElement} root

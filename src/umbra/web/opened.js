@@ -6,11 +6,6 @@
 import { isThrough, visitFaces } from "./trace.js";
 import { dot } from "./vectors.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./view.js').Sight} Sight */
-/** @typedef {import('./volumes.js').Volumes} Volumes */
-
 const SKY = /** @type {Vec3} */ ([0.36, 0.48, 0.8]); // a direction to infinity
 
 /**

@@ -3,10 +3,6 @@
 import { isDate } from "./clock.js";
 import { fromLink } from "./state.js";
 
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 /**
  * The link's view, else the one that was packed; a link's is not framed.
  * @param {App} app whose model and things are known
@@ -18,7 +14,7 @@ export const findOpening = ({ config, model: { origin, parts }, thingOf, things 
     target = /** @type {Vec3} */ (
       given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
     );
-  /** @type {Map<number, import('./state.js').Standing>} */
+  /** @type {Map<number, Standing>} */
   const standing = new Map(proposed.map((part) => [thingOf[part], "proposed"]));
   const start = /** @type {State} */ ({
     viewpoint: {

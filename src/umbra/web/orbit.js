@@ -7,9 +7,6 @@
 import { measure, move } from "./vectors.js";
 import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./viewpoint.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */
-
 /**
  * @typedef {object} OrbitOptions
  * @property {Viewpoint} viewpoint

@@ -3,9 +3,6 @@
 
 import { DOT, PATCH } from "./mark_shaders.js";
 
-/** @typedef {import('./types.js').Overlay} Overlay */
-/** @typedef {import('./device.js').Device} Device */
-
 /**
  * Vertices of an overlay: those that are drawn at their fronts, then those at their backs.
  * @typedef {object} Laid

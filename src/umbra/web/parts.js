@@ -1,12 +1,7 @@
 // The model's objects: in both states, only after a change or only before it, or off.
 
-import { el, fill } from "./dom.js";
+import { choice, el, fill, fold } from "./dom.js";
 import { COMPARE } from "./state.js";
-
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./state.js').Standing} Standing */
-/** @typedef {import('./model.js').Model} Model */
 
 /**
  * @typedef {object} Thing an object of the model, which may have several parts: walls, a roof
@@ -79,13 +74,7 @@ export const makeParts = (app) => {
     /** @type {Standing} */ value,
     /** @type {(where: Standing) => void} */ act,
   ) => {
-    const select = el(
-      "select",
-      { "aria-label": label, onchange: () => act(/** @type {Standing} */ (select.value)) },
-      ...STANDINGS.map(([name, words]) =>
-        el("option", { value: name, selected: name === value }, words),
-      ),
-    );
+    const select = choice(label, STANDINGS, (where) => act(/** @type {Standing} */ (where)));
     select.value = value;
     return select;
   };
@@ -106,18 +95,10 @@ export const makeParts = (app) => {
         : [],
     );
   };
-  const all = el(
-    "select",
-    {
-      "aria-label": "Set all found",
-      onchange: () => {
-        if (all.value) put(found, /** @type {Standing} */ (all.value));
-        all.value = "";
-      },
-    },
-    el("option", { value: "" }, "Set all found…"),
-    ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)),
-  );
+  const all = choice("Set all found", [["", "Set all found…"], ...STANDINGS], (where) => {
+    if (where) put(found, /** @type {Standing} */ (where));
+    all.value = "";
+  });
   const modes = el(
     "fieldset",
     { class: "modes" },
@@ -137,10 +118,8 @@ export const makeParts = (app) => {
     ),
   );
   const hint = el("p", { class: "quiet" });
-  const element = el(
-    "details",
-    {},
-    el("summary", {}, "Objects, before and after"),
+  const element = fold(
+    "Objects, before and after",
     modes,
     hint,
     el("div", { class: "line" }, filter, all),

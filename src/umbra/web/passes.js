@@ -9,12 +9,7 @@ import { Overlays } from "./overlays.js";
 import { WEAKEST } from "./selection.js";
 import { cross, dot, move, scale, subtract, unit } from "./vectors.js";
 
-/** @typedef {import('./types.js').Style} Style */
-/** @typedef {import('./device.js').Device} Device */
-/** @typedef {import('./targets.js').Target} Target */
 /** @typedef {import('./selection.js').Selection} Selection */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./view.js').Sight} Sight */
 
 const INK = [0.045, 0.05, 0.065, 1]; // of what a section cuts, linear
 const NO_PLAN = [0, 0, 0, 0];
@@ -149,7 +144,7 @@ export class Passes {
    * Draw what one sees through: in full light, as nothing is known of the light behind it.
    * @param {Selection} stage
    * @param {Record<string, any>} common
-   * @param {import('./types.js').Light[]} lights
+   * @param {Light[]} lights
    */
   drawPanes(stage, common, lights) {
     const { device } = this,

@@ -3,9 +3,6 @@
 
 import { inflate, unpack } from "./packed.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
-
 /**
  * The grids as `pack_grids` of writers/packing.py packs them.
  * @typedef {object} Packed

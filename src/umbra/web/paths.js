@@ -3,11 +3,7 @@
 import { measure, move } from "./vectors.js";
 import { findEye } from "./viewpoint.js";
 
-/** @typedef {import('./types.js').Line} Line */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */
 /** @typedef {import('./sun.js').Sun} Sun */
-/** @typedef {import('./daylight.js').Day} Day */
 
 const RADIANS = Math.PI / 180;
 const RING = /** @type {Line['color']} */ ([0.24, 0.26, 0.35, 0.7]);

@@ -1,12 +1,9 @@
 // A place's day: when the sun reaches it, and which parts stand in between.
 
-import { findSun } from "./sun.js";
+import { findSpells, findSun } from "./sun.js";
 import { dot, measure, move } from "./vectors.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./sun.js').Site} Site */
-/** @typedef {import('./daylight.js').Day} Day */
 
 /**
  * @typedef {object} Place
@@ -19,8 +16,7 @@ import { dot, measure, move } from "./vectors.js";
  * @property {number} hours
  */
 
-const STEP = 60000; // between rays [ms]; shorter spells and gaps can be missed
-const CLOSE = 500; // of a spell's ends [ms]
+const STEP = 60000; // between rays [ms]
 const CLEARANCE = 1e-6; // of a ray's origin above its surface, of the model's size
 const GAP = 1e-3; // by which an assumed ground lies below the model, at most, of its size
 
@@ -45,7 +41,7 @@ const findOrigin = (model, place) => {
  * @param {Model} model
  * @param {Place} place
  * @param {Vec3} direction toward the light
- * @param {ArrayLike<number | boolean> | null} cast
+ * @param {Mask} cast
  */
 export const isLit = (model, place, direction, cast) =>
   (!place.normal || dot(place.normal, direction) > 0) &&
@@ -57,36 +53,13 @@ export const isLit = (model, place, direction, cast) =>
  * @param {Site} site
  * @param {Day} day
  * @param {Place} place
- * @param {ArrayLike<number | boolean> | null} cast
+ * @param {Mask} cast
  * @returns {Sunlight}
  */
 export const findSunlight = (model, site, day, place, cast) => {
   const isLitAt = (/** @type {number} */ instant) =>
     isLit(model, place, /** @type {Vec3} */ (findSun(site, instant).direction), cast);
-  /** @type {[number, number][]} */
-  const spells = [];
-  for (const [begin, end] of day.up) {
-    let was = isLitAt(begin),
-      since = begin;
-    for (let at = begin; at < end; at += STEP) {
-      const next = Math.min(at + STEP, end),
-        is = isLitAt(next);
-      if (is !== was) {
-        let low = at,
-          high = next;
-        while (high - low > CLOSE) {
-          const middle = (low + high) / 2;
-          if (isLitAt(middle) === was) low = middle;
-          else high = middle;
-        }
-        const change = (low + high) / 2;
-        if (was) spells.push([since, change]);
-        since = change;
-      }
-      was = is;
-    }
-    if (was) spells.push([since, end]);
-  }
+  const spells = day.up.flatMap(([begin, end]) => findSpells(isLitAt, begin, end, STEP));
   const sum = spells.reduce((total, [from, to]) => total + to - from, 0);
   return { spells, hours: sum / 3600000 };
 };
@@ -96,7 +69,7 @@ export const findSunlight = (model, site, day, place, cast) => {
  * @param {Model} model
  * @param {Place} place
  * @param {Vec3} direction toward the light
- * @param {ArrayLike<number | boolean> | null} cast
+ * @param {Mask} cast
  */
 export const findCasters = (model, place, direction, cast) => {
   const met = model.trace(findOrigin(model, place), direction, { cast, every: true });

@@ -1,15 +1,10 @@
 // The chosen place: its hours of sun on the date, and who stands in the sun's way now.
 
 import { tellClock } from "./timebar.js";
-import { el, fill } from "./dom.js";
+import { button, el, fill, fold } from "./dom.js";
 import { findCasters } from "./place.js";
 import { dot } from "./vectors.js";
 
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./state.js').Place} Place */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {ArrayLike<number | boolean> | null} Parts */
 
 const NAMED = 4; // casters that are named
 
@@ -27,18 +22,19 @@ export const tellHours = (hours) => {
 /** @param {App} app */
 export const makePlacePanel = (app) => {
   const body = el("div", { class: "place" });
-  const element = el("details", { open: true }, el("summary", {}, "At a place"), body);
+  const element = fold("At a place", body);
+  element.open = true;
   const zone = app.daylight.site?.zone ?? "UTC";
 
   /** What is kept while place, date and parts stay: only the sun's way changes with the time. */
   let kept = {
     key: "",
-    days: /** @type {{title: string, parts: Parts, sun: import('./place.js').Sunlight | null}[]} */ ([]),
+    days: /** @type {{title: string, parts: Mask, sun: import('./place.js').Sunlight | null}[]} */ ([]),
   };
   const findDays = (/** @type {State} */ state, /** @type {Place} */ place) => {
     const key = [app.revision, state.date, place.position.join()].join("|");
     if (kept.key !== key) {
-      const count = (/** @type {Parts} */ parts) => app.findSunlight(place, state.date, parts);
+      const count = (/** @type {Mask} */ parts) => app.findSunlight(place, state.date, parts);
       const days = [
         { title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) },
       ];
@@ -52,7 +48,7 @@ export const makePlacePanel = (app) => {
     const own = place.position.map((value, k) => (value + app.model.origin[k]).toFixed(2));
     return `x ${own[0]}, y ${own[1]}, z ${own[2]} m`;
   };
-  /** @param {Place} place @param {Parts} parts */
+  /** @param {Place} place @param {Mask} parts */
   const tellNow = (place, parts) => {
     const { sun } = app;
     if (sun.altitude <= 0) return "The sun is below the horizon.";
@@ -99,23 +95,11 @@ export const makePlacePanel = (app) => {
       el(
         "dl",
         { class: "figures" },
-        el("div", {}, el("dt", {}, "Sun"), el("dd", {}, tellHours(sun.hours))),
-        el(
-          "div",
-          {},
-          el("dt", {}, "First"),
-          el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none"),
-        ),
-        el(
-          "div",
-          {},
-          el("dt", {}, "Last"),
-          el(
-            "dd",
-            {},
-            sun.spells.length ? tellClock(zone, sun.spells[sun.spells.length - 1][1]) : "none",
-          ),
-        ),
+        ...[
+          ["Sun", tellHours(sun.hours)],
+          ["First", sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none"],
+          ["Last", sun.spells.length ? tellClock(zone, sun.spells.at(-1)?.[1] ?? 0) : "none"],
+        ].map(([name, figure]) => el("div", {}, el("dt", {}, name), el("dd", {}, figure))),
       );
     const spells =
       sun &&
@@ -202,8 +186,8 @@ export const makePlacePanel = (app) => {
               app.parts.put([object], where),
             ),
           ),
-        el("button", { type: "button", onclick: () => app.orbit.goTo(place.position) }, "Go there"),
-        el("button", { type: "button", onclick: () => app.set({ place: null }) }, "Clear"),
+        button("Go there", () => app.orbit.goTo(place.position)),
+        button("Clear", () => app.set({ place: null })),
       ),
     );
     if (hadFocus) body.querySelector("select")?.focus();

@@ -3,9 +3,6 @@
 import { findGap } from "./boxes.js";
 import { isBeyond } from "./view.js";
 
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./view.js').Sight} Sight */
-
 /** Its volume is out of view, or out of the light's range. */
 export const CULLED = 0;
 /** Case 1: nothing stands between the near rectangle and the light; sides, before the surface. */

@@ -27,18 +27,6 @@ import { findUniforms } from "./uniforms.js";
 import { move, scale, subtract } from "./vectors.js";
 import { Sight } from "./view.js";
 
-/** @typedef {import('./types.js').Camera} Camera */
-/** @typedef {import('./types.js').Hit} Hit */
-/** @typedef {import('./types.js').Light} Light */
-/** @typedef {import('./types.js').Overlay} Overlay */
-/** @typedef {import('./types.js').RendererOptions} RendererOptions */
-/** @typedef {import('./types.js').Statistics} Statistics */
-/** @typedef {import('./types.js').Style} Style */
-/** @typedef {import('./types.js').View} View */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./volumes.js').Mask} Mask */
-
 /** Radiance that a light of intensity 1 adds to a white face (umbra.scene). */
 const EXPOSURE = 0.8;
 
@@ -53,10 +41,18 @@ const STYLE = {
 };
 
 /**
- * Draws a model with its shadows into a canvas. `set...` keeps state, `draw` draws it once; nothing
- * is drawn on its own, and nothing is computed twice while it does not change.
+ * Draws a model with its shadows into a canvas. Its properties and `set...` keep state, `draw` draws
+ * it once; nothing is drawn on its own, and nothing is computed twice while it does not change.
  */
 export class Renderer {
+  // On the card: made by `begin`, again after a lost context.
+  device = /** @type {Device} */ (/** @type {unknown} */ (null));
+  buffers = /** @type {ReturnType<typeof makeBuffers>} */ (/** @type {unknown} */ (null));
+  targets = /** @type {Targets} */ (/** @type {unknown} */ (null));
+  passes = /** @type {Passes} */ (/** @type {unknown} */ (null));
+  /** @type {Selection[]} */
+  stages = [];
+
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Model} model
@@ -73,7 +69,7 @@ export class Renderer {
     /** @type {Statistics} */
     this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0 };
     this.samples = options.samples ?? 4;
-    /** @type {Light[]} */
+    /** @type {Light[]} none: night, ambient light alone */
     this.lights = [];
     const [low, high] = model.bounds;
     const middle = scale(move(low, high, 1), 0.5);
@@ -86,13 +82,16 @@ export class Renderer {
     this.show = null;
     /** @type {View[]} */
     this.views = [{}];
-    /** @type {number | null} */
+    /** @type {number | null} z of an endless ground plane that receives shadows [m] */
     this.ground = null;
     /** @type {Overlay | null} */
     this.overlay = null;
-    /** @type {[number, number, number, number] | null} */
+    /**
+     * A section: surfaces are drawn where a x + b y + c z + d >= 0; what is cut off still casts.
+     * @type {[number, number, number, number] | null}
+     */
     this.clip = null;
-    /** @type {import('./types.js').Line[]} */
+    /** @type {Line[]} drawn after all else */
     this.lines = [];
     this.style = { ...STYLE, ...options.style };
     this.surfaces = makeSurfaces(model);
@@ -119,22 +118,11 @@ export class Renderer {
   begin() {
     this.device = new Device(this.canvas);
     this.buffers = makeBuffers(this.device, this.model, this.surfaces);
-    /** @type {Selection[]} */
     this.stages = [];
     this.sights.clear();
     this.targets = new Targets(this.device);
     this.passes = new Passes(this.device);
     if (this.overlay) this.passes.overlays.set(this.overlay);
-  }
-
-  /** @param {Light[]} lights none: night, ambient light alone */
-  setLights(lights) {
-    this.lights = lights;
-  }
-
-  /** @param {Camera} camera */
-  setCamera(camera) {
-    this.camera = camera;
   }
 
   /**
@@ -152,28 +140,10 @@ export class Renderer {
     this.views = views?.length ? views : [{}];
   }
 
-  /** @param {number | null} z of an endless ground plane that receives shadows [m] */
-  setGround(z) {
-    this.ground = z;
-  }
-
   /** @param {Overlay | null} overlay */
   setOverlay(overlay) {
     this.overlay = overlay;
-    this.passes?.overlays.set(overlay);
-  }
-
-  /**
-   * A section: surfaces are drawn where a x + b y + c z + d >= 0; what is cut off still casts.
-   * @param {[number, number, number, number] | null} plane
-   */
-  setClip(plane) {
-    this.clip = plane;
-  }
-
-  /** @param {import('./types.js').Line[]} lines drawn after all else */
-  setLines(lines) {
-    this.lines = lines;
+    this.passes.overlays.set(overlay);
   }
 
   /** @param {Style} style changes what it names */
@@ -184,8 +154,7 @@ export class Renderer {
   /** Draw one frame. Call it in the same task as `canvas.toBlob` for a screenshot. */
   draw() {
     const begun = performance.now();
-    if (this.isLost || !this.device || !this.passes || !this.targets) return;
-    if (!fitCanvas(this.canvas, this.options.pixelRatio)) return;
+    if (this.isLost || !fitCanvas(this.canvas, this.options.pixelRatio)) return;
     const { device, canvas, passes, samples } = this;
     const { gl } = device;
     // Linear light in 10 bits; in sRGB's 8, each sample would be encoded and decoded again, which
@@ -224,7 +193,7 @@ export class Renderer {
     let sight = this.sights.get(key);
     if (!sight) {
       if (this.sights.size > 3) this.sights.clear();
-      sight = new Sight(camera, viewport[2], viewport[3], this.device?.reverses ?? false);
+      sight = new Sight(camera, viewport[2], viewport[3], this.device.reverses);
       sight.fit(this.model.blocks, this.ground);
       this.sights.set(key, sight);
     }
@@ -236,7 +205,6 @@ export class Renderer {
     const { viewport, scissor } = findRectangles(this.canvas, view);
     if (!(viewport[2] > 0 && viewport[3] > 0 && scissor[2] > 0 && scissor[3] > 0)) return;
     const { device, passes, style, lights } = this;
-    if (!device || !passes) return;
     const { gl } = device;
     const sight = this.findSight(view);
     const common = findUniforms(this, sight, device.setViewport(viewport));
@@ -255,7 +223,7 @@ export class Renderer {
       stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
       const within = stage.shadows.findScissor(sight);
       if (within) gl.scissor(...narrow(viewport, scissor, within));
-      if (k > 0) this.clearStencil();
+      if (k > 0) gl.clear(gl.STENCIL_BUFFER_BIT);
       stage.seen.listLit(stage.shadows.volumes.side);
       stage.shadows.count(sight, common);
       if (k > 0) passes.addLight(stage, common, shone[k]);
@@ -289,16 +257,11 @@ export class Renderer {
 
   /** Clear depth and stencil in the scissor. */
   clear() {
-    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
+    const { gl } = this.device;
     gl.depthMask(true);
     gl.stencilMask(255);
     gl.clearStencil(0);
     gl.clear(gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
-  }
-
-  clearStencil() {
-    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
-    gl.clear(gl.STENCIL_BUFFER_BIT);
   }
 
   /**
@@ -310,25 +273,18 @@ export class Renderer {
   findStage(view, isSolid = false) {
     const cast = view.cast === undefined ? this.cast : view.cast;
     const show = view.show === undefined ? (view.cast === undefined ? this.show : cast) : view.show;
-    const stages = /** @type {Selection[]} */ (this.stages);
+    const { stages, device, buffers } = this;
     const known = stages.find((stage) => stage.isOf(cast, show, isSolid));
     if (known) return known;
     if (stages.length >= 4) stages.shift()?.delete();
     const { model, creases, surfaces } = this;
-    const device = /** @type {Device} */ (this.device);
-    const buffers = /** @type {ReturnType<typeof makeBuffers>} */ (this.buffers);
     const shared = { device, model, creases, corners: surfaces.corners, ...buffers };
     const stage = new Selection(shared, cast, show, isSolid);
     stages.push(stage);
     return stage;
   }
 
-  /**
-   * Find what is seen at a place, in the view that is drawn there last.
-   * @param {number} x
-   * @param {number} y
-   * @returns {Hit | null}
-   */
+  /** @param {number} x @param {number} y as `pickPlace` of asked.js */
   pick(x, y) {
     return pickPlace(this, x, y);
   }
@@ -349,13 +305,7 @@ export class Renderer {
     return { x: (viewport[0] + seen.x) / this.ratio, y: (top + seen.y) / this.ratio };
   }
 
-  /**
-   * Count the shadow volumes of a light, modulo 256, at the centres of the first view's pixels.
-   * @param {number} light
-   * @param {number} [times] how many times as large a picture is drawn, odd: by default so that the
-   *   rasteriser's grid (1/16 pixel in software, 1/256 on cards) is finer than 1/64 pixel
-   * @returns {Int32Array} rows from the top; 0 where nothing is seen
-   */
+  /** @param {number} light @param {number} [times] as `readCounts` of asked.js */
   readCounts(light, times) {
     return readCounts(this, light, times);
   }
@@ -364,13 +314,12 @@ export class Renderer {
   dispose() {
     this.canvas.removeEventListener("webglcontextlost", this.lose);
     this.canvas.removeEventListener("webglcontextrestored", this.restore);
-    const { device } = this;
-    if (!device) return;
-    for (const stage of this.stages ?? []) stage.delete();
-    this.targets?.delete();
-    device.gl.deleteBuffer(this.buffers?.surface ?? null);
-    device.gl.deleteBuffer(this.buffers?.doubled ?? null);
-    this.passes?.delete();
+    const { device, buffers } = this;
+    for (const stage of this.stages) stage.delete();
+    this.targets.delete();
+    device.gl.deleteBuffer(buffers.surface);
+    device.gl.deleteBuffer(buffers.doubled);
+    this.passes.delete();
     for (const { program } of device.programs.values()) device.gl.deleteProgram(program);
     this.isLost = true;
   }

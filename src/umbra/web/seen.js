@@ -7,10 +7,7 @@ import { SURFACE } from "./surface_shaders.js";
 import { isBeyond } from "./view.js";
 import { List } from "./volumes.js";
 
-/** @typedef {import('./model.js').Model} Model */
 /** @typedef {import('./selection.js').Shared} Shared */
-/** @typedef {import('./view.js').Sight} Sight */
-/** @typedef {import('./volumes.js').Mask} Mask */
 
 /** Kinds of faces; the backs of solids are seen only where something cuts into them. */
 const [HIDDEN, SOLID, SHEET, PANE] = [0, 1, 2, 3];

@@ -7,11 +7,6 @@ import { dot } from "./vectors.js";
 import { isBeyond } from "./view.js";
 import { List } from "./volumes.js";
 
-/** @typedef {import('./device.js').Device} Device */
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./view.js').Sight} Sight */
-/** @typedef {import('./volumes.js').Mask} Mask */
-
 /**
  * What all selections of a model share.
  * @typedef {object} Shared
@@ -138,7 +133,7 @@ export class Selection {
  * The depth of the nearest corner of a box, from the origin along a direction.
  * @param {Float64Array} boxes
  * @param {number} box
- * @param {import('./types.js').Vec3} forward
+ * @param {Vec3} forward
  */
 function findDepth(boxes, box, forward) {
   let low = 0;

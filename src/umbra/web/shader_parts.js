@@ -13,6 +13,17 @@ invariant gl_Position;
 vec3 fromEye(vec3 place) { return (place - eyeHigh) - eyeLow; }
 `;
 
+/** Surfaces end where the plane `cut`, relative to the eye, is below 0: vertex and fragment shader. */
+export const MEASURE_CUT = `
+uniform vec4 cut;
+out float kept;
+void measureCut(vec3 at) { kept = dot(cut.xyz, at) + cut.w; }
+`;
+export const END_AT_CUT = `
+in float kept;
+void endAtCut() { if (kept < 0.0) discard; }
+`;
+
 export const AMBIENT = `
 const vec3 FROM_SKY = vec3(0.16525, 0.20510, 0.25176); // umbra.scene.camera.FROM_SKY
 const vec3 FROM_GROUND = vec3(0.10029, 0.10029, 0.09628); // and FROM_GROUND

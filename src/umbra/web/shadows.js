@@ -6,13 +6,6 @@ import { CLAMPED_VOLUME, VOLUME } from "./volume_shaders.js";
 import { dot, move, subtract, unit } from "./vectors.js";
 import { Volumes } from "./volumes.js";
 
-/** @typedef {import('./types.js').Light} Light */
-/** @typedef {import('./device.js').Device} Device */
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./placement.js').Throw} Throw */
-/** @typedef {import('./view.js').Sight} Sight */
-/** @typedef {import('./volumes.js').Mask} Mask */
-
 const BELOW = 0.002; // from the lowest receiver to the bottom of volumes, in sizes of the scene
 const LEAST_TIP = 1e-4; // a lamp's volumes end at 10,000 times the distance, or at infinity
 const PARALLEL_TIP = 1e-3; // and at a thousand times in parallel views, which have no infinity

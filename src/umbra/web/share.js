@@ -1,10 +1,8 @@
 // What one takes away: a link, a file of the view, a picture.
 
 import { KEYS } from "./orbit.js";
-import { el, fill } from "./dom.js";
+import { button, el, fill, fold } from "./dom.js";
 import { fromLink, toLink } from "./state.js";
-
-/** @typedef {import('./app.js').App} App */
 
 /** @param {Blob} blob @param {string} name */
 const download = (blob, name) => {
@@ -67,12 +65,8 @@ export const makeShare = (app) => {
       file.value = "";
     },
   });
-  const button = (/** @type {string} */ words, /** @type {() => void} */ act) =>
-    el("button", { type: "button", onclick: act }, words);
-  const keys = el(
-    "details",
-    {},
-    el("summary", {}, "Mouse, fingers and keys"),
+  const keys = fold(
+    "Mouse, fingers and keys",
     el(
       "p",
       { class: "quiet" },
@@ -87,10 +81,8 @@ export const makeShare = (app) => {
       ...KEYS.map(([key, words]) => el("div", {}, el("dt", {}, key), el("dd", {}, words))),
     ),
   );
-  const element = el(
-    "details",
-    {},
-    el("summary", {}, "Share and save"),
+  const element = fold(
+    "Share and save",
     el(
       "div",
       { class: "line" },

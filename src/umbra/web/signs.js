@@ -5,11 +5,7 @@ import { isUp } from "./paths.js";
 import { measure, move } from "./vectors.js";
 import { project } from "./viewpoint.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./paths.js').Dome} Dome */
-/** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */
 /** @typedef {import('./sun.js').Sun} Sun */
-/** @typedef {import('./daylight.js').Day} Day */
 
 /**
  * @typedef {object} Signs

@@ -8,12 +8,6 @@ import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
 import { findEye } from "./viewpoint.js";
 
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./types.js').View} View */
-/** @typedef {import('./signs.js').Signs} Signs */
-
 const DAY = { sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.95, 0.93, 0.89] };
 const DUSK = { sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] };
 const NIGHT = { sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] };
@@ -57,7 +51,7 @@ export class Stage {
     if (!pen) throw new Error("this browser draws no 2D canvas");
     this.pen = pen;
     /** The compass and the paths, which change with the date and the view. */
-    this.lined = { key: "", lines: /** @type {import('./types.js').Line[]} */ ([]) };
+    this.lined = { key: "", lines: /** @type {Line[]} */ ([]) };
     this.hidden = { key: "", places: /** @type {Map<string, boolean>} */ (new Map()) };
     this.canvas.addEventListener("focus", () => app.redraw());
     this.canvas.addEventListener("blur", () => app.redraw());
@@ -77,29 +71,29 @@ export class Stage {
       { wide, high } = this.size,
       { viewpoint } = state;
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
-    renderer.setCamera({
+    renderer.camera = {
       eye: findEye(viewpoint),
       target: viewpoint.target,
       fov: viewpoint.fov,
       near,
-    });
+    };
     const direction = /** @type {Vec3} */ (app.sun.direction);
-    renderer.setLights(app.sun.altitude > 0 ? [{ direction }] : []);
+    renderer.lights = app.sun.altitude > 0 ? [{ direction }] : [];
     renderer.setStyle({ ...findColors(app.sun.altitude), edges: state.hasEdges });
-    renderer.setClip(app.plane);
+    renderer.clip = app.plane;
     renderer.setViews(this.#findViews(state, wide, high));
     if (state.compare !== "swipe" && state.compare !== "beside") {
       renderer.setParts(app[state.compare], app.seen[state.compare]);
     }
     const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
-    renderer.setLines(this.#findLines(state, dome));
+    renderer.lines = this.#findLines(state, dome);
     const now = performance.now(),
       level = isFine ? 0 : this.pace.begin(now);
     const { samples, scale } = LEVELS[level];
     renderer.samples = samples;
     renderer.options.pixelRatio = (window.devicePixelRatio || 1) * scale;
     renderer.draw();
-    if (renderer.device) this.pace.watch(renderer.device.gl, level, now);
+    this.pace.watch(renderer.device.gl, level, now);
     this.#drawSigns(state, dome, wide, high);
   }
 

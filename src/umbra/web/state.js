@@ -2,10 +2,6 @@
 
 import { isDate } from "./clock.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./viewpoint.js').Viewpoint} Viewpoint */
-/** @typedef {import('./place.js').Place} Place */
-
 /** Where an object stands: in both states, only after or only before a change, or nowhere. */
 /** @typedef {'on' | 'proposed' | 'removed' | 'off'} Standing */
 /** @typedef {'after' | 'before' | 'swipe' | 'beside'} Compare */

@@ -210,31 +210,37 @@ export const makeDirection = (altitude, azimuth) => {
 /** Altitude of the centre when the upper limb touches the horizon [degrees]. */
 export const RIM = -SUN_RADIUS;
 
+const CLOSE = 500; // of the ends of a spell [ms]
+
 /**
- * Find the instants between two others at which the sun's altitude passes a level, to a second.
- * @param {Site} site @param {number} from [ms] @param {number} to [ms]
- * @param {number} level [degrees]
- * @returns {{ instant: number, isRise: boolean }[]}
+ * Find the spells in which something holds, their ends to half a second.
+ * @param {(instant: number) => boolean} holds
+ * @param {number} from [ms] @param {number} to [ms]
+ * @param {number} step between looks [ms]; shorter spells and gaps can be missed
+ * @returns {[number, number][]}
  */
-export const findCrossings = (site, from, to, level = 0) => {
-  const isUp = (/** @type {number} */ when) => findSun(site, when).altitude > level;
-  const found = [];
-  const step = 600000;
-  let was = isUp(from);
+export const findSpells = (holds, from, to, step) => {
+  /** @type {[number, number][]} */
+  const spells = [];
+  let was = holds(from),
+    since = from;
   for (let at = from; at < to; at += step) {
     const next = Math.min(at + step, to),
-      is = isUp(next);
+      is = holds(next);
     if (is !== was) {
       let low = at,
         high = next;
-      while (high - low > 500) {
+      while (high - low > CLOSE) {
         const middle = (low + high) / 2;
-        if (isUp(middle) === was) low = middle;
+        if (holds(middle) === was) low = middle;
         else high = middle;
       }
-      found.push({ instant: (low + high) / 2, isRise: is });
+      const change = (low + high) / 2;
+      if (was) spells.push([since, change]);
+      since = change;
     }
     was = is;
   }
-  return found;
+  if (was) spells.push([since, to]);
+  return spells;
 };

@@ -1,6 +1,6 @@
 // Programs of surfaces, ground, sky and sections, and of the picture as a whole.
 
-import { AMBIENT, COVER, HEAD, LAMBERT, PLACE } from "./shader_parts.js";
+import { AMBIENT, COVER, END_AT_CUT, HEAD, LAMBERT, MEASURE_CUT, PLACE } from "./shader_parts.js";
 
 const RICH = "#define RICH\n";
 
@@ -170,20 +170,17 @@ void main() {
 
 /** What a section cuts off a solid: counted in the stencil, front and back. */
 export const CUT = {
-  vertex: `${HEAD}${PLACE}
+  vertex: `${HEAD}${PLACE}${MEASURE_CUT}
 layout(location = 0) in vec3 place;
-uniform vec4 cut;
-out float kept;
 void main() {
   vec3 at = fromEye(place);
   gl_Position = projection * vec4(at, 1.0);
-  kept = dot(cut.xyz, at) + cut.w;
+  measureCut(at);
 }`,
-  fragment: `${HEAD}
-in float kept;
+  fragment: `${HEAD}${END_AT_CUT}
 out vec4 color;
 void main() {
-  if (kept < 0.0) discard;
+  endAtCut();
   color = vec4(1.0);
 }`,
 };

@@ -2,9 +2,6 @@
 
 import { dot } from "./vectors.js";
 
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./device.js').Device} Device */
-
 const STRIDE = 24; // bytes: place 12, normal 8, colour 4
 const CREASE = Math.cos((25 * Math.PI) / 180); // normals that differ by more meet in a crease
 const SMOOTH = 511; // steps of an octahedral normal to each side (pack.py)

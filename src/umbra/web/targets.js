@@ -1,7 +1,5 @@
 // Where pictures are drawn, and what of it a canvas keeps.
 
-/** @typedef {import('./device.js').Device} Device */
-
 /** Where pictures are drawn: several samples a pixel, and what they resolve to. */
 export class Target {
   /**
@@ -19,15 +17,13 @@ export class Target {
     const most = Math.max(0, ...gl.getInternalformatParameter(gl.RENDERBUFFER, format, gl.SAMPLES));
     this.asked = samples;
     this.samples = samples > 1 ? Math.min(samples, most) : 0;
-    this.depth = gl.createRenderbuffer();
-    gl.bindRenderbuffer(gl.RENDERBUFFER, this.depth);
-    gl.renderbufferStorageMultisample(
-      gl.RENDERBUFFER,
-      this.samples,
-      gl.DEPTH32F_STENCIL8,
-      columns,
-      rows,
-    );
+    const makeRenderbuffer = (/** @type {number} */ kind) => {
+      const made = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, made);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, this.samples, kind, columns, rows);
+      return made;
+    };
+    this.depth = makeRenderbuffer(gl.DEPTH32F_STENCIL8);
     this.texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texStorage2D(gl.TEXTURE_2D, 1, format, columns, rows);
@@ -46,9 +42,7 @@ export class Target {
     /** @type {WebGLFramebuffer | null} */
     this.resolved = null;
     if (this.samples) {
-      this.color = gl.createRenderbuffer();
-      gl.bindRenderbuffer(gl.RENDERBUFFER, this.color);
-      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, this.samples, format, columns, rows);
+      this.color = makeRenderbuffer(format);
       gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, this.color);
       this.resolved = gl.createFramebuffer();
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.resolved);

@@ -1,38 +1,10 @@
 // Date and time of day: sliders, typed values, and a day or a year that plays.
 
-import {
-  addDays,
-  findDayOfYear,
-  findInstant,
-  isDate,
-  nameZone,
-  parseMinutes,
-  readClock,
-  tellMinutes,
-} from "./clock.js";
-import { el, fill, icon, slider } from "./dom.js";
+import { addDays, findDayOfYear, findInstant, isDate } from "./clock.js";
+import { nameZone, parseMinutes, readClock, tellMinutes } from "./clock.js";
+import { button, el, fill, icon, slider } from "./dom.js";
 
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-
-const WINDS = [
-  "N",
-  "NNE",
-  "NE",
-  "ENE",
-  "E",
-  "ESE",
-  "SE",
-  "SSE",
-  "S",
-  "SSW",
-  "SW",
-  "WSW",
-  "W",
-  "WNW",
-  "NW",
-  "NNW",
-];
+const WINDS = "N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split(" ");
 const DAY_SPEED = 60,
   YEAR_SPEED = 14; // minutes and days that pass in a second
 const MONTHS = ["J", "F", "M", "A", "M", "J", "J", "A", "S", "O", "N", "D"];
@@ -48,6 +20,9 @@ export const tellClock = (zone, instant) => tellMinutes(readClock(zone, instant 
  * @param {string} year @param {number} n
  */
 const findDate = (year, n) => addDays(`${year}-01-01`, n);
+
+/** @param {...Element} children */
+const line = (...children) => el("div", { class: "line" }, ...children);
 
 /** @param {App} app */
 export const makeTimebar = (app) => (app.daylight.site ? makeClockBar(app) : makeAngleBar(app));
@@ -103,16 +78,12 @@ const makeClockBar = (app) => {
     },
   });
   const makePlay = (/** @type {'day' | 'year'} */ what) =>
-    el("button", {
-      type: "button",
+    button("", () => app.set({ playing: app.state.playing === what ? null : what, share: 0 }), {
       class: "play",
       "aria-label": `Play the ${what}`,
       title: `Play the ${what}`,
-      "aria-pressed": "false",
-      onclick: () => app.set({ playing: app.state.playing === what ? null : what, share: 0 }),
     });
-  const playDay = makePlay("day"),
-    playYear = makePlay("year");
+  const plays = { day: makePlay("day"), year: makePlay("year") };
   const told = el("p", { class: "told", "aria-live": "off" });
   const months = el(
     "div",
@@ -122,20 +93,8 @@ const makeClockBar = (app) => {
   const element = el(
     "section",
     { class: "timebar", "aria-label": "Time and date" },
-    el(
-      "div",
-      { class: "line" },
-      playDay,
-      el("div", { class: "track daytrack" }, time.input),
-      typedTime,
-    ),
-    el(
-      "div",
-      { class: "line" },
-      playYear,
-      el("div", { class: "track" }, date.input, months),
-      typedDate,
-    ),
+    line(plays.day, el("div", { class: "track daytrack" }, time.input), typedTime),
+    line(plays.year, el("div", { class: "track" }, date.input, months), typedDate),
     told,
   );
 
@@ -189,14 +148,11 @@ const makeClockBar = (app) => {
     const shown = tellMinutes(state.minutes);
     if (document.activeElement !== typedTime || state.playing) typedTime.value = shown;
     if (typedDate.value !== state.date) typedDate.value = state.date;
-    for (const [button, what] of /** @type {const} */ ([
-      [playDay, "day"],
-      [playYear, "year"],
-    ])) {
-      const isOn = state.playing === what;
-      if (button.getAttribute("aria-pressed") === String(isOn) && button.firstChild) continue;
-      button.setAttribute("aria-pressed", String(isOn));
-      fill(button, icon(isOn ? "pause" : "play"), what);
+    for (const what of /** @type {const} */ (["day", "year"])) {
+      const isOn = String(state.playing === what);
+      if (plays[what].getAttribute("aria-pressed") === isOn) continue;
+      plays[what].setAttribute("aria-pressed", isOn);
+      fill(plays[what], icon(state.playing === what ? "pause" : "play"), what);
     }
     const day = app.daylight.day(state.date),
       { sun } = app;
@@ -264,9 +220,7 @@ const makeAngleBar = (app) => {
       one,
       typed,
       name,
-      line: el(
-        "div",
-        { class: "line" },
+      line: line(
         el("span", { class: "name" }, label),
         el("div", { class: "track" }, one.input),
         typed,

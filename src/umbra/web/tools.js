@@ -1,13 +1,9 @@
 // Hours of a study, a section through the model, measured distances, and what is drawn besides.
 
-import { el, fill, slider } from "./dom.js";
+import { button, choice, el, fill, fold, slider } from "./dom.js";
 import { tellLength } from "./signs.js";
 import { AXES } from "./state.js";
 import { measure } from "./vectors.js";
-
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./types.js').Vec3} Vec3 */
 
 /**
  * @param {App} app
@@ -36,10 +32,8 @@ export const makeHours = (app) => {
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) =>
     el("span", {}, Number((share * hours.most).toFixed(1))),
   );
-  const element = el(
-    "details",
-    { open: true },
-    el("summary", {}, "Hours of the study"),
+  const element = fold(
+    "Hours of the study",
     one.label,
     el(
       "figure",
@@ -49,6 +43,7 @@ export const makeHours = (app) => {
     ),
     el("p", { class: "quiet" }, hours.note),
   );
+  element.open = true;
   return {
     element,
     update: (/** @type {State} */ state) => {
@@ -67,12 +62,7 @@ export const makeDrawn = (app) => {
     makeSwitch(app, "hasCompass", "Compass on the ground"),
     makeSwitch(app, "hasEdges", "Edges of the model"),
   ];
-  const element = el(
-    "details",
-    {},
-    el("summary", {}, "What is drawn"),
-    ...all.map((one) => one.label),
-  );
+  const element = fold("What is drawn", ...all.map((one) => one.label));
   const update = (/** @type {State} */ state) => {
     for (const { input, name } of all) input.checked = state[name];
   };
@@ -119,25 +109,11 @@ export const makeSection = (app) => {
     north: "Across, west to east",
     east: "Along, south to north",
   };
-  const select = el(
-    "select",
-    {
-      "aria-label": "Section",
-      onchange: () => {
-        const axis = AXES.find((one) => one === select.value);
-        app.set({
-          section: axis
-            ? {
-                axis,
-                at: app.state.section?.at ?? 0.5,
-                flipped: app.state.section?.flipped ?? false,
-              }
-            : null,
-        });
-      },
-    },
-    ...Object.entries(names).map(([value, words]) => el("option", { value }, words)),
-  );
+  const select = choice("Section", Object.entries(names), (value) => {
+    const axis = AXES.find((one) => one === value);
+    const { at, flipped } = app.state.section ?? { at: 0.5, flipped: false };
+    app.set({ section: axis ? { axis, at, flipped } : null });
+  });
   const change = (/** @type {Partial<import('./state.js').Section>} */ some) => {
     if (app.state.section) app.set({ section: { ...app.state.section, ...some } });
   };
@@ -156,21 +132,10 @@ export const makeSection = (app) => {
     (at) => change({ at }),
     tell,
   );
-  const flip = el(
-    "button",
-    { type: "button", onclick: () => change({ flipped: !app.state.section?.flipped }) },
-    "Other side",
-  );
+  const flip = button("Other side", () => change({ flipped: !app.state.section?.flipped }));
   const told = el("span", { class: "quiet" });
   const more = el("div", { class: "line" }, where.input, flip);
-  const element = el(
-    "details",
-    {},
-    el("summary", {}, "Section"),
-    el("div", { class: "line" }, select),
-    more,
-    told,
-  );
+  const element = fold("Section", el("div", { class: "line" }, select), more, told);
   const update = (/** @type {State} */ { section }) => {
     select.value = section?.axis ?? "";
     more.hidden = !section;
@@ -182,21 +147,14 @@ export const makeSection = (app) => {
 
 /** @param {App} app */
 export const makeMeasure = (app) => {
-  const button = el(
-    "button",
-    {
-      type: "button",
-      "aria-pressed": "false",
-      onclick: () =>
-        app.set({ tool: app.state.tool === "measure" ? "choose" : "measure", begun: null }),
-    },
-    "Measure a distance",
+  const toggle = button("Measure a distance", () =>
+    app.set({ tool: app.state.tool === "measure" ? "choose" : "measure", begun: null }),
   );
   const list = el("ul", { class: "things" }),
     hint = el("p", { class: "quiet", role: "status" });
-  const element = el("details", {}, el("summary", {}, "Distances"), button, hint, list);
+  const element = fold("Distances", toggle, hint, list);
   const update = (/** @type {State} */ { tool, begun, distances }) => {
-    button.setAttribute("aria-pressed", String(tool === "measure"));
+    toggle.setAttribute("aria-pressed", String(tool === "measure"));
     fill(
       hint,
       tool !== "measure"
@@ -227,14 +185,10 @@ export const makeMeasure = (app) => {
               `level ${tellLength(Math.hypot(to[0] - from[0], to[1] - from[1]))}, height ${tellLength(Math.abs(to[2] - from[2]))}`,
             ),
           ),
-          el(
-            "button",
-            {
-              type: "button",
-              "aria-label": `Remove distance ${k + 1}`,
-              onclick: () => app.set({ distances: distances.filter((_, other) => other !== k) }),
-            },
+          button(
             "Remove",
+            () => app.set({ distances: distances.filter((_, other) => other !== k) }),
+            { "aria-label": `Remove distance ${k + 1}` },
           ),
         ),
       ),

@@ -2,8 +2,6 @@
 
 import { misses } from './boxes.js';
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-/** @typedef {import('./model.js').Model} Model */
 /** @typedef {{part: number, face: number, distance: number}} Crossing */
 
 /**
@@ -11,7 +9,7 @@ import { misses } from './boxes.js';
  * @param {Model} model
  * @param {Vec3} from
  * @param {Vec3} towards distances are in its length
- * @param {{cast?: ArrayLike<number | boolean> | null, every?: boolean, reach?: number}} options
+ * @param {{cast?: Mask, every?: boolean, reach?: number}} options
  * @returns {Crossing[]}
  */
 export function traceRay(model, from, towards, { cast = null, every = false, reach = Infinity }) {

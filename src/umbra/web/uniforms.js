@@ -2,9 +2,6 @@
 
 import { dot, subtract } from "./vectors.js";
 
-/** @typedef {import('./renderer.js').Renderer} Renderer */
-/** @typedef {import('./view.js').Sight} Sight */
-
 /**
  * @param {Renderer} renderer
  * @param {Sight} sight

@@ -1,6 +1,5 @@
 // Vectors of three numbers, planes and 4 x 4 matrices (row-major, in float64).
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {ArrayLike<number>} Numbers */
 
 /** @param {Numbers} a @param {Numbers} b @returns {Vec3} */

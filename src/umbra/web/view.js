@@ -2,9 +2,6 @@
 
 import { cross, dot, length, move, scale, subtract, transform, unit } from "./vectors.js";
 
-/** @typedef {import('./types.js').Camera} Camera */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 const NEAR = 0.1; // [m]
 const MARGIN = 1e-6; // widening of planes, relative to the near rectangle's coordinates
 const HORIZON = 300; // depth of an orthographic view, in sizes of what it sees

@@ -3,8 +3,6 @@
 import { makeBoxes, widen } from "./boxes.js";
 import { dot, measure, move } from "./vectors.js";
 
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 /**
  * @typedef {object} Viewpoint
  * @property {Vec3} target centre of the orbit, local [m]
@@ -144,7 +142,7 @@ const SPARSE = 80,
 
 /**
  * Find the box where most objects stand, of a model in which they would be specks; else null.
- * @param {import('./model.js').Model} model
+ * @param {Model} model
  * @param {number[]} owner object of each part
  * @returns {[Vec3, Vec3] | null}
  */

@@ -6,10 +6,6 @@
 
 import { CULLED, Z_PASS, Z_FAIL_CAP, findUnseen, placeShells } from "./placement.js";
 
-/** @typedef {import('./model.js').Model} Model */
-/** @typedef {import('./placement.js').Throw} Throw */
-/** @typedef {import('./view.js').Sight} Sight */
-/** @typedef {ArrayLike<number | boolean> | null} Mask per part; null: all */
 
 /** Indices that grow as needed. */
 export class List {

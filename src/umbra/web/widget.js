@@ -3,10 +3,6 @@
 import { isDate, parseMinutes, tellMinutes } from "./clock.js";
 import { mount } from "./mount.js";
 
-/** @typedef {import('./app.js').App} App */
-/** @typedef {import('./state.js').State} State */
-/** @typedef {import('./types.js').Vec3} Vec3 */
-
 /**
  * The part of a widget's model that is used here.
  * @typedef {object} Shared

@@ -11,15 +11,15 @@ canvas.style.width = `${wide}px`;
 canvas.style.height = `${high}px`;
 const renderer = new kit.Renderer(canvas, model, { pixelRatio: 1 });
 const local = (place) => place.map((v, k) => v + data.origin[k] - model.origin[k]);
-renderer.setGround(local([0, 0, 0])[2]);
-renderer.setCamera({ eye: local(data.eye), target: local([0, 0, 0]), fov: 45, near: 1 });
+renderer.ground = local([0, 0, 0])[2];
+renderer.camera = { eye: local(data.eye), target: local([0, 0, 0]), fov: 45, near: 1 };
 globalThis.gl = renderer.device.gl;
 let tick = 0;
 globalThis.draw = (samples, scale) => {
   const turn = 0.6 + 0.004 * tick++;
   renderer.samples = samples;
   renderer.options.pixelRatio = scale;
-  renderer.setLights([{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }]);
+  renderer.lights = [{ direction: [0.7 * Math.cos(turn), 0.7 * Math.sin(turn), 0.6] }];
   renderer.draw();
 };
 frames(1, 4, 1);

@@ -12,7 +12,7 @@ const makeModel = async () => {
   const sheet = document.createElement("canvas"), shot = document.createElement("canvas"), shotPen = shot.getContext("2d");
   const renderer = new kit.Renderer(sheet, model, { style: { background: false } });
   renderer.setParts(new Uint8Array(model.parts.length), null);
-  renderer.setLights([{ direction: LAMP }]);
+  renderer.lights = [{ direction: LAMP }];
   const eye = makeCamera(), { camera } = eye, [low, high] = model.bounds;
   const far = EYE * Math.hypot(...high.map((v, k) => v - low[k]));
   const positions = Float32Array.from({ length: 3 * count }, (_, i) => (isSampled ? 0 : place(Math.floor(i / 3))[i % 3]));
@@ -25,7 +25,7 @@ const makeModel = async () => {
     aim = eye.aim(sheet.width, sheet.height, dotOf() / coarse);
     const { toward, up, scale } = aim, from = camera.middle.map((v, k) => v + far * toward[k]);
     const near = Math.max(far - camera.near, 1e-3);
-    renderer.setCamera({ eye: from, target: [...camera.middle], up, height: sheet.height / scale, near });
+    renderer.camera = { eye: from, target: [...camera.middle], up, height: sheet.height / scale, near };
   };
   const render = () => {
     aimAt();
