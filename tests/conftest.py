@@ -2,6 +2,7 @@
 
 import signal
 
+import numpy as np
 import pytest
 from support.chromium import Chromium, Page, find_chromium
 from support.skips import WANTS, find_unexpected, read_reason, tell
@@ -9,6 +10,17 @@ from support.skips import WANTS, find_unexpected, read_reason, tell
 # A shell that runs the suite in the background has it ignore Ctrl-C, and so do its
 # children; the tests of Ctrl-C need it heard, as in front of a terminal.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+_COUNTING = {"cpu", "oracle", "rays", "volume"}
+
+
+@pytest.fixture(autouse=True)
+def _raise_on_float_errors(request):
+    """Overflow, division by zero and invalid values are errors in tests of counting."""
+    how = "raise" if request.path.parent.name in _COUNTING else None
+    with np.errstate(divide=how, over=how, invalid=how):
+        yield
 
 
 @pytest.fixture(autouse=True, scope="session")

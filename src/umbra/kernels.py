@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
 from numba.core.options import DefaultOptions
 from numba.core.types import unliteral
+from numba.extending import intrinsic
 
-__all__ = ["borrowing", "inlined"]
+__all__ = ["borrowing", "cross", "dot", "find_lowest", "inlined", "inner"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -15,8 +17,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 _INNER: dict[str, Any] = {
     "cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
-if hasattr(DefaultOptions, "_nrt"):
-    _INNER["_nrt"] = False
+_BORROWING = _INNER | ({"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {})
+
+
+def inner(kernel: F, **options: Any) -> F:
+    """Compile a kernel that only kernels call; Python cannot. ``options`` are numba's."""
+    compiled: F = njit(**{**_INNER, **options})(kernel)
+    return compiled
 
 
 def borrowing(kernel: F, **options: Any) -> F:
@@ -29,7 +36,7 @@ def borrowing(kernel: F, **options: Any) -> F:
     others that it calls need this decorator, or ``inlined``, too. Python cannot call it.
     ``options`` are numba's.
     """
-    compiled: Any = njit(**{**_INNER, **options})(kernel)
+    compiled: Any = njit(**{**_BORROWING, **options})(kernel)
     if hasattr(compiled, "get_call_template"):  # it has not without the compiler
         find = compiled.get_call_template
         # A constant argument is a number like any other: for each it would be compiled once more.
@@ -45,3 +52,25 @@ def inlined(kernel: F, **options: Any) -> F:
     Unlike ``inline="always"``, its types are found once and not in each place.
     """
     return borrowing(kernel, forceinline=True, **options)
+
+
+@inlined
+def dot(p, q):
+    """Return the scalar product of two tuples of three."""
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+@inlined
+def cross(p, q):
+    """Return the vector product of two tuples of three."""
+    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+
+
+@intrinsic
+def find_lowest(_: Any, _bits: Any) -> Any:  # numpydoc ignore=RT01
+    """Find the lowest set bit of a nonzero int64."""
+
+    def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.IntType(1)(1))
+
+    return types.int64(types.int64), generate

@@ -3,7 +3,8 @@
 import numpy as np
 from numba import njit
 
-from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
+from umbra.kernels import find_lowest
+from umbra.rays.lanes import LANES, meet_rectangles
 
 
 @njit

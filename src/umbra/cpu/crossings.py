@@ -6,11 +6,14 @@ sun; only their multiplicities change, and from one sun to the next only a few d
 are kept from sun to sun, and the changes are added to them.
 """
 
+from functools import partial
+
 import numpy as np
 from numba import get_thread_id, njit, prange
 
 from umbra.cpu.lanes import FEW_LANES, write_crossings
 from umbra.cpu.sweep import bound_counts
+from umbra.kernels import borrowing, inner
 
 __all__ = ["count_winding", "sweep"]
 
@@ -20,7 +23,7 @@ _CLEAR = 2.0**-10  # distance from the raster [cells], and share of coordinates,
 _ROUNDING = 2.0**-44  # is far above rounding
 
 
-@njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
+@partial(borrowing, boundscheck=False, error_model="numpy")
 def _clip(x, y, rise, clear, rows, first, after, more, south):
     """
     Return the first column and the end of those where a line may cross a raster's rows.
@@ -41,7 +44,7 @@ def _clip(x, y, rise, clear, rows, first, after, more, south):
     return kept, stop
 
 
-@njit(cache=True, nogil=True, boundscheck=False, error_model="numpy")
+@partial(inner, boundscheck=False, error_model="numpy")
 def _cross(ends, weight, codes, slope_x, slope_y, corner, diff, south, loads):
     """
     Add each edge's multiplicity where it crosses columns, south of the raster as ``_clip`` does.
@@ -113,7 +116,7 @@ def _cross(ends, weight, codes, slope_x, slope_y, corner, diff, south, loads):
     return lowest // cols, highest // cols, spill < 0 or spill >= 2 * half
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(borrowing, boundscheck=False)
 def _find_turned(planes, is_open, sun, states, held, codes):
     """
     List the edges in the plane whose multiplicity changes; return their number.
@@ -133,7 +136,7 @@ def _find_turned(planes, is_open, sun, states, held, codes):
     return n
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(borrowing, boundscheck=False)
 def _sum_up(diff, base, first, last, level, is_count, out):
     """
     Sum columns of ``diff`` and ``base`` over some rows; reset ``diff`` to 0.

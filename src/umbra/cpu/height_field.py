@@ -9,6 +9,7 @@ the side's height is affine.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numba import get_thread_id, njit, prange
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.sweep import Sweep, bound_counts
+from umbra.kernels import borrowing, inner
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -165,7 +167,7 @@ def _choose_edges(
     return caster, caster.ends(placed)
 
 
-@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
+@partial(borrowing, boundscheck=False, fastmath={"nsz", "nnan"})
 def _add_spans(listed, n, tops, held):
     """
     Add multiplicities to the cells below sides.
@@ -197,7 +199,7 @@ def _add_spans(listed, n, tops, held):
                 x += _LANES
 
 
-@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
+@partial(borrowing, boundscheck=False, fastmath={"nsz", "nnan"})
 def _find_end(edge, kx, ky, floor, lowest, box):
     """
     Return the height below which all cells along a side lie above it, so that it may end there.
@@ -255,7 +257,7 @@ def _lay_out(x0, y0, az, x1, y1, bz, kx, ky, end, box):
     return x2, y2, x3, y3, r0, r1, least, most
 
 
-@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
+@partial(inner, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     row, col = corner
@@ -355,7 +357,7 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level
     return bound_counts(load) > limit or touched == np.inf
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(borrowing, boundscheck=False)
 def _add_steps(level, out, cells, face, lit, sun):
     """Add 1 to every cell in shadow, cast or attached; reset ``level`` to 0."""
     for q in range(cells.size):

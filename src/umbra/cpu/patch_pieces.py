@@ -27,7 +27,7 @@ from umbra.cpu.patch_work import (
 )
 from umbra.cpu.patches import Patches
 from umbra.cpu.shares import Membership, add_shares, make_share_work
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, inlined, inner
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -164,7 +164,7 @@ def _add(patches, bins, edges, tree, faces, suns, weights, membership, cast, sol
         _add_block(patches, bins, edges, tree, faces, suns, weights, membership, cast, sole, p0, p1)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _add_block(
     patches, bins, edges, tree, faces, suns, weights, membership, cast, sole, p0, p1
 ):  # fmt: skip

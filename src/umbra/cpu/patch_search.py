@@ -8,9 +8,9 @@ import numpy as np
 
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
-from umbra.kernels import inlined
+from umbra.kernels import find_lowest, inlined
 from umbra.rays.hidden import get
-from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
+from umbra.rays.lanes import LANES, meet_rectangles
 
 __all__ = ["find_rims", "find_window", "is_covered"]
 

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba import get_num_threads, njit, types
+from numba import get_num_threads, types
 from numba.extending import intrinsic
 
 from umbra.cpu.patch_rims import CROSSINGS, Crossings
-from umbra.kernels import inlined
+from umbra.kernels import inlined, inner
 from umbra.rays.face_tree import DEEPEST
 
 __all__ = [
@@ -78,7 +78,7 @@ def take_next(_: Any, taken: Any) -> Any:  # numpydoc ignore=RT01
     return types.int64(taken), generate
 
 
-@njit(cache=True, nogil=True)
+@inner
 def make_patch_work(patches, bins, p0, p1):
     """Make the work arrays for a block of patches."""
     widest, highest, crossings, most, cuts = 0, 0, 0, 0, 0

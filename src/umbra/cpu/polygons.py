@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing, inner
 from umbra.rays.depth import bound
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
@@ -126,14 +127,14 @@ def count_polygons(
     return sums
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _cross(p, q, out):
     out[0] = p[1] * q[2] - p[2] * q[1]
     out[1] = p[2] * q[0] - p[0] * q[2]
     out[2] = p[0] * q[1] - p[1] * q[0]
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _plane_of(p, slope):
     """Find the key as a linear functional on a polygon's plane; return twice the signed area."""
     u = np.empty(4)

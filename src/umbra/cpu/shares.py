@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inlined
+from umbra.kernels import inlined, inner
 
 __all__ = ["Membership", "ShareWork", "add_shares", "make_share_work"]
 
@@ -71,7 +71,7 @@ class ShareWork(NamedTuple):
     hidden: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@inner
 def make_share_work(membership):
     """Make the work arrays."""
     n_groups, n_pieces = membership.member.shape

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing
 from umbra.machine import use_threads
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
@@ -16,7 +17,7 @@ from umbra.volume.silhouette import Silhouettes, find_silhouettes
 __all__ = ["Sweep", "bound_counts"]
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def bound_counts(load):
     """Bound all counts by ``load``, what begins (+) and ends (-) at each row or column."""
     deepest = held = 0

@@ -15,7 +15,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, cross, dot, inlined
 from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
 __all__ = ["SurfaceKeys", "count_sides"]
@@ -120,17 +120,7 @@ def _list_sides(ends, codes, weight, matrix, light, floor, tiles, keys, chunks):
     return quads, spans, places, listed, np.cumsum(load).max()
 
 
-@njit(cache=True, nogil=True)
-def _cross(p, q):
-    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
-
-
-@njit(cache=True, nogil=True)
-def _dot(p, q):
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-
-
-@njit(cache=True, nogil=True)
+@inlined
 def _project(matrix, x, y, z, first):
     """Transform a point, with ``first`` the matrix's last column, or a direction, with zeros."""
     return (
@@ -141,7 +131,7 @@ def _project(matrix, x, y, z, first):
     )
 
 
-@njit(cache=True, nogil=True)
+@inlined
 def _go(p, way, far):
     """Return the point p + far * way, in homogeneous coordinates."""
     return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2], p[3] + far * way[3]
@@ -232,11 +222,11 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             away1 = _project(
                 matrix, x1 * light[3] - light[0], y1 * light[3] - light[1], down1, nowhere
             )
-            line0 = _cross(p0, p1)
-            line1 = _cross(p0, away0)
-            line2 = _cross(p1, away1)
+            line0 = cross(p0, p1)
+            line1 = cross(p0, away0)
+            line2 = cross(p1, away1)
             line3 = (0.0, 0.0, 0.0)
-            det = _dot(line0, away0)
+            det = dot(line0, away0)
             if det == 0.0:
                 continue  # seen edge-on
             side = 1.0 if det > 0.0 else -1.0
@@ -248,7 +238,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 if min(far0, far1) < FARTHEST:
                     p2 = _go(p0, away0, far0)
                     p3 = _go(p1, away1, far1)
-                    line3 = _cross(p2, p3)
+                    line3 = cross(p2, p3)
             # Bounds in the picture, and the nearest key.
             bounds = (np.inf, np.inf, -np.inf, -np.inf, -np.inf)
             bounds = _widen(bounds, p0, p1)
@@ -286,9 +276,9 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 continue
             # The key on the side's plane, from differences: the side passes close to receivers.
             edge = _go(p1, p0, -1.0)  # their difference
-            part0 = _cross(edge, away0)
-            part1 = _cross(away0, p0)
-            part2 = _cross(p0, edge)
+            part0 = cross(edge, away0)
+            part1 = cross(away0, p0)
+            part2 = cross(p0, edge)
             for k in range(3):
                 key = p0[3] * part0[k] + edge[3] * part1[k] + away0[3] * part2[k]
                 quads[out, 16 + k] = key / det

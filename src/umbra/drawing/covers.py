@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing, inner
 from umbra.volume.adjacency import sort_along_curve
 
 __all__ = [
@@ -151,7 +152,7 @@ def find_limits(
     return np.stack([x - left * w, right * w - x, y - top * w, bottom * w - y])
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def cut_polygon(p, n, limit, q):
     """
     Cut a polygon ``p`` of n corners to a half space, into ``q``; return the number of corners.
@@ -178,7 +179,7 @@ def cut_polygon(p, n, limit, q):
     return m
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _project(p, n, matrix, points, at):
     """Project a polygon from row ``at`` of ``points`` on, counter-clockwise; return its area."""
     for k in range(n):
@@ -203,18 +204,25 @@ def _project(p, n, matrix, points, at):
     return abs(area) / 2
 
 
+@inner
+def _cut(corners, f, limits, first, end, p, q):
+    """Cut a triangle to some half spaces; return the number of corners left, they and scratch."""
+    p[:3] = corners[f]
+    n = 3
+    for i in range(first, end):
+        n = cut_polygon(p, n, limits[i], q)
+        p, q = q, p
+        if n < 3:
+            break
+    return n, p, q
+
+
 @njit(cache=True, nogil=True)
 def _cut_all(corners, matrix, limits, points, ends):
     p, q = np.zeros((CORNERS, 3)), np.zeros((CORNERS, 3))
     count = used = 0
     for f in range(corners.shape[0]):
-        p[:3] = corners[f]
-        n = 3
-        for i in range(limits.shape[0]):
-            n = cut_polygon(p, n, limits[i], q)
-            p, q = q, p
-            if n < 3:
-                break
+        n, p, q = _cut(corners, f, limits, 0, limits.shape[0], p, q)
         if n < 3:
             continue
         if _project(p, n, matrix, points, used) > 0.0:
@@ -224,7 +232,7 @@ def _cut_all(corners, matrix, limits, points, ends):
     return count, used
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _is_outside(corners, f, limit, least):
     """Return whether all corners of a triangle are at most ``least`` inside a half space."""
     for k in range(3):
@@ -236,7 +244,7 @@ def _is_outside(corners, f, limit, least):
     return True
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _enclose(subject, matrix, walls, limits):
     """
     Write the half spaces around a subject; return the area of its frame.
@@ -262,7 +270,7 @@ def _enclose(subject, matrix, walls, limits):
     return area
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def misses(box, limits, least):
     """Return whether a box lies outside one of some half spaces, ``least`` inside the first."""
     for i in range(limits.shape[0]):
@@ -314,13 +322,7 @@ def _find_covers(
                     break
             if is_out:
                 continue
-            p[:3] = corners[f]
-            n = 3
-            for i in range(first, cuts):
-                n = cut_polygon(p, n, limits[i], q)
-                p, q = q, p
-                if n < 3:
-                    break
+            n, p, q = _cut(corners, f, limits, first, cuts, p, q)
             if n < 3:
                 continue
             has_room = count < ends.size and used + n <= points.shape[0]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, cut_polygon, misses
 from umbra.drawing.regions import PlanarRegions
+from umbra.kernels import borrowing, inner
 from umbra.volume.adjacency import weld_vertices
 
 __all__ = ["ModelEdges", "VisibleLines", "find_edges", "find_lines"]
@@ -146,7 +147,7 @@ def _cut_edges(
     return np.stack([a + share * (b - a) for share in shares], 1), kept
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _narrow(a, b, limit, least, span):
     """Narrow an interval of the line from a to b to limit . p > least."""
     one, two = limit[3] - least, limit[3] - least
@@ -161,8 +162,8 @@ def _narrow(a, b, limit, least, span):
         span[1] = min(span[1], one / (one - two))
 
 
-@njit(cache=True, nogil=True)
-def _through(apex, p, q, inner, limit):
+@borrowing
+def _through(apex, p, q, third, limit):
     """Write the half space through the apex and two points that holds a third; return its size."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx = apex[0] - apex[3] * p[0]
@@ -175,13 +176,13 @@ def _through(apex, p, q, inner, limit):
         return False
     side = limit[3]
     for j in range(3):
-        side += limit[j] * inner[j]
+        side += limit[j] * third[j]
     for j in range(4):
         limit[j] /= size if side > 0.0 else -size
     return side != 0.0
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _write_plane(c, plane):
     """Write the plane of a triangle: unit normal and offset."""
     ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
@@ -193,7 +194,7 @@ def _write_plane(c, plane):
     plane[3] = -(plane[0] * c[0, 0] + plane[1] * c[0, 1] + plane[2] * c[0, 2])
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _hide(a, b, p, n, apex, plane, least, span):
     """Find the interval of a line that a convex polygon of n corners hides."""
     limit = np.zeros(4)
@@ -212,7 +213,7 @@ def _hide(a, b, p, n, apex, plane, least, span):
     return span[1] > span[0]
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _bound_line(a, b, matrix, limits):
     """Write half spaces around a line of the picture: its box, its strip."""
     ax = ay = aw = bx = by = bw = 0.0
@@ -237,7 +238,7 @@ def _bound_line(a, b, matrix, limits):
             limits[2 * k + 1, j] = high * matrix[2, j] - value
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _misses(points, n, limits):
     """Return whether all points lie outside one of some half spaces."""
     for i in range(limits.shape[0]):

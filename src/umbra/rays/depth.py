@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing
 from umbra.machine import use_threads
 from umbra.rays.cover import find_cover
 from umbra.rays.transmission import Transmitters
@@ -194,7 +195,7 @@ def bound(a, b, c, sign, left, right, rows):
 # Corners and edges are passed as rows of one array: slices would cost more than the arithmetic.
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _cross(p, i, j, line, k):
     """Write the line through corners i and j into row k."""
     line[k, 0] = p[i, 1] * p[j, 2] - p[i, 2] * p[j, 1]
@@ -202,7 +203,7 @@ def _cross(p, i, j, line, k):
     line[k, 2] = p[i, 0] * p[j, 1] - p[i, 1] * p[j, 0]
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _key_plane(p, det, out):
     """Find K on a triangle's plane as a linear functional of (X, Y, W)."""
     du = p[1, 3] - p[0, 3]
@@ -220,7 +221,7 @@ def _key_plane(p, det, out):
         out[k] = (p[0, 3] * n + du * a + dv * b) / det
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _place_edge(p, i, j, line, k, sign, edge, span):
     """
     Set up a triangle's edge from corner i to j for scan conversion.

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import borrowing
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 
@@ -105,20 +106,20 @@ def halve_boxes(
     return order, halves, children
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _area(box):
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _widen(box, low, high):
     for k in range(3):
         box[k] = min(box[k], low[k])
         box[k + 3] = max(box[k + 3], high[k])
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _clear(box):
     box[:3] = np.inf
     box[3:] = -np.inf
@@ -244,7 +245,7 @@ def _join(halves, children, margin):
     return boxes, links
 
 
-@njit(cache=True, nogil=True)
+@borrowing
 def _round(x, toward):
     """Round to float32, toward -inf or inf."""
     y = np.float32(x)

@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, dot, find_lowest, inlined
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
-from umbra.rays.lanes import find_lowest, meet_boxes
+from umbra.rays.lanes import meet_boxes
 
 __all__ = ["find_hidden", "get", "is_hidden", "list_hiding"]
 
@@ -198,7 +198,7 @@ def _hides(f, p, n, d, tree, light):
     height = _height(p, c, m)
     is_on = abs(height) <= touch
     if is_on:
-        above = _dot(m, n)
+        above = dot(m, n)
         if above * at_light > 0.0 and abs(above) > _STEEP:
             return _NO  # the surface itself, or a coplanar continuation
     elif not height * at_light < 0.0:
@@ -262,11 +262,6 @@ def _see(p, f, tree):
 
 
 @inlined
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
 def _height(p, c, m):
     """Return the height of a point above a face's plane [m]."""
     return m[0] * (p[0] - c[0]) + m[1] * (p[1] - c[1]) + m[2] * (p[2] - c[2])
@@ -276,7 +271,7 @@ def _height(p, c, m):
 def _find_side(m, c, d, light):
     """Return the side of a face on which a light is: 0 in its plane."""
     if light is None:
-        return _dot(m, d)
+        return dot(m, d)
     x, y, z, w = light
     return m[0] * (x - w * c[0]) + m[1] * (y - w * c[1]) + m[2] * (z - w * c[2])
 
@@ -317,11 +312,11 @@ def _find_block(points, normals, lights, tree, attached, masks, stack, first, en
             d = x, y, z
             if light[3] != 0.0:
                 d = x - light[3] * p[0], y - light[3] * p[1], z - light[3] * p[2]
-                length = np.sqrt(_dot(d, d))
+                length = np.sqrt(dot(d, d))
                 if length == 0.0:
                     continue
                 d = d[0] / length, d[1] / length, d[2] / length
-            if _dot(n, d) <= 0.0:
+            if dot(n, d) <= 0.0:
                 masks[s, i] = attached
                 continue
             face = is_hidden(p, n, d, tree, stack, last, light)

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.kernels import cross, dot, inlined
 from umbra.rays.eye_count import BLOCK, FaceBlocks
 from umbra.volume.adjacency import Caster
 
@@ -112,29 +113,19 @@ def _find_blocks(bounds, place, margin, share):
     return found[:n].copy()
 
 
-@njit(cache=True, nogil=True)
-def _dot(p, q):
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-
-
-@njit(cache=True, nogil=True)
-def _cross(p, q):
-    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
-
-
-@njit(cache=True, nogil=True)
+@inlined
 def _subtract(p, q):
     return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
-@njit(cache=True, nogil=True)
+@inlined
 def _to_segment(p, q):
     """Return the distance from 0 to the segment between two points."""
     along = _subtract(q, p)
-    square = _dot(along, along)
-    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -_dot(p, along) / square))
+    square = dot(along, along)
+    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -dot(p, along) / square))
     nearest = p[0] + t * along[0], p[1] + t * along[1], p[2] + t * along[2]
-    return np.sqrt(_dot(nearest, nearest))
+    return np.sqrt(dot(nearest, nearest))
 
 
 @njit(cache=True, nogil=True)
@@ -150,12 +141,12 @@ def _measure(vertices, faces, some, place, apart, largest):
         b = _subtract(vertices[corners[1]], place)
         c = _subtract(vertices[corners[2]], place)
         apart[i] = min(_to_segment(a, b), _to_segment(b, c), _to_segment(c, a))
-        normal = _cross(_subtract(b, a), _subtract(c, a))
-        square = _dot(normal, normal)
+        normal = cross(_subtract(b, a), _subtract(c, a))
+        square = dot(normal, normal)
         if (
             square > 0.0
-            and _dot(normal, _cross(a, b)) > 0.0
-            and _dot(normal, _cross(b, c)) > 0.0
-            and _dot(normal, _cross(c, a)) > 0.0
+            and dot(normal, cross(a, b)) > 0.0
+            and dot(normal, cross(b, c)) > 0.0
+            and dot(normal, cross(c, a)) > 0.0
         ):
-            apart[i] = min(apart[i], abs(_dot(normal, a)) / np.sqrt(square))
+            apart[i] = min(apart[i], abs(dot(normal, a)) / np.sqrt(square))

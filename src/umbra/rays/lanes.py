@@ -6,7 +6,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = ["LANES", "find_lowest", "meet_boxes", "meet_rectangles"]
+__all__ = ["LANES", "meet_boxes", "meet_rectangles"]
 
 LANES = 8
 _LONG, _SHORT = ir.IntType(64), ir.IntType(32)
@@ -108,13 +108,3 @@ def _spread(builder: Any, values: Any, k: int) -> Any:
 def _pack(builder: Any, lanes: Any) -> Any:
     """Pack booleans into a bit mask, one bit per lane."""
     return builder.zext(builder.bitcast(lanes, ir.IntType(LANES)), _LONG)
-
-
-@intrinsic
-def find_lowest(_: Any, bits: Any) -> Any:  # numpydoc ignore=RT01
-    """Find the lowest set bit of a nonzero int64."""
-
-    def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.IntType(1)(1))
-
-    return types.int64(types.int64), generate

@@ -38,7 +38,8 @@ class Study:
     shadow_hours : (...) float32
         In the whole period.
     up_hours : float
-        Time with the sun above the horizon [h]. : (n_steps, ...) Masks, optional
+        Time with the sun above the horizon [h].
+    masks : (n_steps, ...) Masks, optional
         1 where in shadow at a midpoint, 0 at night; reads like a uint8 array.
     facts : dict
         Attributes of the result.

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.kernels import find_lowest
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
 
@@ -143,15 +144,6 @@ def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArr
 _CODES_AT_ONCE = 24_000_000  # at most 96 MB of silhouette edges at a time
 _STRETCH = 4096  # edges per work item of a thread
 _FEW_ACTIVE = 4  # stretches with so small a share of active edges are listed edge by edge
-_PLACES = np.zeros(64, np.int64)  # by the top bits of a power of two times a de Bruijn number
-_PLACES[[((0x03F79D71B4CB0A89 << k) & 0xFFFFFFFFFFFFFFFF) >> 58 for k in range(64)]] = range(64)
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _find_lowest(bits):
-    """Return the place of the lowest bit of a number above 0."""
-    power = bits & (np.uint64(0) - bits)
-    return _PLACES[(power * np.uint64(0x03F79D71B4CB0A89)) >> np.uint64(58)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +274,7 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
             for i in range(start, np.int64(n)):
                 bits = found[i]
                 while bits:
-                    counts[_find_lowest(bits), stretch] += 1
+                    counts[find_lowest(np.int64(bits)), stretch] += 1
                     bits &= bits - np.uint64(1)
             continue
         for k in range(n_lights):
@@ -302,7 +294,7 @@ def _list_codes(edges, found, first, active, places, codes):
             for i in range(start, start + active[stretch]):
                 bits = found[i]
                 while bits:
-                    k = _find_lowest(bits)
+                    k = find_lowest(np.int64(bits))
                     bits &= bits - np.uint64(1)
                     # Of the last lights there may be no room for the codes.
                     if k < cursor.size:
