@@ -67,7 +67,7 @@ def test_each_polygon_has_the_figures_of_its_surface(tmp_path):
         mine = np.flatnonzero(owner == name)
         area = data.surface_area.values[mine]
         mean = np.average(data.surface_mean_sun_hours.values[mine], weights=area)
-        assert item["attributes"]["mean_sun_hours"] == pytest.approx(mean, abs=1e-3)
+        assert item["attributes"]["mean_sun_hours_sum"] == pytest.approx(mean, abs=1e-3)
         assert item["attributes"]["measured_area"] == pytest.approx(area.sum(), abs=1e-2)
         [solid] = item["geometry"]
         if name == "plain":
@@ -97,7 +97,7 @@ def test_each_polygon_has_the_figures_of_its_surface(tmp_path):
             assert apart.min() < 0.1
             for which in figures:
                 expected = float(data[f"surface_{which}_sun_hours"][surface])
-                assert known[index][f"{which}_sun_hours"] == pytest.approx(expected, abs=1e-3)
+                assert known[index][f"{which}_sun_hours_sum"] == pytest.approx(expected, abs=1e-3)
             months = [key for key in known[index] if key.startswith("mean_sun_hours_2026")]
             assert months == ["mean_sun_hours_2026-03", "mean_sun_hours_2026-06"]
     assert any("1 objects without semantic surfaces" in line for line in told)

@@ -90,6 +90,15 @@ def test_csv_has_a_column_for_each_date(street, tmp_path):
         np.testing.assert_allclose(found[f"sun_hours_{date}"], alone.sun_hours.ravel(), atol=1e-4)
         lost = alone.more["hours_lost"][1].ravel()
         np.testing.assert_allclose(found[f"hours_lost_{date}"], lost, atol=1e-4)
+        before = run_study(
+            street, VIENNA, receivers="ground", date=date, no_cast=["tower"],
+            extent=(-18, -14, 18, 24), cell=1.0, ground=0.0, start="09:00", end="15:00", every="1h",
+        ).sun_hours.ravel()  # fmt: skip
+        kept = found[f"sun_kept_{date}"]
+        has_sun = np.isfinite(lost) & (before > 0)
+        np.testing.assert_allclose(kept[has_sun], 1 - lost[has_sun] / before[has_sun], atol=1e-4)
+        assert np.isnan(kept[~has_sun]).all()
+        assert (kept < 0.8).any()
     write_cells(tmp_path / "sums.csv", run(street, "ground", DATES, by_day=False))
     head = (tmp_path / "sums.csv").read_text().partition("\n")[0].split(",")
     assert {"sun_hours_sum", "shadow_hours_sum", "hours_lost_sum", "newly_under"} <= set(head)

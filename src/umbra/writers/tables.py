@@ -145,6 +145,9 @@ def write_samples(folder: Path, study: Study) -> list[str]:
     files = study.kind.tables
     for file, dimension in files.items():
         own = find_columns(study, (dimension,))
+        if dimension == "surface":
+            names = np.asarray(study.more["part"][1])[own["surface_part"]]
+            own = {dimension: np.arange(len(names))} | own | {"surface_part": names}
         first = [name for name in ("name", dimension) if name in own]
         columns = points if dimension == "sample" else {}
         own = {name: own.pop(name) for name in first} | columns | own
@@ -163,15 +166,18 @@ def find_columns(
     Return the arrays along some axes by name; the names of ``first`` come before the others.
 
     Arrays of several dates are named with each, ``sun_hours_2026-03-21``; where only sums are
-    kept, ``sun_hours_sum``.
+    kept, ``sun_hours_sum``. Beside hours lost to proposed parts stands ``sun_kept``, the share of
+    the hours of sun that is left.
     """
     dates = split_dates(study)
     if len(dates) == 1:
         has_sums = len(study.period.days) > 1
-        return {
-            f"{name}_sum" if has_sums and is_sum(name) else name: array
-            for name, array in _pick(study, dims, first).items()
-        }
+        return _add_shares_kept(
+            {
+                f"{name}_sum" if has_sums and is_sum(name) else name: array
+                for name, array in _pick(study, dims, first).items()
+            }
+        )
     by_day: dict[str, NDArray] = {}
     of_dates = [(one.period.days[0], _pick(one, dims)) for one in dates]
     for name, array in _pick(study, dims, first).items():
@@ -179,7 +185,20 @@ def find_columns(
             by_day[name] = array
             continue
         by_day |= {f"{name}_{day}": found[name] for day, found in of_dates}
-    return by_day
+    return _add_shares_kept(by_day)
+
+
+def _add_shares_kept(columns: dict[str, NDArray]) -> dict[str, NDArray]:
+    """Add the share of its hours of sun that each place keeps beside the proposed parts."""
+    shares = {}
+    for name, lost in columns.items():
+        if name.startswith("hours_lost"):
+            ending = name.removeprefix("hours_lost")
+            left = columns[f"sun_hours{ending}"]
+            none = np.full(left.shape, np.nan, np.float32)
+            before = left + lost
+            shares[f"sun_kept{ending}"] = np.divide(left, before, where=before > 0, out=none)
+    return columns | shares
 
 
 def _pick(study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()) -> dict[str, NDArray]:

@@ -112,7 +112,9 @@ class CitySurfaces:
     def list_figures(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
         """Return the figures of a run's surfaces."""
         some = run.surfaces
-        return list_figures(lambda name: pieces.read(name, some.start, some.stop), self.days)
+        return list_figures(
+            lambda name: pieces.read(name, some.start, some.stop), self.days, self.facts
+        )
 
 
 def cut_runs(pieces: SurfacePieces, most: int, axis: str = "surface") -> Iterator[SurfaceRun]:

@@ -99,12 +99,16 @@ def find_surface_figures(study: Study) -> dict[str, NDArray]:
     more = study.more
     by_day = "surface_mean_sun_hours_by_day" in more
     days = np.array(study.period.days if by_day else (), "datetime64[D]")
-    return list_figures(lambda name: np.asarray(more[name][1]), days)
+    return list_figures(lambda name: np.asarray(more[name][1]), days, study.facts)
 
 
-def list_figures(get: Callable[[str], NDArray], days: NDArray[np.datetime64]) -> dict[str, NDArray]:
+def list_figures(
+    get: Callable[[str], NDArray], days: NDArray[np.datetime64], facts: Mapping[str, object]
+) -> dict[str, NDArray]:
     """
     Return the figures of some surfaces: azimuth, tilt, area and hours in the sun.
+
+    Hours of several dates are sums, and named so: ``mean_sun_hours_sum``.
 
     Parameters
     ----------
@@ -112,10 +116,13 @@ def list_figures(get: Callable[[str], NDArray], days: NDArray[np.datetime64]) ->
         Returns a variable of these surfaces by its name, such as ``surface_tilt``.
     days : (k,) datetime64
         Dates by which results are kept, if they are: means of each month are added.
+    facts : mapping
+        Of the study; ``days`` is the number of its dates, if it has several.
     """
     columns = {name: get(f"surface_{name}") for name in ("azimuth", "tilt", "area")}
+    ending = "_sum" if facts.get("days", 1) != 1 else ""
     for name in ("mean", "least", "most"):
-        columns[f"{name}_sun_hours"] = get(f"surface_{name}_sun_hours")
+        columns[f"{name}_sun_hours{ending}"] = get(f"surface_{name}_sun_hours")
     months = days.astype("datetime64[M]")
     if len(months):
         by_day = get("surface_mean_sun_hours_by_day")
