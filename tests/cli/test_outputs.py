@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from support.model_files import save_obj
 from support.shapes import box
 
 import umbra
-from umbra.writers import formats
 
 DAY = ["--date", "2026-09-18", "--from", "10:00", "--to", "14:00", "--every", "1h", "--cell", "1"]
 
@@ -72,9 +70,7 @@ def test_an_unknown_format_is_refused_before_any_work(study, tmp_path, given, ad
 
 
 def test_a_missing_extra_is_named_before_any_work(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        formats, "find_spec", lambda name: None if name == "rasterio" else find_spec(name)
-    )
+    monkeypatch.setitem(sys.modules, "rasterio", None)
     refusal = study("--write", "geotiff").refusal()
     assert "geotiff needs rasterio" in refusal
     assert "pip install 'umbra-shadows[gis]'" in refusal

@@ -6,8 +6,7 @@ from support.gltf_files import Document
 from support.packed_files import CORNERS, POINTS, draco_packed, meshopt_packed, plain
 
 import umbra
-from umbra import InputError
-from umbra.readers import checks
+from umbra import InputError, packages
 
 
 @pytest.fixture
@@ -110,7 +109,7 @@ def test_damaged_draco_is_named(read, refuse):
 
 
 def test_draco_beside_plain_arrays_needs_no_package(read, monkeypatch):
-    monkeypatch.setattr(checks, "import_module", _fail)
+    monkeypatch.setattr(packages, "import_module", _fail)
     document = plain()
     primitive = document.tree["meshes"][0]["primitives"][0]
     primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
@@ -124,7 +123,7 @@ def _fail(name):
 
 def test_a_missing_package_is_named_with_its_extra(read, refuse, monkeypatch):
     draco, meshopt = draco_packed(), meshopt_packed(plain(), {0: (12, "ATTRIBUTES")})
-    monkeypatch.setattr(checks, "import_module", _fail)
+    monkeypatch.setattr(packages, "import_module", _fail)
     for document, package in ((draco, "DracoPy"), (meshopt, "meshopt")):
         said = refuse(read, document, facts={"package": package, "extra": "gltf"})
         assert "pip install 'umbra-shadows[gltf]'" in said

@@ -1,11 +1,12 @@
 """Scenes made from arrays, trimesh, PyVista and GeoPandas, and turned back."""
 
+import sys
+
 import numpy as np
 import pytest
 from support.shapes import box
 
 import umbra
-from umbra.scene import exchange
 
 BOX = box((0, 0, 0), (2, 3, 4))
 FAR = np.array([2.6e6, 1.2e6, 400.0])
@@ -132,9 +133,6 @@ def test_what_is_of_no_such_library_is_told():
     ("method", "package"), [("to_trimesh", "trimesh"), ("to_pyvista", "pyvista")]
 )
 def test_a_missing_package_is_named(monkeypatch, method, package):
-    def fail(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(exchange, "import_module", fail)
+    monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(umbra.InputError, match=f"{method} needs {package}.*pip install {package}"):
         getattr(umbra.make_scene(*BOX), method)()

@@ -18,9 +18,9 @@ from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
 from umbra.errors import InputError, check_type
 from umbra.options import read_texts
+from umbra.packages import require
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Light, Scene
-from umbra.scene.exchange import import_package
 from umbra.scene.grid import Grid
 from umbra.sun.position import SunPath
 
@@ -263,8 +263,7 @@ def shadow_polygons(
     >>> umbra.shadow_polygons(scene, sun, plane=171.0).to_file("shadow.gpkg")
     """
     check_type("scene", scene, Scene)
-    for package in ("shapely", "pyclipr"):
-        import_package(package, "shadow_polygons", "gis")
+    require(["shapely", "pyclipr"], "gis", "shadow_polygons")
     directions = _find_directions(sun)
     chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
     if not isinstance(plane, Real) or not np.isfinite(plane):

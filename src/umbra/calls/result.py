@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from umbra.scene.exchange import import_package
+from umbra.packages import need
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
@@ -266,7 +266,7 @@ class ShadowStudy:
         InputError
             If PyVista is not installed.
         """
-        pyvista = import_package("pyvista", "to_pyvista")
+        pyvista = need("pyvista", "", "to_pyvista")
         data = self.dataset
         dims = self.result.dims
         order: Literal["F", "C"] = "F" if self.result.is_plan else "C"

@@ -17,8 +17,8 @@ from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
 from umbra.errors import InputError, check_type
+from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.exchange import import_package
 from umbra.scene.lights import SomeLights, make_lights
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def draw_seen(
     from umbra.calls.colors import color_page  # noqa: PLC0415
     from umbra.calls.styles import choose_style  # noqa: PLC0415
 
-    import_package("pyclipr", "a drawing as vectors", "vectors")
+    require(["pyclipr"], "vectors", "a drawing as vectors")
     _check(scene, options, shadows)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)

@@ -1,5 +1,5 @@
 """
-Checks that readers share: missing packages, damage, memory, and files that a model names.
+Checks that readers share: damage, memory, and files that a model names.
 
 Untrusted models can name any file. So only regular files of bounded size, in the model's own
 folder and below, are opened, and all of them here.
@@ -12,8 +12,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -35,9 +33,7 @@ __all__ = [
     "errors_of",
     "image_beside",
     "list_counts",
-    "need",
     "read_bounded",
-    "require",
 ]
 
 ALLOW = "allow_outside=True reads it"
@@ -62,32 +58,6 @@ def errors_of(what: str, **data: object) -> Iterator[None]:
     except InputError as error:
         msg = f"{what}{error}"
         raise InputError(msg, **{**error.data, **data}) from error
-
-
-def need(module: str, extra: str, what: str) -> Any:
-    """Import a package of an extra that a format needs; an error states how to install it."""
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise _miss(module.partition(".")[0], extra, what, str(error)) from error
-
-
-def require(package: str, extra: str, what: str) -> None:
-    """Check that a package of an extra is installed, as `need`, without importing it."""
-    try:
-        found = find_spec(package)
-    except ValueError:  # a module of this name was loaded from nowhere
-        found = None
-    if found is None:
-        raise _miss(package, extra, what, f"no module named '{package}'")
-
-
-def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
-    msg = (
-        f"{what} needs the package {package}, which is not installed here ({reason}); "
-        f"install it with: pip install 'umbra-shadows[{extra}]'"
-    )
-    return InputError(msg, package=package, extra=extra)
 
 
 class Losses(Counter[str]):

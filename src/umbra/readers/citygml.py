@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Losses, errors_of, list_counts, need
+from umbra.packages import need
+from umbra.readers.checks import Budget, Losses, errors_of, list_counts
 from umbra.readers.citygml_names import HREF, LINKED, id_of, name_of
 from umbra.readers.citygml_objects import FeatureReader
 from umbra.readers.cityjson import Templates, make_parts

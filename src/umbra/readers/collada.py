@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Losses, list_counts, need
+from umbra.packages import need
+from umbra.readers.checks import Budget, Losses, list_counts
 from umbra.readers.content import ZIP, BoundedStream
 from umbra.readers.model import FileModel, FilePlace, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import cut_faces

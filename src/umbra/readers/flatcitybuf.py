@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Losses, list_counts, need
+from umbra.packages import need
+from umbra.readers.checks import Budget, Losses, list_counts
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import name_crs

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import Companions, list_counts, need
+from umbra.packages import need
+from umbra.readers.checks import Companions, list_counts
 from umbra.readers.content import FileContent
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
 from umbra.readers.footprints import extrude_table, from_shapes

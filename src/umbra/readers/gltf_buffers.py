@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Companions, errors_of, need
+from umbra.packages import need
+from umbra.readers.checks import Budget, Companions, errors_of
 from umbra.scene import Source
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")

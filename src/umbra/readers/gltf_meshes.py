@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.packages import need
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.readers.gltf_materials import GltfSurface, Materials, Placing
 from umbra.scene import Mesh

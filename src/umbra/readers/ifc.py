@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import require
+from umbra.packages import require
 from umbra.readers.child import ReadingChild
 from umbra.readers.georeference import find_plan_unit, to_metres
 from umbra.readers.ifc_engine import (
@@ -150,7 +150,7 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
 
 def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
     """Read an IFC file in child processes."""
-    require("ifcopenshell", "ifc", "IFC")
+    require(["ifcopenshell"], "ifc", "IFC")
     found = IfcHarvest()
     work = IfcWork(path)
     hangs: Counter[str] = Counter()

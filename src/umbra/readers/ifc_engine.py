@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.packages import need
 from umbra.readers.ifc_facts import IfcWords, count_names, describe, find_map, find_place
 from umbra.readers.model import FilePlace
 from umbra.scene import Material

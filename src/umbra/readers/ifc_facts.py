@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.readers.checks import need
+from umbra.packages import need
 from umbra.readers.georeference import is_known, name_crs
 from umbra.readers.model import APART, FilePlace, tell_doubt
 

@@ -9,7 +9,8 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, need
+from umbra.packages import need
+from umbra.readers.checks import Budget
 from umbra.readers.content import FileContent
 from umbra.readers.footprint_files import find_polygons
 from umbra.readers.footprint_table import FootprintTable, parse_numbers

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
-from umbra.readers.checks import need, require
+from umbra.packages import need, require
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
@@ -87,8 +87,7 @@ class _Grid:
 
 def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a point cloud as a surface and a canopy; of a region only its points."""
-    require("laspy", "city", "LAS and LAZ")
-    require("lazrs", "city", "LAZ")
+    require(["laspy", "lazrs"], "city", "LAS and LAZ")
     work = str(path.resolve()), choices.region
     first = PARSING * content.size
     child = ReadingChild("umbra.readers.point_cloud:grid_points", work, SECONDS, first)

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import errors_of, need
+from umbra.packages import need
+from umbra.readers.checks import errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.packages import need
 from umbra.readers.georeference import (
     is_in_degrees,
     is_known,

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Losses, list_counts, require
+from umbra.packages import require
+from umbra.readers.checks import Budget, Losses, list_counts
 from umbra.readers.child import ReadingChild
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.rhino_file import Color, RhinoFacts, RhinoObject
@@ -30,7 +31,7 @@ _PART, _DEEPEST = 1000, 50  # [byte] of a part without its mesh; blocks in block
 
 def read_rhino(_: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read a Rhino file; layers are kinds, and what is hidden is left out."""
-    require("rhino3dm", "cad", "Rhino's 3DM")
+    require(["rhino3dm"], "cad", "Rhino's 3DM")
     child = ReadingChild(
         "umbra.readers.rhino_file:read_objects", str(path.resolve()), SECONDS,
         PARSING * choices.size,

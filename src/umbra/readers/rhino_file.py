@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.packages import need
 from umbra.readers.triangulate import triangulate
 
 __all__ = ["Color", "RhinoFacts", "RhinoObject", "read_objects"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -12,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.packages import need
 from umbra.scene.mesh import Mesh, Part
 
 if TYPE_CHECKING:
     from umbra.scene.scene import Scene
 
-__all__ = ["Exchange", "import_package"]
+__all__ = ["Exchange"]
 
 
 class Exchange:
@@ -111,7 +111,7 @@ class Exchange:
 
     def to_trimesh(self) -> Any:
         """Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m]."""
-        trimesh = import_package("trimesh", "to_trimesh")
+        trimesh = need("trimesh", "", "to_trimesh")
         found = trimesh.Scene()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]
             mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -120,22 +120,12 @@ class Exchange:
 
     def to_pyvista(self) -> Any:
         """Return a ``pyvista.MultiBlock``, a block a part, in the model's own coordinates [m]."""
-        pyvista = import_package("pyvista", "to_pyvista")
+        pyvista = need("pyvista", "", "to_pyvista")
         found = pyvista.MultiBlock()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]
             corners = np.column_stack([np.full(len(faces), 3), faces])
             found.append(pyvista.PolyData(vertices, corners.ravel()), name)
         return found
-
-
-def import_package(name: str, what: str, extra: str = "") -> Any:
-    """Import an optional package; an InputError states how to install it, or its extra."""
-    try:
-        return import_module(name)
-    except ImportError as error:
-        wanted = f"'umbra-shadows[{extra}]'" if extra else name
-        msg = f"{what} needs {name}, which is not installed; install it with: pip install {wanted}"
-        raise InputError(msg, package=name) from error
 
 
 def _list_array_parts(

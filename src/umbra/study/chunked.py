@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.packages import need
 from umbra.receivers import find_kind
 from umbra.receivers.plan import PlanRaster
 from umbra.scene import Scene
@@ -201,11 +202,7 @@ def make_lazy_dataset(scene: Scene, site: Site, options: StudyOptions, chunks: A
     InputError
         If Dask is not installed, the receivers are no plan, or the options sum over the plan.
     """
-    try:
-        import dask.array  # noqa: F401, PLC0415  (an extra)
-    except ImportError as error:
-        msg = "chunks= needs Dask, which is not installed; pip install 'umbra-shadows[city]'"
-        raise InputError(msg, option="chunks") from error
+    need("dask.array", "city", "chunks=")
     import xarray as xr  # noqa: PLC0415  (half a second)
 
     if options.proposed:

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import umbra
 from umbra.errors import InputError, UmbraError
+from umbra.packages import require
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.run import count_serially
-from umbra.writers.formats import check_extra
 
 if TYPE_CHECKING:
     from umbra.tiles.run import Engine
@@ -155,7 +155,7 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
     if workers is None and scheduler is None:
         yield count_serially
         return
-    check_extra("workers=" if scheduler is None else "scheduler=", ["distributed"], "city")
+    require(["distributed"], "city", "workers=" if scheduler is None else "scheduler=")
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if scheduler is None:

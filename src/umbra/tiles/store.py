@@ -15,6 +15,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.tiles.lattice import CityTile
 
@@ -39,9 +40,7 @@ def _load_zarr() -> Any:
 
 def check_zarr() -> None:
     """Raise an InputError if zarr is missing."""
-    from umbra.writers.formats import check_extra  # noqa: PLC0415
-
-    check_extra("a study in tiles", ["zarr"], "city")
+    require(["zarr"], "city", "a study in tiles")
 
 
 class CityStore:

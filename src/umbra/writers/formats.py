@@ -3,11 +3,8 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from umbra.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +18,7 @@ if TYPE_CHECKING:
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
 
-__all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
+__all__ = ["FORMATS", "Format", "Job", "write_formats"]
 
 FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # most clock times that are listed
@@ -126,17 +123,6 @@ class Format:
     write: Callable[[Job], list[str]]  # returns the names of the files
     packages: tuple[str, ...] = ()  # imported beyond umbra's own
     extra: str = ""  # that installs them
-
-
-def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
-    """Raise an InputError for missing packages, with the install command."""
-    missing = [package for package in packages if find_spec(package) is None]
-    if missing:
-        msg = (
-            f"{name} needs {' and '.join(missing)}; install it with "
-            f"pip install 'umbra-shadows[{extra}]'"
-        )
-        raise InputError(msg, missing=missing)
 
 
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:

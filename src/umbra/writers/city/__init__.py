@@ -106,7 +106,8 @@ def check_city_formats(names: Sequence[str], *, is_plan: bool | None = None) -> 
     InputError
         If a name is unknown, is not for such receivers, or needs a package that is missing.
     """
-    from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
+    from umbra.packages import require  # noqa: PLC0415
+    from umbra.writers.formats import FORMATS  # noqa: PLC0415
 
     strange = [name for name in names if name not in CITY_FORMATS]
     if strange:
@@ -126,7 +127,7 @@ def check_city_formats(names: Sequence[str], *, is_plan: bool | None = None) -> 
             f"choose of {', '.join(own)}, or {kinds[2]}"
         )
         raise InputError(msg, option="write", formats=strange)
-    check_extra("a study in tiles", ["zarr"], "city")
+    require(["zarr"], "city", "a study in tiles")
     for name in names:
         if name in FORMATS:
-            check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)
+            require(FORMATS[name].packages, FORMATS[name].extra, f"write='{name}'")

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError
 from umbra.options import check_types, option
+from umbra.packages import require
 from umbra.writers.city import CITY_FORMATS
-from umbra.writers.formats import FORMATS, check_extra
+from umbra.writers.formats import FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -159,7 +160,7 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
             msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, option="write", format=name)
-        check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)
+        require(FORMATS[name].packages, FORMATS[name].extra, f"write='{name}'")
     return tuple(names)
 
 
