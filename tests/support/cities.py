@@ -34,6 +34,12 @@ def write_city(path, houses, crs=7415):
     return path
 
 
+def read_store(folder):
+    """Return the bytes of all files of a run's store."""
+    files = [path for path in (folder / "study.zarr").rglob("*") if path.is_file()]
+    return {path.relative_to(folder): path.read_bytes() for path in files}
+
+
 def make_houses(seed, count, low, high, name="house"):
     """Return turned boxes in a rectangle, some of them towers."""
     rng = np.random.default_rng(seed)

@@ -29,17 +29,37 @@ def compare(found, whole):
             assert left.astype(right.dtype).tobytes() == right.tobytes(), name
 
 
+def check_tiles(files, folder, sides, **options):
+    """Count files in tiles of each side; all are as one study of them, which is returned, too."""
+    scene = umbra.read(*files)
+    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    for side in sides:
+        made = umbra.city_study(files, out=folder / str(side), tiles=side, **options)
+        compare(made.dataset.load(), whole)
+    return made, whole
+
+
+@pytest.fixture
+def groups(monkeypatch):
+    """Return the groups of suns that are counted, of 40 and more."""
+    found = []
+
+    def see(suns):
+        found.extend(some := list(group_suns(suns)))
+        return some
+
+    monkeypatch.setattr(sun_groups, "group_suns", see)
+    monkeypatch.setattr(sun_groups, "LEAST", 40)
+    return found
+
+
 @pytest.mark.parametrize("receivers", ["ground", "top"])
 @pytest.mark.parametrize("more", [{}, {"spells": True}])
 def test_tiles_hold_the_bytes_of_one_study(city, tmp_path, receivers, more):
     options = {**DAY, **more, "receivers": receivers, "cell": 2.0, "extent": EXTENT}
-    scene = umbra.read(*city)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    made, whole = check_tiles(city, tmp_path, SIDES, **options)
     assert 0.1 < float(whole.shadow_hours.mean() / 7.5) < 0.9
-    for side in SIDES:
-        made = umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options)
-        compare(made.dataset.load(), whole)
-        assert made.facts["merged_objects"] == 3
+    assert made.facts["merged_objects"] == 3
 
 
 def test_like_houses_of_one_name_stay_two(tmp_path):
@@ -85,19 +105,13 @@ def test_canopies_let_light_through_in_any_tile(city, tmp_path):
         **DAY, "receivers": "top", "cell": 4.0, "extent": EXTENT, "canopy": "east*",
         "transmissivity": 0.3,
     }  # fmt: skip
-    scene = umbra.read(*city)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
+    _, whole = check_tiles(city, tmp_path, [150], **options)
     assert float(whole.canopy_hours.max()) > 1
-    made = umbra.city_study(city, out=tmp_path, tiles=150, **options)
-    compare(made.dataset.load(), whole)
 
 
 def test_solved_instants_are_those_of_one_study(city, tmp_path):
     options = {**DAY, "receivers": "top", "cell": 4.0, "extent": (84990, 446990, 85120, 447110)}
-    scene = umbra.read(*city)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), exact=True, **options).dataset
-    made = umbra.city_study(city, out=tmp_path, tiles=50, exact=True, **options)
-    compare(made.dataset.load(), whole)
+    check_tiles(city, tmp_path, [50], exact=True, **options)
 
 
 def test_windows_are_cut_to_the_memory_that_is_given(city, tmp_path, monkeypatch):
@@ -121,28 +135,15 @@ def test_windows_are_cut_to_the_memory_that_is_given(city, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("receivers", ["ground", "top"])
-def test_many_suns_are_counted_in_groups_with_the_same_bytes(
-    city, tmp_path, receivers, monkeypatch
-):
+def test_many_suns_are_counted_in_groups_with_the_same_bytes(city, tmp_path, receivers, groups):
     options = {
         "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
         "by_day": False, "receivers": receivers, "cell": 4.0, "extent": EXTENT,
     }  # fmt: skip
-    scene = umbra.read(*city)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
-    groups = []
-
-    def see(suns):
-        groups.extend(found := list(group_suns(suns)))
-        return found
-
-    monkeypatch.setattr(sun_groups, "group_suns", see)
-    monkeypatch.setattr(sun_groups, "LEAST", 40)
-    made = umbra.city_study(city, out=tmp_path, tiles=150, **options)
+    made, _ = check_tiles(city, tmp_path, [150], **options)
     assert len(groups) > 2 * len(made.job.tiles())
     suns = made.job.open().suns
     assert suns[groups[0], 2].max() < suns[groups[1], 2].min()
-    compare(made.dataset.load(), whole)
 
 
 def test_groups_hold_each_sun_once_and_enough_suns():
@@ -184,11 +185,7 @@ def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers
         **DAY, **more, "receivers": receivers, "cell": 2.0,
         "extent": (84960, 446960, 85280, 447180),
     }  # fmt: skip
-    scene = umbra.read(*quarter)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
-    for side in (3000, 110, 64):
-        made = umbra.city_study(quarter, out=tmp_path / str(side), tiles=side, **options)
-        compare(made.dataset.load(), whole)
+    made, whole = check_tiles(quarter, tmp_path, (3000, 110, 64), **options)
     if "proposed" in more:
         rows = list_neighbours(made.folder)
         assert [row["name"] for row in rows] == whole.neighbour.values.tolist()
@@ -212,22 +209,11 @@ def test_a_proposal_takes_sun_from_the_same_walls_in_any_tile(quarter, tmp_path)
     assert len(whole.neighbour) > 5
 
 
-def test_a_year_far_from_the_proposal_has_the_same_bytes(quarter, tmp_path, monkeypatch):
+def test_a_year_far_from_the_proposal_has_the_same_bytes(quarter, tmp_path, groups):
     options = {
         "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
         "by_day": False, "receivers": "ground", "cell": 4.0, "proposed": "west 20",
         "extent": (84960, 446860, 85280, 447180),
     }  # fmt: skip
-    scene = umbra.read(*quarter)
-    whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
-    groups = []
-
-    def see(suns):
-        groups.extend(found := list(group_suns(suns)))
-        return found
-
-    monkeypatch.setattr(sun_groups, "group_suns", see)
-    monkeypatch.setattr(sun_groups, "LEAST", 40)
-    made = umbra.city_study(quarter, out=tmp_path, tiles=80, min_altitude=None, **options)
-    compare(made.dataset.load(), whole)
+    check_tiles(quarter, tmp_path, [80], **options)
     assert groups  # of the tiles that the proposal cannot reach

@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from support.cities import DAY
+from support.cities import DAY, read_store
 
 import umbra
 from umbra.tiles.cluster import ClusterEngine, open_engine
@@ -17,20 +17,12 @@ GIVEN = {**DAY, "receivers": "top", "cell": 2.0, "extent": (84950, 446950, 85520
 TILES = {"tiles": 100}
 
 
-def read_bytes(folder):
-    """Return the bytes of all files of a store."""
-    store = folder / "study.zarr"
-    return {
-        path.relative_to(store): path.read_bytes() for path in store.rglob("*") if path.is_file()
-    }
-
-
 @pytest.fixture(scope="module")
 def whole(city, tmp_path_factory):
     """Return the bytes of a run in this process."""
     folder = tmp_path_factory.mktemp("serial")
     umbra.city_study(city, out=folder, **TILES, **GIVEN)
-    return read_bytes(folder)
+    return read_store(folder)
 
 
 def test_four_processes_write_the_same_bytes(city, whole, tmp_path):
@@ -38,7 +30,7 @@ def test_four_processes_write_the_same_bytes(city, whole, tmp_path):
     umbra.city_study(
         city, out=tmp_path, workers=4, progress=lambda *n: seen.append(n), **TILES, **GIVEN
     )
-    assert read_bytes(tmp_path) == whole
+    assert read_store(tmp_path) == whole
     assert seen == [(n, 24) for n in range(25)]
 
 
@@ -57,7 +49,7 @@ def test_a_killed_workers_tiles_are_counted_again(city, whole, tmp_path):
         now = set(engine.client.run(os.getpid).values())
     assert killed
     assert not now & set(killed)
-    assert read_bytes(tmp_path) == whole
+    assert read_store(tmp_path) == whole
 
 
 def start(*words):
@@ -83,7 +75,7 @@ def test_a_scheduler_in_a_process_of_its_own_counts(city, whole, tmp_path):
         ]  # fmt: skip
         out = tmp_path / "out"
         umbra.city_study(city, out=out, scheduler=str(told), **TILES, **GIVEN)
-        assert read_bytes(out) == whole
+        assert read_store(out) == whole
     finally:
         for program in programs[::-1]:
             program.terminate()

@@ -6,11 +6,10 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cities import DAY, make_houses, write_city
+from support.cities import DAY, make_houses, read_store, write_city
 
 import umbra
 from umbra.errors import UmbraError
@@ -22,22 +21,12 @@ OPTIONS = {**DAY, "receivers": "ground", "cell": 2.0, "extent": (84950, 446950, 
 TILES = 40
 
 
-def read_bytes(folder):
-    """Return the bytes of every file of a store."""
-    store = Path(folder) / "study.zarr"
-    return {
-        str(path.relative_to(store)): path.read_bytes()
-        for path in sorted(store.rglob("*"))
-        if path.is_file()
-    }
-
-
 @pytest.fixture(scope="module")
 def whole(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     study = umbra.city_study(city, out=folder, tiles=TILES, **OPTIONS)
     assert len(study.job.tiles()) == 15 * 9
-    return read_bytes(folder)
+    return read_store(folder)
 
 
 RUN = """
@@ -54,7 +43,7 @@ def test_killed_runs_end_in_the_same_bytes(city, tmp_path, whole, receivers):
     if receivers == "surfaces":
         options = {**DAY, "receivers": receivers, "spacing": 2.0}
         umbra.city_study(city, out=tmp_path / "whole", tiles=TILES, **options)
-        whole = read_bytes(tmp_path / "whole")
+        whole = read_store(tmp_path / "whole")
     given = json.dumps([[str(path) for path in city], str(tmp_path / "killed"), options])
     marks, kills = tmp_path / "killed" / "tiles", 0
     rng = np.random.default_rng(5)
@@ -70,7 +59,7 @@ def test_killed_runs_end_in_the_same_bytes(city, tmp_path, whole, receivers):
             kills += 1
         done, _ = child.communicate()
     assert kills == 4
-    assert read_bytes(tmp_path / "killed") == whole
+    assert read_store(tmp_path / "killed") == whole
 
 
 def test_a_full_disk_is_told_with_the_remedy(city, tmp_path):
@@ -101,7 +90,7 @@ def test_a_tile_that_fails_leaves_the_others_and_is_counted_again(
     monkeypatch.undo()
     umbra.city_study(city, out=tmp_path, tiles=TILES, **OPTIONS)
     assert not (tmp_path / "failed.json").exists()
-    assert read_bytes(tmp_path) == whole
+    assert read_store(tmp_path) == whole
 
 
 def test_a_damaged_mark_and_a_damaged_catalogue_are_made_again(city, tmp_path, whole):
@@ -123,7 +112,7 @@ def test_a_damaged_mark_and_a_damaged_catalogue_are_made_again(city, tmp_path, w
 
     umbra.city_study(city, out=tmp_path, tiles=TILES, engine=see, **OPTIONS)
     assert counted == [3, 5]
-    assert read_bytes(tmp_path) == whole
+    assert read_store(tmp_path) == whole
 
 
 def test_another_study_and_changed_files_are_named(city, tmp_path):

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support.cities import DAY, make_houses, write_city
+from support.cities import DAY, make_houses, read_store, write_city
 from support.shapes import box
 
 import umbra
@@ -31,14 +31,6 @@ def run(*words, folder):
     return subprocess.run(given, cwd=folder, capture_output=True, text=True, check=False)
 
 
-def read_bytes(folder):
-    """Return the bytes of all files of a store."""
-    store = folder / "study.zarr"
-    return {
-        path.relative_to(store): path.read_bytes() for path in store.rglob("*") if path.is_file()
-    }
-
-
 def test_the_command_writes_the_files_of_a_city(city, tmp_path):
     pytest.importorskip("rasterio")
     words = (
@@ -57,7 +49,7 @@ def test_the_command_writes_the_files_of_a_city(city, tmp_path):
     assert again.returncode == 0, again.stderr
     assert (tmp_path / "b" / "hours.vrt").exists()
     assert not (tmp_path / "b" / "map.png").exists()
-    assert read_bytes(tmp_path / "out") == read_bytes(tmp_path / "b")
+    assert read_store(tmp_path / "out") == read_store(tmp_path / "b")
 
 
 @pytest.mark.parametrize(
@@ -224,7 +216,7 @@ def test_64_tiles_on_two_workers_write_the_bytes_of_one_process(city, tmp_path, 
     one = count(out=tmp_path / "one")
     assert len(one.job.tiles()) >= 60
     count(out=tmp_path / "two", workers=2)
-    assert read_bytes(tmp_path / "two") == read_bytes(tmp_path / "one")
+    assert read_store(tmp_path / "two") == read_store(tmp_path / "one")
 
 
 def test_a_building_wound_inward_across_tiles_is_sampled_outward(tmp_path):

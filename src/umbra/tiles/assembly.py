@@ -35,8 +35,10 @@ def assemble(
     template["part"] = (("part",), np.array([""]))
     template["surface_part"] = (("surface",), np.zeros(1, np.int32))
     store.create(template, pieces.sizes, dict.fromkeys(AXES, CHUNK), facts)
-    store.write_whole("part", name_objects(catalogue, pieces.objects))
-    store.write_whole("surface_part", np.repeat(pieces.owner, pieces.keys[:, 4]).astype(np.int32))
+    store.write({
+        "part": name_objects(catalogue, pieces.objects),
+        "surface_part": np.repeat(pieces.owner, pieces.keys[:, 4]).astype(np.int32),
+    })  # fmt: skip
     for name, dims in names.items():
         at = pieces.find_axis(name)
         if at is None:
@@ -44,7 +46,8 @@ def assemble(
         size = pieces.sizes[dims[at]]
         for begin in range(0, size, CHUNK):
             stop = min(begin + CHUNK, size)
-            store.write_rows(name, pieces.read(name, begin, stop), at, slice(begin, stop))
+            where = *(slice(None),) * at, slice(begin, stop)
+            store.write({name: pieces.read(name, begin, stop)}, where)
 
 
 def name_objects(catalogue: Catalogue, objects: NDArray[np.int64]) -> NDArray:

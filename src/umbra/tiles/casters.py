@@ -1,9 +1,6 @@
 """Casters of a neighbourhood: adjacency, canopies, and what is seen."""
 
-from collections.abc import Callable
-
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.scene import Triangles
@@ -38,15 +35,7 @@ def make_tile_casters(
         All but canopies.
     """
     roles = place.roles
-
-    def ask(find: Callable[[int], NDArray[np.bool_]]) -> NDArray[np.bool_]:
-        found = np.zeros(len(scene.group), np.bool_)
-        for file in np.unique(scene.number[:, 0]).tolist():
-            mine = scene.number[:, 0] == file
-            found[mine] = find(file)[scene.number[mine, 1]]
-        return found
-
-    casts = ask(roles.find_casting)
+    casts = scene.spread(roles.find_casting)
     soup = scene.pick(casts)
     vertices, faces, group = soup.vertices, soup.faces, scene.group[soup.part]
     if not len(faces):  # a face below every receiver casts nothing
@@ -55,7 +44,7 @@ def make_tile_casters(
     caster = make_caster(vertices, faces, group)
     if roles.season is None:
         return caster, None, scene.triangles()
-    crowns = ask(roles.find_canopies)
+    crowns = scene.spread(roles.find_canopies)
     every, casting, solid = (
         tuple(np.flatnonzero(which).tolist()) for which in (crowns, crowns & casts, casts & ~crowns)
     )

@@ -19,12 +19,11 @@ from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
 from umbra.study.compare import NeighbourSums
-from umbra.study.result import Study
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, Selection
-from umbra.tiles.neighbours import find_neighbours, split_neighbours, write_neighbours
+from umbra.tiles.neighbours import split_neighbours, write_neighbours
 from umbra.tiles.pieces import write_pieces
 from umbra.tiles.receive import count_receivers
 from umbra.tiles.store import CityStore
@@ -130,7 +129,7 @@ def _count_cells(
                 if name not in arrays:
                     arrays[name] = np.zeros((*values.shape[:-2], *shape), values.dtype)
                 arrays[name][(..., *where)] = values
-    store.write_tile(arrays, slice(*tile.rows), slice(*tile.cols))
+    store.write(arrays, (..., slice(*tile.rows), slice(*tile.cols)))
     return neighbours, triangles, bare
 
 
@@ -221,19 +220,9 @@ def count_window(
         counter: Any = SunGroups(make)
     else:
         laid, counter = _lay_out(place, grid, needs.units), None
-    result = count_receivers(place, laid, laid.make_tiles(None), counter, is_due=is_due)
-    nothing = laid.finish()
-    if nothing is not None:
-        result.blank(nothing)
-    arrays = result.arrays
-    study = Study(
-        laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
-        result.variables(laid),
-    )  # fmt: skip
-    return (
-        split_neighbours(study.variables()), find_neighbours(result, laid),
-        near.count_faces(needs.units), laid.bare,
-    )  # fmt: skip
+    study, neighbours = count_receivers(place, laid, laid.make_tiles(None), counter, is_due=is_due)
+    variables = split_neighbours(study.variables())
+    return variables, neighbours, near.count_faces(needs.units), laid.bare
 
 
 def _has_groups(place: Workplace) -> bool:

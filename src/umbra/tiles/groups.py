@@ -153,14 +153,12 @@ class CityGroups:
         if not is_due:
             return self._describe(Groups(self.names, (), *self._join_nothing()), ())
         member = np.zeros((len(scene.number), len(self.names) + 1), np.bool_)
-        casts = np.zeros(len(member), np.bool_)
         for file in np.unique(scene.number[:, 0]).tolist():
             mine = np.flatnonzero(scene.number[:, 0] == file)
             part = scene.number[mine, 1]
-            casts[mine] = self._roles.find_casting(file)[part]
             for column in self._columns[file][part].T:
                 member[mine, column] = True  # the last column, of -1, is cut off
-        member = member[:, :-1]
+        member, casts = member[:, :-1], scene.spread(self._roles.find_casting)
         weak = () if canopy is None else canopy.casting
         groups = Groups.of(self.names, member, np.flatnonzero(casts).tolist(), weak)
         return self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))

@@ -80,6 +80,14 @@ class PartScene(Scene):
         """Return the object of each part."""
         return self.group
 
+    def spread(self, find: Callable[[int], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Return, for each part, what is found for the parts of its file, by the file's number."""
+        found = np.zeros(len(self.group), np.bool_)
+        for file in np.unique(self.number[:, 0]).tolist():
+            mine = self.number[:, 0] == file
+            found[mine] = find(file)[self.number[mine, 1]]
+        return found
+
     def labels(self) -> list[str]:
         """Name each part's object, such that names sort in the order of files and objects."""
         return [

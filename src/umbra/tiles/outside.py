@@ -21,10 +21,10 @@ def read_outside(folder: Path) -> dict[str, str]:
     return known
 
 
-def write_json(path: Path, facts: object) -> None:
-    """Replace a small file whole."""
+def write_json(path: Path, facts: object, option: int = 0) -> None:
+    """Replace a small file whole; ``option`` is orjson's."""
     unfinished = path.with_name(f".{path.name}")
-    unfinished.write_bytes(orjson.dumps(facts))
+    unfinished.write_bytes(orjson.dumps(facts, option=option))
     unfinished.replace(path)
 
 

@@ -29,6 +29,7 @@ from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
+from umbra.tiles.outside import write_json
 from umbra.tiles.roles import Roles
 from umbra.tiles.store import CityStore
 
@@ -166,9 +167,7 @@ def prepare_city(
             template |= {"x": (("x",), x), "y": (("y",), y)}
             sizes = {"y": len(y), "x": len(x)}
             store.create(template, sizes, dict.fromkeys(sizes, lattice.side), {})
-        unfinished = folder / f".{_STUDY}"
-        unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
-        unfinished.replace(folder / _STUDY)
+        write_json(folder / _STUDY, facts, orjson.OPT_INDENT_2)
     return found
 
 

@@ -6,9 +6,11 @@ from typing import Any
 
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
+from umbra.study.compare import NeighbourSums
 from umbra.study.loop import look, pass_lights
-from umbra.study.setup import Result
+from umbra.study.result import Study
 from umbra.tiles.job import Workplace
+from umbra.tiles.neighbours import find_neighbours
 
 __all__ = ["count_receivers"]
 
@@ -20,9 +22,9 @@ def count_receivers(
     counter: Counter | None = None,
     *,
     is_due: bool,
-) -> Result:
+) -> tuple[Study, list[NeighbourSums]]:
     """
-    Count all lights.
+    Count all lights; return the study, and the neighbours that lose sun to a proposal.
 
     Parameters
     ----------
@@ -49,4 +51,12 @@ def count_receivers(
         for one in idle:
             one.skip(run)
         pass_lights(run, place.lights, busy)
-    return begun
+    nothing = laid.finish()
+    if nothing is not None:
+        begun.blank(nothing)
+    arrays = begun.arrays
+    study = Study(
+        laid, place.period, arrays.shadow_hours, arrays.up_hours, begun.masks, {},
+        begun.variables(laid),
+    )  # fmt: skip
+    return study, find_neighbours(begun, laid)

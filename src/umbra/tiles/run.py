@@ -20,6 +20,7 @@ from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbours import join_neighbours
+from umbra.tiles.outside import write_json
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.store import CityStore
 
@@ -141,7 +142,7 @@ def run_job(
     for tile, outcome in engine(job, left):
         if isinstance(outcome, BaseException):
             failed[tile.number] = f"{type(outcome).__name__}: {outcome}"
-            _write(folder / _FAILED, _describe(tiles, failed))
+            write_json(folder / _FAILED, _describe(tiles, failed), orjson.OPT_INDENT_2)
         else:
             count += 1
             progress(count, len(tiles))
@@ -171,13 +172,6 @@ def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict
         {"tile": number, "rows": tiles[number].rows, "cols": tiles[number].cols, "reason": reason}
         for number, reason in failed.items()
     ]
-
-
-def _write(path: Path, facts: object) -> None:
-    """Replace a small file whole."""
-    unfinished = path.with_name(f".{path.name}")
-    unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
-    unfinished.replace(path)
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from umbra.errors import InputError
 from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.tiles.lattice import CityTile
+from umbra.tiles.outside import write_json
 
 __all__ = ["CityStore", "check_zarr"]
 
@@ -25,7 +26,6 @@ MARKS = "tiles"
 ROWS = {"sample", "surface", "part"}
 """Dimensions of surfaces."""
 _EPOCH = "microseconds since 1970-01-01 00:00:00"
-_NOT_A_TIME = np.iinfo(np.int64).min
 _LEVEL, _SHUFFLED = 3, 5  # of Zstandard
 
 
@@ -114,25 +114,11 @@ class CityStore:
             if is_whole:
                 made[...] = array
 
-    def write_tile(self, arrays: Mapping[str, NDArray], rows: slice, cols: slice) -> None:
-        """Write a tile's part of each variable, whose last dimensions are rows and columns."""
-        zarr = _load_zarr()
-        group = zarr.open_group(str(self.path), mode="r+")
+    def write(self, arrays: Mapping[str, NDArray], where: Any = ...) -> None:
+        """Write a part of each variable, which an index names; all of it by default."""
+        group = _load_zarr().open_group(str(self.path), mode="r+")
         for name, values in arrays.items():
-            array, _ = encode(values)
-            group[name][(..., rows, cols)] = array
-
-    def write_rows(self, name: str, values: NDArray, axis: int, rows: slice) -> None:
-        """Write a range of rows of a variable along an axis."""
-        zarr = _load_zarr()
-        group = zarr.open_group(str(self.path), mode="r+")
-        group[name][(*(slice(None),) * axis, rows)] = encode(values)[0]
-
-    def write_whole(self, name: str, values: NDArray) -> None:
-        """Write all values of a variable."""
-        zarr = _load_zarr()
-        group = zarr.open_group(str(self.path), mode="r+")
-        group[name][...] = encode(values)[0]
+            group[name][where] = encode(values)[0]
 
     def finish(self, facts: Mapping[str, object]) -> None:
         """Add global attributes, and consolidate the metadata."""
@@ -152,10 +138,8 @@ class CityStore:
     def mark(self, tile: CityTile, facts: Mapping[str, object]) -> None:
         """Mark a tile as done, with the checksum of its files."""
         self._marks.mkdir(exist_ok=True)
-        number, held = tile.number, {**facts, "checksum": self._sum_up(tile)}
-        unfinished = self._marks / f".{number:06}.json"
-        unfinished.write_bytes(orjson.dumps(held))
-        unfinished.replace(self._marks / f"{number:06}.json")
+        held = {**facts, "checksum": self._sum_up(tile)}
+        write_json(self._marks / f"{tile.number:06}.json", held)
 
     def drop_damaged(self, tiles: Iterable[CityTile]) -> None:
         """Remove the marks of tiles whose files are not as they were written, and what is half."""

@@ -21,12 +21,11 @@ from umbra.receivers.samples import Samples, sample_surfaces
 from umbra.receivers.single import DIMS
 from umbra.scene.grid import Places
 from umbra.study.compare import NeighbourSums
-from umbra.study.result import Study
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
-from umbra.tiles.neighbours import find_neighbours, split_neighbours
+from umbra.tiles.neighbours import split_neighbours
 from umbra.tiles.receive import count_receivers
 from umbra.volume.adjacency import make_caster
 
@@ -173,28 +172,22 @@ def _count_batch(
         scene, place.job.options, [], place.job.threads, canopy, lights=len(place.suns),
         has_groups=groups is not None,
     )  # fmt: skip
-    result = count_receivers(place, laid, laid.make_tiles(request), is_due=is_due)
-    arrays = result.arrays
-    study = Study(
-        laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
-        result.variables(laid),
-    )  # fmt: skip
+    study, neighbours = count_receivers(place, laid, laid.make_tiles(request), is_due=is_due)
     variables = split_neighbours({**study.variables(), **laid.sum_up(study)})
     pieces = _cut_to_parts(scene, samples, variables)
-    return pieces, find_neighbours(result, laid), len(caster.faces)
+    return pieces, neighbours, len(caster.faces)
 
 
 def _find_parts(place: Workplace, scene: PartScene, batch: Selection) -> NDArray[np.intp]:
     """Return the parts of a scene that are sampled: those of the batch's objects that receive."""
-    chosen = np.zeros(len(scene.group), np.bool_)
-    for number, units in batch.units:
+    units = dict(batch.units)
+
+    def find(number: int) -> NDArray[np.bool_]:
         geometry = place.catalogue.files[number].geometry
-        mine = scene.number[:, 0] == number
-        part = scene.number[mine, 1]
-        objects = np.unique(geometry.objects[units])
-        receives = place.roles.find_receiving(number)
-        chosen[mine] = np.isin(geometry.object_of[part], objects) & receives[part]
-    return np.flatnonzero(chosen)
+        mine = np.isin(geometry.object_of, geometry.objects[units.get(number, [])])
+        return mine & place.roles.find_receiving(number)
+
+    return np.flatnonzero(scene.spread(find))
 
 
 def _sample(scene: PartScene, parts: NDArray[np.intp], spacing: float) -> Samples | None:
@@ -253,16 +246,7 @@ def _cut_to_parts(
     count = np.bincount(samples.part[samples.surface], minlength=len(scene.group))[own]
     owner = samples.part[samples.owner]
     triangles = np.bincount(owner, minlength=len(scene.group))[own]
-    keys = np.concatenate(
-        [
-            scene.number[own],
-            scene.thing[own, None],
-            count[:, None],
-            surfaces[:, None],
-            triangles[:, None],
-        ],
-        axis=1,
-    ).astype(np.int64)
+    keys = np.column_stack([scene.number[own], scene.thing[own], count, surfaces, triangles])
     start = np.zeros(len(scene.group), np.int64)
     start[own] = first
     found = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
@@ -277,4 +261,4 @@ def _cut_to_parts(
         "surface_start": (("surface", "axis"), samples.start),
         "surface_cells": (("surface", "axis"), samples.cells),
     }
-    return PartResults(keys, found)
+    return PartResults(keys.astype(np.int64), found)
