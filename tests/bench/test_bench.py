@@ -67,16 +67,6 @@ def test_a_table_is_for_people():
     assert len(lines) == 2 + 2 * 5
 
 
-@pytest.fixture
-def opengl():
-    from umbra.gl.context import open_device  # noqa: PLC0415
-
-    try:
-        open_device().release()
-    except UmbraError as error:
-        pytest.skip(f"there is no OpenGL here: {error}")
-
-
 @pytest.mark.usefixtures("opengl")
 def test_growth_finds_exponents():
     found = json.loads(run("growth", "--json").stdout)

@@ -284,14 +284,10 @@ def test_the_peers_scene_is_as_said():
         assert (np.abs(way @ axis) + scene.radius < reach).all()
 
 
+@pytest.mark.usefixtures("opengl")
 def test_umbra_draws_the_peers_scene(tmp_path):
-    from umbra.gl.context import open_device  # noqa: PLC0415
     from umbra_benchmarks.ours_gl import OursGl  # noqa: PLC0415
 
-    try:
-        open_device().release()
-    except UmbraError as error:
-        pytest.skip(f"there is no OpenGL here: {error}")
     scene = make_spheres(3, 8, 12)
     with OursGl(scene, 64) as ours:
         assert ours.driver

@@ -64,13 +64,8 @@ def test_growth_is_a_power():
     assert find_growth(drawn, "ball") == pytest.approx((0.5, 0.5, 1.0))
 
 
+@pytest.mark.usefixtures("opengl")
 def test_frames_are_drawn_in_every_case():
-    from umbra.gl.context import open_device  # noqa: PLC0415
-
-    try:
-        open_device().release()
-    except UmbraError as error:
-        pytest.skip(f"there is no OpenGL here: {error}")
     found = json.loads(run("--json"))["views"]
     assert len(found) == 10
     assert {row["scene"] for row in found} == {"hall", "9 spheres", "boulder"}

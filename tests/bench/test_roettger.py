@@ -5,18 +5,9 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from umbra.errors import UmbraError
 from umbra_benchmarks.command import command
 
-
-@pytest.fixture(autouse=True)
-def _needs_opengl():
-    from umbra.gl.context import open_device  # noqa: PLC0415
-
-    try:
-        open_device().release()
-    except UmbraError as error:
-        pytest.skip(f"there is no OpenGL here: {error}")
+pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def run(*arguments):

@@ -1,8 +1,8 @@
 """How many triangles each of McGuire's three cases draws, over sizes of one shape."""
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from umbra.cpu.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import make_caster
 from umbra.volume.placement import find_placement
+from umbra_benchmarks.measure import repeat_work
 from umbra_benchmarks.report import BenchmarkRun
 from umbra_benchmarks.scenes import SquareModel, make_boulder
 
@@ -97,15 +98,11 @@ def _measure(shape: str, model: SquareModel, run: BenchmarkRun) -> DrawnTriangle
     caster = make_caster(model.vertices, model.faces)
     placing = []
     for case, camera in enumerate(CAMERAS, 1):
-        seconds = []
-        for _ in range(run.repeat):
-            begun = time.perf_counter()
-            placement = find_placement(caster, camera, LAMP)
-            seconds.append(time.perf_counter() - begun)
+        placement, took = repeat_work(partial(find_placement, caster, camera, LAMP), run.repeat)
         if placement.case != case:
             msg = f"the {shape}'s camera for case {case} got case {placement.case}"
             raise RuntimeError(msg)
-        placing.append(float(np.median(seconds)))
+        placing.append(took.median)
     sides = make_sides(caster, LAMP)
     edges = int(sides.multiplicity.sum())
     lit = len(make_light_cap(caster, LAMP).multiplicity)

@@ -182,11 +182,7 @@ class GlReport(BenchmarkReport):
 
 
 def _in_ms(timing: Timing) -> dict[str, float]:
-    return {
-        "ms": 1e3 * timing.median,
-        "min_ms": 1e3 * timing.least,
-        "processor_ms": 1e3 * (timing.processor or 0.0),
-    }
+    return timing.to_ms() | {"processor_ms": 1e3 * (timing.processor or 0.0)}
 
 
 def _show(timing: Timing) -> list[str]:

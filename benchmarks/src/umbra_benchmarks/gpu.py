@@ -112,8 +112,7 @@ class GpuReport(BenchmarkReport):
             {
                 **{name: getattr(row, name) for name in _SIZES},
                 "calls_ms": 1e3 * row.calls.median,
-                "frame_ms": 1e3 * row.frame.median,
-                "frame_min_ms": 1e3 * row.frame.least,
+                **row.frame.to_ms("frame_"),
                 "passes_ms": row.passes,
             }
             for row in self.frames
@@ -286,8 +285,8 @@ def _time_frames(
         depth_bounds=device.has_depth_bounds,
         detail=detail,
         volumes=volumes,
-        calls=Timing(float(np.median(calls)), min(calls)),
-        frame=Timing(float(np.median(frames)), min(frames)),
+        calls=Timing.of(calls),
+        frame=Timing.of(frames),
         passes={
             name: float(np.median([each.get(name, 0.0) for each in passes])) for name in passes[-1]
         },

@@ -222,4 +222,4 @@ def _measure(device: Device, step: Step, repeat: int) -> tuple[Timing, Timing]:
             draw(numbers)
             calls = [draw(numbers) for _ in range(repeat)]
         frames = [draw(numbers) for _ in range(repeat)]
-    return tuple(Timing(float(np.median(each)), min(each)) for each in (calls, frames))  # type: ignore[return-value]
+    return Timing.of(calls), Timing.of(frames)

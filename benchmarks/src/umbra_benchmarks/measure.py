@@ -2,14 +2,15 @@
 
 import gc
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 
-__all__ = ["Contender", "Spent", "Timing", "counted", "run_in_turn", "timed"]
+__all__ = ["Contender", "Spent", "Timing", "counted", "repeat_work", "run_in_turn", "timed"]
 
+T = TypeVar("T")
 Contender = Callable[[], float]
 """Does its work once and gives the seconds that count."""
 
@@ -38,6 +39,19 @@ class Timing:
     median: float
     least: float
     processor: float | None = None
+
+    @classmethod
+    def of(cls, seconds: Sequence[float]) -> Self:
+        """Return the timing of some runs [s]."""
+        return cls(float(np.median(seconds)), min(seconds))
+
+    def divide(self, by: float) -> "Timing":
+        """Return the time of each of so many equal pieces of work."""
+        return Timing(self.median / by, self.least / by)
+
+    def to_ms(self, name: str = "") -> dict[str, float]:
+        """Return the median and the least for programs, after the work's name [ms]."""
+        return {f"{name}ms": 1e3 * self.median, f"{name}min_ms": 1e3 * self.least}
 
 
 def timed(work: Callable[[], object], at_least: float = 0.0) -> Contender:
@@ -75,6 +89,16 @@ def counted(work: Callable[[], object]) -> Contender:
     return run
 
 
+def repeat_work(work: Callable[[], T], times: int) -> tuple[T, Timing]:
+    """Do some work over and over; return its last result, and what it took by the clock."""
+    taken = []
+    for _ in range(times):
+        begun = time.perf_counter()
+        found = work()
+        taken.append(time.perf_counter() - begun)
+    return found, Timing.of(taken)
+
+
 def run_in_turn(contenders: Mapping[str, Contender], repeat: int) -> dict[str, Timing]:
     """
     Run contenders A B C A B C ..., after one run of each that does not count.
@@ -96,4 +120,4 @@ def run_in_turn(contenders: Mapping[str, Contender], repeat: int) -> dict[str, T
     for _ in range(repeat):
         for name, run in contenders.items():
             seconds[name].append(run())
-    return {name: Timing(float(np.median(all_)), min(all_)) for name, all_ in seconds.items()}
+    return {name: Timing.of(all_) for name, all_ in seconds.items()}

@@ -21,6 +21,7 @@ from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, Light, Scene, directional_light, make_scene, point_light
 from umbra.scene.lights import spot_light
 from umbra.scene.mesh import Mesh, Part
+from umbra_benchmarks.growth import find_side, look_down
 from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.ours_gl import drawing_nothing
 from umbra_benchmarks.report import (
@@ -34,6 +35,7 @@ from umbra_benchmarks.scenes import make_boulder, make_town
 __all__ = ["Motion", "MotionReport", "MotionRow", "bench_motion", "list_motions", "make_rocks"]
 
 _SIZE = (512, 512)
+_look_from_air = partial(look_down, size=_SIZE[0])
 
 
 @dataclass(frozen=True)
@@ -164,12 +166,12 @@ def bench_motion(run: BenchmarkRun) -> MotionReport:
 def list_motions(*, quick: bool = False) -> list[Motion]:
     """List what is measured; with few casters if ``quick``."""
     small, large = (100, 400) if quick else (8_333, 83_333)
-    side, wide = 25.0 * np.sqrt(small), 25.0 * np.sqrt(large)
+    side, wide = find_side(small), find_side(large)
     air, street = _look_from_air(side), _look_along_street(wide)
     lamps = 4 if quick else 64
     town, city = partial(_make_town, small), partial(_make_town, large)
     rocks, houses = (20, 25) if quick else (1000, 900)
-    block, block_side = partial(_make_town, houses), 25.0 * np.sqrt(houses)
+    block, block_side = partial(_make_town, houses), find_side(houses)
     over_block = _look_from_air(block_side)
     splits = 2 if quick else 6
     return [
@@ -197,12 +199,6 @@ def list_motions(*, quick: bool = False) -> list[Motion]:
                _look_from_air(500.0), _fix_sun,
                pose=_bend, calls_mark=15e-3, move_mark=10e-3),
     ]  # fmt: skip
-
-
-def _look_from_air(side: float) -> Camera:
-    middle = side / 2
-    eye, target = np.array([middle, -0.3 * side, 0.5 * side]), np.array([middle, middle, 0.0])
-    return Camera(eye, target, size=_SIZE)
 
 
 def _look_along_street(side: float) -> Camera:
@@ -239,7 +235,7 @@ def _swing_spot(side: float, frame: int) -> list[Light]:
 
 
 def _make_town(boxes: int) -> Scene:
-    side = 25.0 * np.sqrt(boxes)
+    side = find_side(boxes)
     model = make_town(boxes, side, 1)
     return make_scene([Part("town", "", Mesh(model.vertices, model.faces)), _make_ground(side)])
 
@@ -332,12 +328,8 @@ def measure(device: Device, motion: Motion, repeat: int) -> MotionRow:
     return MotionRow(
         motion,
         scene.triangles().faces.shape[0],
-        _time(moves) if motion.pose is not None else None,
-        _time(calls),
-        _time(frames),
+        Timing.of(moves) if motion.pose is not None else None,
+        Timing.of(calls),
+        Timing.of(frames),
         volumes,
     )
-
-
-def _time(seconds: list[float]) -> Timing:
-    return Timing(float(np.median(seconds)), min(seconds))

@@ -142,12 +142,9 @@ class Row:
         """Return numbers for programs; times in ms."""
         return {
             "work": self.work,
-            "ours_ms": 1e3 * self.ours.median,
-            "ours_min_ms": 1e3 * self.ours.least,
-            "ours_threads_ms": 1e3 * self.ours_threads.median,
-            "ours_threads_min_ms": 1e3 * self.ours_threads.least,
-            "peer_ms": 1e3 * self.peer.median,
-            "peer_min_ms": 1e3 * self.peer.least,
+            **self.ours.to_ms("ours_"),
+            **self.ours_threads.to_ms("ours_threads_"),
+            **self.peer.to_ms("peer_"),
             "ratio": self.ratio,
             "ratio_of_minima": self.peer.least / self.ours.least,
             "speed_up": self.ours.median / self.ours_threads.median,

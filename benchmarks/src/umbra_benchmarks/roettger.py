@@ -109,8 +109,7 @@ class Roettger(BenchmarkReport):
                     "size": size,
                     "mask": name,
                     "frames_per_second": 1 / timing.median,
-                    "ms": 1e3 * timing.median,
-                    "min_ms": 1e3 * timing.least,
+                    **timing.to_ms(),
                     "to_stencil": self.ratio(size, name),
                     "paper_frames_per_second": _find_paper(size, name),
                     "paper_to_stencil": _find_paper_ratio(size, name),
@@ -200,8 +199,7 @@ def _measure(device: Device, scene: Scene, size: int, repeat: int) -> dict[str, 
             picture = stack.enter_context(_open(device, scene, method, scale))
             contenders[name] = timed(_make_turn(device, picture, camera, shadows))
         return {
-            name: Timing(timing.median / _FRAMES, timing.least / _FRAMES)
-            for name, timing in run_in_turn(contenders, repeat).items()
+            name: timing.divide(_FRAMES) for name, timing in run_in_turn(contenders, repeat).items()
         }
 
 

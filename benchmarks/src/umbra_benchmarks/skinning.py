@@ -68,8 +68,7 @@ class SkinRow:
             "triangles": self.triangles, "sides": self.sides, "differ": self.differ,
         }  # fmt: skip
         for name in ("processor", "upload", "device"):
-            timing = getattr(self, name)
-            found |= {f"{name}_ms": 1e3 * timing.median, f"{name}_min_ms": 1e3 * timing.least}
+            found |= getattr(self, name).to_ms(f"{name}_")
         return found
 
 
@@ -97,7 +96,7 @@ def _time(clock: Callable[[], float], calls: Sequence[Callable[[], object]]) -> 
         begun = clock()
         call()
         spent.append(clock() - begun)
-    return Timing(float(np.median(spent)), min(spent))
+    return Timing.of(spent)
 
 
 def _order(sides: NDArray[np.uint32]) -> NDArray[np.int64]:

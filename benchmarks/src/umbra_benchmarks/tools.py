@@ -152,8 +152,7 @@ class ToolReport(BenchmarkReport):
                 {
                     "peer": row.peer,
                     "name": row.name,
-                    "ms": 1e3 * row.calculation.median,
-                    "min_ms": 1e3 * row.calculation.least,
+                    **row.calculation.to_ms(),
                     "whole_ms": None if row.whole is None else 1e3 * row.whole.median,
                     "whole_min_ms": None if row.whole is None else 1e3 * row.whole.least,
                     "runs": row.runs,
@@ -308,14 +307,10 @@ def _make_row(
     runs = took[peer]
     wholes = [run.whole for run in runs if run.whole is not None]
     return ToolRow(
-        peer, name, _sum_up([run.calculation for run in runs]),
-        _sum_up(wholes) if wholes else None, len(runs),
+        peer, name, Timing.of([run.calculation for run in runs]),
+        Timing.of(wholes) if wholes else None, len(runs),
         exact.judge(masks.astype(bool)), sun_error, mark,
     )  # fmt: skip
-
-
-def _sum_up(seconds: Sequence[float]) -> Timing:
-    return Timing(float(np.median(seconds)), min(seconds))
 
 
 class _Ours:

@@ -265,10 +265,7 @@ def _measure(
     searches = {way: _make_search(caster, trees.get(way, way)) for way in _WAYS}
     contenders = {way: counted(partial(_ask_all, search, suns)) for way, search in searches.items()}
     contenders["64 at once"] = counted(lambda: list(find_silhouettes(caster, suns, "brute")))
-    times = {
-        way: Timing(found.median / len(suns), found.least / len(suns))
-        for way, found in run_in_turn(contenders, repeat).items()
-    }
+    times = {way: found.divide(len(suns)) for way, found in run_in_turn(contenders, repeat).items()}
     codes = {way: [search(sun) for sun in suns] for way, search in searches.items()}
     tested = {
         way: float(np.mean([tree.count_tested(sun) or len(caster.edges) for sun in suns]))

@@ -5,9 +5,9 @@ Errors are those against depth complexity at 1,024 spots of the lamp, which rays
 (`umbra bench soft`); 1,024 samples are off by 0.003 themselves.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, Scene, make_scene, point_light
 from umbra.soft import ball_light, complexity, samples, wedges, weng
 from umbra.volume.silhouette import find_silhouette_edges
+from umbra_benchmarks.measure import repeat_work
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,
@@ -242,8 +243,8 @@ def find_errors(found: NDArray, truth: NDArray, where: NDArray[np.bool_]) -> Err
     where : (rows, cols) bool
         Only here.
     """
-    partial = where & (((found > 0) & (found < 1)) | ((truth > 0) & (truth < 1)))
-    error = (found.astype(np.float64) - truth)[partial]
+    in_penumbra = where & (((found > 0) & (found < 1)) | ((truth > 0) & (truth < 1)))
+    error = (found.astype(np.float64) - truth)[in_penumbra]
     if not len(error):
         return Errors(0, 0.0, 0.0, 0.0, 0.0)
     size = np.abs(error)
@@ -268,17 +269,13 @@ def _measure_grid(camera: Camera, run: BenchmarkRun) -> list[GridCell]:
     cells, pictures = [], []
     for length in LENGTHS:
         for gap in GAPS:
-            taken = []
-            for _ in range(run.repeat):
-                begun = time.perf_counter()
-                found = weng.visibility(*seen, _LIGHT, length=length, gap=gap)
-                taken.append(time.perf_counter() - begun)
+            draw = partial(weng.visibility, *seen, _LIGHT, length=length, gap=gap)
+            found, took = repeat_work(draw, run.repeat)
             layers = Softness(length=length, gap=gap).layers
             floor = find_errors(found, truth, frame.part == GROUND)
-            median = float(np.median(taken))
             pictures.append(found)
             cells.append(
-                GridCell(length, gap, layers, (layers + 1) * (sides + caps), median, floor)
+                GridCell(length, gap, layers, (layers + 1) * (sides + caps), took.median, floor)
             )
     if run.pictures is not None:
         run.pictures.mkdir(parents=True, exist_ok=True)
@@ -322,14 +319,10 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
         "samples": lambda: samples.visibility(*seen, _LIGHT, samples=REFERENCE),
     }
     for name, work in works.items():
-        taken = []
         if name != "samples":
-            found[name] = work()  # compiles, and fills the caches
-        for _ in range(1 if name == "samples" else repeat):
-            begun = time.perf_counter()
-            found[name] = work()
-            taken.append(time.perf_counter() - begun)
-        seconds[name] = float(np.median(taken))
+            work()  # compiles, and fills the caches
+        found[name], took = repeat_work(work, 1 if name == "samples" else repeat)
+        seconds[name] = took.median
     place = _LIGHT.light.local(counter.scene.origin)
     truth = complexity.visibility(*seen, _LIGHT, spots=REFERENCE)
     errors = [

@@ -66,10 +66,9 @@ class Whole:
 
     def to_dict(self) -> dict[str, Any]:
         """Return numbers for programs; times in ms."""
-        times = {}
+        times: dict[str, float] = {}
         for name, timing in self.timings.items():
-            times[f"{name}_ms"] = 1e3 * timing.median
-            times[f"{name}_min_ms"] = 1e3 * timing.least
+            times |= timing.to_ms(f"{name}_")
         return {"work": self.work, **times, "ratios": self.ratios, "differ": self.differ,
                 "cells": self.of}  # fmt: skip
 
