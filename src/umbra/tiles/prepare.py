@@ -278,11 +278,11 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         before, after = (_show(str(options.get(name))) for options in (held[what], now[what]))
         what = f"another {name}= ({before}, now {after})"
     elif what == "files":
-        before = {one[0]: one for one in held[what]}
+        known = {one[0]: one for one in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.
-        changed = [one[0] for one in now[what] if before.get(one[0], [])[2:] != one[2:]]
-        gone = sorted(set(before) - {one[0] for one in now[what]})
-        moved = [one[0] for one in now[what] if before.get(one[0]) != one]
+        changed = [one[0] for one in now[what] if known.get(one[0], [])[2:] != one[2:]]
+        gone = sorted(set(known) - {one[0] for one in now[what]})
+        moved = [one[0] for one in now[what] if known.get(one[0]) != one]
         first = (changed or gone or moved or [now[what][0][0]])[0]
         state = (
             "changed or new" if changed else "now missing" if gone else "of other layer or order"
