@@ -21,6 +21,7 @@ from umbra.devices import find_device
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Material, Mesh, Part, make_scene
 from umbra.scene.camera import HORIZON, fit_camera
+from umbra.writers.typeface import note_missing
 
 SIZE = (80, 60)
 SUN = umbra.directional_light((-0.5, -0.4, 0.8))
@@ -191,6 +192,11 @@ def test_a_caption_stands_at_the_foot_and_is_never_cut():
     assert cols.min() < 20
     long = write_caption(image, "word " * 14)
     assert np.nonzero((long != image).any(-1))[1].max() < 299
+
+
+def test_letters_that_pictures_lack_are_told():
+    assert note_missing("21 März · 15:00 Ωμέγα, Москва") == ""
+    assert "lacks 日 本 🏠 of the caption" in note_missing("Proposed é日本日🏠")
 
 
 @pytest.mark.parametrize("size", [(160, 120), (120, 160)])

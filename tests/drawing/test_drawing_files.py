@@ -126,6 +126,19 @@ def test_pdf_draws_letters_that_its_typeface_lacks(scene, camera, tmp_path):
     assert (tmp_path / "a.pdf").stat().st_size > 1000
 
 
+def test_a_long_caption_fits_into_a_drawing(scene, camera, tmp_path):
+    size = []
+    for text in ("48° (N)", "a long line about what is to be seen here, when and why " * 3):
+        drawing = umbra.draw_vectors(scene, camera, SUN, caption=text)
+        for ending in ("svg", "pdf"):
+            drawing.write(tmp_path / f"a.{ending}")
+        told = re.search(r'<text [^>]*font-size="([\d.]+)"[^>]*>', (tmp_path / "a.svg").read_text())
+        size.append((float(told[1]), "textLength" in told[0]))
+    assert size[0] == (10, False)
+    assert size[1][0] < 5
+    assert size[1][1]
+
+
 def test_faces_of_one_colour_are_one_path_and_seams_one_pixel_wide(camera):
     # Two level squares in steps of 1 mm: two planes, one colour.
     corners = np.array([(x, y, z) for z in (0, 1e-3) for y in (0, 2) for x in (0, 2)], float)

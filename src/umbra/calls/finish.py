@@ -1,21 +1,18 @@
 """The last steps to a picture: lines, transparency, sRGB, and a caption."""
 
-from importlib.util import find_spec
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from umbra.calls.lines import draw_lines
 from umbra.calls.options import RenderOptions
 from umbra.calls.samples import Averages
 from umbra.calls.styles import Style
 from umbra.cpu.shade import encode
+from umbra.writers.typeface import fit_caption, load_font
 
 __all__ = ["finish"]
 
-_FONT = Path("mpl-data", "fonts", "ttf", "DejaVuSans.ttf")
 _TYPE = 1 / 48  # of a caption: share of the picture's height
 _LEAST = 10  # [pixels]
 _INK, _HALO = (28, 28, 34, 255), (255, 255, 255, 210)
@@ -39,11 +36,9 @@ def write_caption(image: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
     """Write a line at the lower left of a picture, smaller if it is too long."""
     rows, cols = image.shape[:2]
     size = max(_LEAST, round(rows * _TYPE))
-    font = _load_font(size)
     margin = size
-    width = font.getlength(text)
-    if width > cols - 2 * margin:
-        font = _load_font(max(_LEAST // 2, int(size * (cols - 2 * margin) / width)))
+    fitting = fit_caption(text, size, cols - 2 * margin)
+    font = load_font(size if fitting == size else max(_LEAST // 2, int(fitting)))
     layer = Image.new("RGBA", (cols, rows), (0, 0, 0, 0))
     ImageDraw.Draw(layer).text(
         (margin, rows - margin), text, _INK, font, "ls", stroke_width=max(1, size // 9),
@@ -52,11 +47,3 @@ def write_caption(image: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
     below = Image.fromarray(image).convert("RGBA")
     drawn = np.asarray(Image.alpha_composite(below, layer))
     return np.ascontiguousarray(drawn[..., : image.shape[2]])
-
-
-def _load_font(size: int) -> ImageFont.FreeTypeFont:
-    """Load the typeface of all pictures, which comes with matplotlib."""
-    spec = find_spec("matplotlib")
-    assert spec is not None
-    assert spec.submodule_search_locations
-    return ImageFont.truetype(str(Path(spec.submodule_search_locations[0]) / _FONT), size)

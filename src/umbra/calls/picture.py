@@ -280,7 +280,10 @@ def draw_picture(
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
     from umbra.calls.styles import Backdrop, choose_style, make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
+    from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
+    if options.caption and (lacking := note_missing(options.caption)):
+        warn(lacking)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]

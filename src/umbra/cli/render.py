@@ -84,6 +84,7 @@ def command(
     from umbra.calls.vectors import draw_seen  # noqa: PLC0415
     from umbra.writers.atomic import replace_file  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
+    from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
     tell, warn = (_pass_over, _pass_over) if quiet else (_tell, _warn)
     check_picture_memory(lens.size, lights.count)
@@ -103,7 +104,8 @@ def command(
         if out is not None and kind in VECTORS:
             drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
             summary = drawing.sum_up()
-            for note in drawing.notes:
+            lacking = note_missing(options.caption) if kind == "pdf" else ""
+            for note in filter(None, (*drawing.notes, lacking)):
                 warn(note)
             drawing.write_beside(beside[out], kind)
         if arrays is not None or kind == "png":

@@ -17,6 +17,7 @@ from umbra.writers.drawing_svg import (
     find_angle,
     tell_number,
 )
+from umbra.writers.typeface import fit_caption
 
 __all__ = ["write_drawing_pdf"]
 
@@ -167,9 +168,10 @@ def _draw_lines(parts: Sequence[DrawnPart]) -> Iterable[str]:
 
 def _write_caption(page: Page) -> Iterable[str]:
     """Write the caption as text; as outlines if the typeface of every PDF lacks a letter."""
-    rows = page.size[1]
-    size = max(_LEAST, rows * TYPE)
-    where = f"1 0 0 -1 {size:g} {rows - size:g} cm"
+    cols, rows = page.size
+    margin = max(_LEAST, rows * TYPE)
+    where = f"1 0 0 -1 {margin:g} {rows - margin:g} cm"
+    size = fit_caption(page.caption, margin, cols - 2 * margin)
     try:
         page.caption.encode("cp1252")
     except UnicodeEncodeError:

@@ -7,6 +7,7 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from umbra.drawing.page import INK, DrawnPart, Fill, Hatching, Page
+from umbra.writers.typeface import fit_caption
 
 __all__ = ["find_angle", "tell_number", "tell_svg", "write_drawing_svg"]
 
@@ -58,9 +59,13 @@ def tell_svg(page: Page) -> Iterable[str]:
     yield from _layer("lines", "Lines", page.parts, _draw_lines, ink)
     if page.caption:
         size = max(_LEAST, rows * TYPE)
+        room = cols - 2 * size
+        fitting = fit_caption(page.caption, size, room)
+        # Another typeface may be wider: a line that fills the picture is told its length.
+        held = "" if fitting == size else f'textLength="{room:g}" lengthAdjust="spacingAndGlyphs" '
         yield (
             f'{_open("caption", "Caption")}<text x="{size:g}" y="{rows - size:g}" '
-            f'font-family="DejaVu Sans, Verdana, Arial, sans-serif" font-size="{size:g}" '
+            f'font-family="DejaVu Sans, Verdana, Arial, sans-serif" font-size="{fitting:g}" {held}'
             f'fill="{_color(INK)}" stroke="#fff" stroke-opacity="0.8" stroke-width="{size / 5:g}" '
             f'stroke-linejoin="round" paint-order="stroke">{escape(page.caption)}</text></g>'
         )
