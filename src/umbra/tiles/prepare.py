@@ -275,8 +275,8 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     what = next(name for name in now if held.get(name) != now[name])
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
-        before, after = (_show(str(options.get(name))) for options in (held[what], now[what]))
-        what = f"another {name}= ({before}, now {after})"
+        was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
+        what = f"another {name}= ({was}, now {wanted})"
     elif what == "files":
         known = {one[0]: one for one in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.
