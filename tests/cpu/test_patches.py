@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.patches import FLOOR, check, make_suns, prepare
+from support.days import parts
+from support.patches import FLOOR, check, make_counter, make_suns, prepare
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, turned
 
 import umbra.cpu.patch_count
@@ -130,6 +131,20 @@ def test_a_town_is_counted_by_rims_and_not_by_rays(monkeypatch):
     monkeypatch.setattr(umbra.cpu.patches, "FEW", 10**9)
     _, patches, _, _, _ = prepare(mesh, 0.4)
     assert np.isinf(patches.graze).all()
+
+
+@pytest.mark.parametrize("order", ["ab", "ba"])
+def test_sheets_of_two_objects_with_an_edge_in_common(order):
+    # Folded there, one above the other: the edge is a rim of both, whichever hides a sample.
+    sheets = {
+        name: sheet([(2, -50, 3), (2, 50, 3), (-50, 50, z), (-50, -50, z)])
+        for name, z in zip(order, (3.0, 2.0), strict=True)
+    }
+    samples, counter, tree = make_counter(parts(**dict(sorted(sheets.items())), floor=FLOOR), 1.0)
+    truth = find_hidden(tree, samples.points, samples.normals, NOON)
+    np.testing.assert_array_equal(counter.masks(NOON), truth)
+    floor = samples.points[:, 2] == 0.0
+    assert (truth[0, floor] == (samples.points[floor, 0] < 2)).all()
 
 
 def test_counters_of_two_pieces_share_the_silhouettes_of_the_same_suns(monkeypatch):
