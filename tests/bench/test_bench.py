@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.bench import run_quick
 from support.chromium import find_chromium
 
 from umbra.cli.main import main
@@ -18,9 +19,7 @@ from umbra_benchmarks.scenes import make_boulder, make_suns, make_town
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, [*arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result
+    return run_quick(*arguments, "--repeat", "1")
 
 
 @pytest.mark.parametrize("name", ["study", "walls", "frame", "silhouette"])

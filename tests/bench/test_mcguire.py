@@ -4,21 +4,18 @@ import json
 from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
+from support.bench import run_quick
 
 from umbra.errors import UmbraError
 from umbra_benchmarks import mcguire
 from umbra_benchmarks.cases import DrawnTriangles, find_growth
-from umbra_benchmarks.command import command
 from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.method_frames import CONTENDERS, Viewed
 from umbra_benchmarks.report import BenchmarkRun
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["mcguire", *arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result.stdout
+    return run_quick("mcguire", *arguments, "--repeat", "1").stdout
 
 
 @pytest.fixture

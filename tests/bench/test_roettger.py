@@ -3,17 +3,13 @@
 import json
 
 import pytest
-from click.testing import CliRunner
-
-from umbra_benchmarks.command import command
+from support.bench import run_quick
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["roettger", *arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result.stdout
+    return run_quick("roettger", *arguments, "--repeat", "1").stdout
 
 
 def test_the_tables_have_the_papers_shape():

@@ -4,20 +4,17 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from support.bench import run_quick
 from support.shapes import sheet
 from support.soft import look_at_floor
 
 from umbra.scene import point_light
 from umbra.soft import ball_light
-from umbra_benchmarks.command import command
 from umbra_benchmarks.soft import find_share_by_rays, spread_over_disc
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["soft", *arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result.stdout
+    return run_quick("soft", *arguments, "--repeat", "1").stdout
 
 
 def test_errors_are_told_by_scene_and_method():

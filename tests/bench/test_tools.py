@@ -8,6 +8,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.bench import run_quick
 from support.raycaster import RayCaster
 from support.shapes import box, soup
 
@@ -61,9 +62,7 @@ def sunny(monkeypatch, tmp_path):
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["tools", "--quick", *arguments])
-    assert result.exception is None, result.output
-    return result
+    return run_quick("tools", *arguments)
 
 
 def test_a_box_and_its_shadow_by_hand():

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.bench import run_quick
 
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks import wallner
@@ -13,9 +14,7 @@ from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["wallner", *arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result
+    return run_quick("wallner", *arguments, "--repeat", "1")
 
 
 def write_boxes(path, boxes):

@@ -4,19 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
+from support.bench import run_quick
 
 from umbra.volume.adjacency import make_caster
-from umbra_benchmarks.command import command
 from umbra_benchmarks.scenes import make_ball
 from umbra_benchmarks.weng import find_errors
 
 
 def run(*arguments):
-    result = CliRunner().invoke(command, ["weng", *arguments, "--quick", "--repeat", "1"])
-    assert result.exception is None, result.output
-    return result.stdout
+    return run_quick("weng", *arguments, "--repeat", "1").stdout
 
 
 def test_one_object_says_times_and_errors():
