@@ -106,11 +106,7 @@ def _describe(scene: Scene, site: Site | None) -> str:
     size = f"{objects:,} object{'' if objects == 1 else 's'}, {faces:,} triangles"
     if site is None:
         return size
-    lat, lon = site.latitude, site.longitude
-    place = (
-        f"{abs(lat):.4f}° {'N' if lat >= 0 else 'S'}, {abs(lon):.4f}° {'E' if lon >= 0 else 'W'}"
-    )
-    return f"{place} · {site.zone} · {size}"
+    return f"{site.show(4)} · {site.zone} · {size}"
 
 
 def _draw_poster(scene: Scene, site: Site | None, options: ViewOptions) -> str:

@@ -141,9 +141,7 @@ class LightOptions:
         from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
         stamp = find_stamps(parse_date(str(self.date)), [str(self.at)], site.zone)
-        north = f"{abs(site.latitude):.3f}° {'N' if site.latitude >= 0 else 'S'}"
-        east = f"{abs(site.longitude):.3f}° {'E' if site.longitude >= 0 else 'W'}"
-        return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {north}, {east}"
+        return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {site.show()}"
 
     def _make_given(self) -> "list[Light]":
         from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415

@@ -64,6 +64,11 @@ class Site:
             object.__setattr__(self, "zone", _zone_at(self.latitude, self.longitude))
         find_zone(self.zone)
 
+    def show(self, digits: int = 3) -> str:
+        """Return the coordinates for people: ``48.200° N, 16.370° E``."""
+        north, east = "NS"[self.latitude < 0], "EW"[self.longitude < 0]
+        return f"{abs(self.latitude):.{digits}f}° {north}, {abs(self.longitude):.{digits}f}° {east}"
+
 
 def find_site(
     scene: "Scene",
@@ -203,14 +208,10 @@ def _set_number(site: Site, field: str, low: float, high: float) -> None:
         object.__setattr__(site, field, value)
         return
     shown = field.replace("_", " ")
-    if not math.isfinite(value):
-        msg = f"the {shown} {given!r} is not a finite number; give it in " + (
-            "metres" if field == "elevation" else "degrees"
-        )
-    else:
-        msg = f"the {shown} {value:g} is outside {low:g} to {high:g}; give it in " + (
-            "metres" if field == "elevation" else "degrees"
-        )
-        if field == "latitude" and abs(value) <= 180:
-            msg += " (or are latitude and longitude swapped?)"
+    what = f"{given!r} is not a finite number"
+    if math.isfinite(value):
+        what = f"{value:g} is outside {low:g} to {high:g}"
+    msg = f"the {shown} {what}; give it in {'metres' if field == 'elevation' else 'degrees'}"
+    if field == "latitude" and abs(value) <= 180:
+        msg += " (or are latitude and longitude swapped?)"
     raise InputError(msg, field=field, value=given)

@@ -26,7 +26,6 @@ __all__ = [
     "describe_finer",
     "describe_making",
     "describe_method",
-    "describe_place",
     "find_maps",
     "find_together",
     "list_few",
@@ -131,7 +130,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         upward=upward,
         title=outputs.title or name_files(job.scene) + view,
         subtitle=outputs.subtitle or "",
-        place=describe_place(study.site),
+        place=f"{study.site.show()} · {study.site.zone}",
         date=" · ".join(
             filter(None, [told, f"{dates}, {options.start} to {options.end} ({offsets})"])
         ),
@@ -186,13 +185,6 @@ def name_dates(days: Sequence) -> str:
     if len(days) <= FEW:
         return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
-
-
-def describe_place(site: Any) -> str:
-    """Describe a site's coordinates and time zone."""
-    north = "N" if site.latitude >= 0 else "S"
-    east = "E" if site.longitude >= 0 else "W"
-    return f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
 
 
 def describe_making(study: Study, options: StudyOptions) -> str:

@@ -25,7 +25,6 @@ from umbra.writers.folder.captions import (
     describe,
     describe_finer,
     describe_method,
-    describe_place,
     find_maps,
     find_together,
     list_few,
@@ -316,7 +315,7 @@ def describe_points(job: FolderJob) -> Plan:
         nowhere,
         title=outputs.title or f"{name_files(job.scene)}, {what}",
         subtitle=outputs.subtitle or "",
-        place=describe_place(study.site),
+        place=f"{study.site.show()} · {study.site.zone}",
         date=f"{dates}, {options.start} to {options.end} ({offsets})",
         note=" · ".join(
             [f"umbra {study.facts['umbra_version']}", spot, *describe_method(study, options)]

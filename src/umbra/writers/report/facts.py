@@ -29,8 +29,6 @@ def find_facts(
     Casters are the patterns by which they were chosen, as typed; notes are the readers'.
     """
     site, facts = study.site, study.facts
-    north = "N" if site.latitude >= 0 else "S"
-    east = "E" if site.longitude >= 0 else "W"
     every = study.period.steps
     names = list(dict.fromkeys(name for steps in every for name in steps.abbreviations()))
     offsets = list(dict.fromkeys(offset for steps in every for offset in steps.offsets()))
@@ -42,8 +40,7 @@ def find_facts(
     rows = [
         (
             "Site",
-            f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}"
-            + (f", {site.elevation:.6g} m above sea level" if site.elevation else ""),
+            site.show(5) + (f", {site.elevation:.6g} m above sea level" if site.elevation else ""),
         ),
         ("Days", _tell_days(study)),
         ("Time zone", f"{site.zone}: {', '.join(names)} ({', '.join(offsets)})"),
