@@ -147,6 +147,15 @@ def test_sheets_of_two_objects_with_an_edge_in_common(order):
     assert (truth[0, floor] == (samples.points[floor, 0] < 2)).all()
 
 
+def test_a_sheet_that_passes_through_the_floor_hides_what_lies_below_it():
+    # No edge of it is above the floor: only the cut at x = 2 bounds its shadow.
+    slope = sheet([(-48, -50, 10), (52, -50, -10), (52, 50, -10), (-48, 50, 10)])
+    samples, _, counter, _, _ = prepare(merge(FLOOR, slope), 1.0)
+    floor = samples.points[:, 2] == 0.0
+    dark = counter.masks(NOON)[0, floor] > 0
+    np.testing.assert_array_equal(dark, samples.points[floor, 0] < 2)
+
+
 def test_counters_of_two_pieces_share_the_silhouettes_of_the_same_suns(monkeypatch):
     scene = make_scene(*merge(FLOOR, box((-1, -1, 0), (1, 1, 3))))
     samples, seen = sample_surfaces(scene, 0.5), scene.triangles()
