@@ -165,7 +165,7 @@ def test_mouse_wheel_and_keys_move_the_view(live):
         settle(live)
 
     def seen(x, y):
-        return live.ask(f"umbra.stage.pick({x}, {y}).position")
+        return live.ask(f"umbra.stage.renderer.pick({x}, {y}).position")
 
     first = look()
     drag("left", 1, (400, 300), (430, 300))
@@ -208,12 +208,12 @@ def test_two_fingers_hold_the_ground_between_them(live):
         settle(live)
 
     before = live.ask("umbra.state.viewpoint")
-    place = live.ask("umbra.stage.pick(450, 450).position")
+    place = live.ask("umbra.stage.renderer.pick(450, 450).position")
     touch("touchStart", (400, 450), (500, 450))
     touch("touchMove", (350, 450), (550, 450))
     after = live.ask("umbra.state.viewpoint")
     assert after["distance"] == pytest.approx(before["distance"] / 2, rel=0.02)
-    assert live.ask("umbra.stage.pick(450, 450).position") == pytest.approx(place, abs=0.3)
+    assert live.ask("umbra.stage.renderer.pick(450, 450).position") == pytest.approx(place, abs=0.3)
     touch("touchEnd")
 
 
@@ -384,7 +384,7 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
     shown = read_picture(page)
     seen = 0
     for column, row in itertools.product(range(100, 900, 90), range(100, 650, 90)):
-        place = page.ask(f"umbra.stage.pick({column}, {row})")
+        place = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
         if place["part"] >= 0:
             continue
         x, y = (np.array(place["position"]) + page.ask("umbra.model.origin"))[:2]
@@ -430,7 +430,7 @@ def test_hours_lie_on_walls_and_roofs_in_their_own_colours(page, quarter, tmp_pa
         settle(page)
         shown = read_picture(page)
         for column, row in itertools.product(range(60, 900, 17), range(60, 650, 17)):
-            hit = page.ask(f"umbra.stage.pick({column}, {row})")
+            hit = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
             around = shown[row - 1 : row + 2, column - 1 : column + 2]
             if hit is None or hit["part"] < 0 or np.ptp(around, axis=(0, 1)).any():
                 continue

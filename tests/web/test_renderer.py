@@ -28,15 +28,19 @@ def scene():
     )
 
 
+def load(picture, scene, light=SUN):
+    """Show a scene on the ground without edges, in one sample; return the picture."""
+    rounded = quantise(scene)
+    picture.load(scene, SIZE, samples=1, style={"edges": False})
+    picture.set("camera", describe_camera(CAMERA, rounded))
+    picture.set("lights", [describe_light(light, rounded)])
+    picture.set("ground", float(-rounded.origin[2]))
+    return picture
+
+
 @pytest.fixture
 def shown(picture, scene):
-    rounded = quantise(scene)
-    picture.load(scene, SIZE, samples=1)
-    picture.set("camera", describe_camera(CAMERA, rounded))
-    picture.set("lights", [describe_light(SUN, rounded)])
-    picture.set("ground", float(-rounded.origin[2]))
-    picture.page.ask("picture.setStyle({edges: false})")
-    return picture
+    return load(picture, scene)
 
 
 def read_pixels(picture):
@@ -99,6 +103,7 @@ def test_volumes_are_listed_anew_when_the_eye_comes_into_one(shown, scene):
 
 
 def test_a_pick_finds_part_place_and_normal(shown):
+    shown.draw()
     spot = shown.page.ask(
         "picture.project([-model.origin[0], -model.origin[1], 6 - model.origin[2]])"
     )
@@ -132,15 +137,11 @@ def test_a_section_fills_what_it_cuts_of_solids(shown):
 
 
 def test_glass_is_seen_through_and_casts_as_before(picture, scene):
-    rounded, found, inks = quantise(scene), [], []
+    found, inks = [], []
     for opacity in (1.0, 0.3):
         box_part, plate = scene.parts
         glass = replace(plate, material=replace(plate.material, opacity=opacity))
-        picture.load(replace(scene, parts=(box_part, glass)), SIZE, samples=1)
-        picture.set("camera", describe_camera(CAMERA, rounded))
-        picture.set("lights", [describe_light(SUN, rounded)])
-        picture.set("ground", float(-rounded.origin[2]))
-        picture.page.ask("picture.setStyle({edges: false})")
+        load(picture, replace(scene, parts=(box_part, glass)))
         found.append(picture.count())
         inks.append((read_at(picture, 3, 6.5, 8.5), read_at(picture, 6, -6, 0)))
     assert np.array_equal(*found)
@@ -154,11 +155,7 @@ def test_a_sheet_is_lit_alike_whichever_way_it_is_wound(picture, light):
     corners = np.array([(-4, -4, 5), (4, -4, 5), (4, 4, 5), (-4, 4, 5)], float)
     inks = []
     for faces in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]):
-        sheet = make_scene(corners, np.array(faces))
-        rounded = quantise(sheet)
-        picture.load(sheet, SIZE, samples=1)
-        picture.set("camera", describe_camera(CAMERA, rounded))
-        picture.set("lights", [describe_light(light, rounded)])
+        load(picture, make_scene(corners, np.array(faces)), light)
         inks.append(read_at(picture, 0, 0, 5))
     assert np.abs(inks[0] - inks[1]).max() <= 1
     assert inks[0].min() > 150

@@ -56,16 +56,8 @@ export class App {
     this.config = config;
     this.told = told;
     const { site } = model;
-    this.north = site?.north ?? 0;
-    this.daylight = new Daylight(
-      site && {
-        latitude: site.latitude,
-        longitude: site.longitude,
-        elevation: site.elevation ?? 0,
-        trueNorth: site.north,
-        zone: site.zone,
-      },
-    );
+    this.north = site?.trueNorth ?? 0;
+    this.daylight = new Daylight(site);
     this.things = listThings(model);
     /** @type {number[]} object of each part */
     this.thingOf = [];
@@ -126,7 +118,7 @@ export class App {
       north: this.north,
       takesWheel: config.takesWheel,
       columns: () => (this.state.compare === "beside" ? 2 : 1),
-      find: (x, y) => this.stage.pick(x, y)?.position ?? null,
+      find: (x, y) => this.stage.renderer.pick(x, y)?.position ?? null,
       tap: (x, y) => this.choose(x, y),
       changed: () => this.set({ viewpoint: this.orbit.viewpoint }),
     });
@@ -241,12 +233,7 @@ export class App {
   isLit(isAfter) {
     const { place } = this.state;
     if (!place || this.sun.altitude <= 0) return null;
-    return isLit(
-      this.model,
-      place,
-      /** @type {Vec3} */ (this.sun.direction),
-      isAfter ? this.after : this.before,
-    );
+    return isLit(this.model, place, this.sun.direction, isAfter ? this.after : this.before);
   }
 
   /**
@@ -280,7 +267,7 @@ export class App {
    * @param {number} x @param {number} y
    */
   choose(x, y) {
-    const place = this.stage.pick(x, y),
+    const place = this.stage.renderer.pick(x, y),
       { state } = this;
     if (state.tool !== "measure") {
       this.set({ place });

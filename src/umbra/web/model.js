@@ -4,25 +4,19 @@ import { BLOCK, makeBoxes, widen } from "./boxes.js";
 import { traceRay } from "./trace.js";
 
 /**
- * A place on earth: degrees, IANA zone, true north's azimuth in the model's plan, metres.
- * @typedef {{latitude: number, longitude: number, zone: string, north: number, elevation: number}}
- *   Site
- */
-
-/**
  * @typedef {object} Header
  * @property {number} version
  * @property {number} step of positions [m]
  * @property {Vec3} origin
  * @property {number | null} ground
- * @property {Site | null} site
+ * @property {import('./sun.js').Site | null} site
  * @property {[string, string, string, string, Vec3, number][]} parts name, kind, layer, label,
  *   linear
  *   RGB, opacity
  * @property {[string, number, number, boolean][]} streams name, count, bytes of each, differences
  */
 
-const VERSION = 2;
+const VERSION = 3;
 
 /**
  * Unpack a block made by `umbra.web.pack_model`.

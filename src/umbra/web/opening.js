@@ -17,13 +17,7 @@ export const findOpening = ({ config, model: { origin, parts }, thingOf, things 
   /** @type {Map<number, Standing>} */
   const standing = new Map(proposed.map((part) => [thingOf[part], "proposed"]));
   const start = /** @type {State} */ ({
-    viewpoint: {
-      target,
-      heading: given.heading,
-      tilt: given.tilt,
-      distance: given.distance,
-      fov: given.fov,
-    },
+    viewpoint: { ...given, target },
     date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",
     minutes: view.sun.minutes,
     share: 0,

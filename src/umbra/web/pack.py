@@ -28,7 +28,7 @@ from umbra.volume.adjacency import Caster, make_caster
 
 __all__ = ["pack_model", "quantise"]
 
-VERSION = 2
+VERSION = 3
 FINEST = 13  # 2^-13 m, an eighth of a millimetre
 _BITS = 24  # of float32
 _SMOOTH = 511  # steps of an octahedral normal to each side
@@ -155,7 +155,7 @@ def _describe_site(site: Site) -> dict[str, object]:
         "latitude": site.latitude,
         "longitude": site.longitude,
         "zone": site.zone,
-        "north": site.true_north,
+        "trueNorth": site.true_north,
         "elevation": site.elevation,
     }
 

@@ -1,11 +1,11 @@
 // The compass on the ground and the sun's paths over the model, as lines that the renderer draws.
 
+import { makeDirection } from "./sun.js";
 import { measure, move } from "./vectors.js";
 import { findEye } from "./viewpoint.js";
 
 /** @typedef {import('./sun.js').Sun} Sun */
 
-const RADIANS = Math.PI / 180;
 const RING = /** @type {Line['color']} */ ([0.24, 0.26, 0.35, 0.7]);
 const OTHER = /** @type {Line['color']} */ ([0.59, 0.41, 0.08, 0.5]);
 const HALO = /** @type {Line['color']} */ ([1, 1, 1, 0.7]);
@@ -44,10 +44,7 @@ export class Dome {
    * @param {Sun} sun @param {number} times its radius
    */
   at({ azimuth, altitude }, times = 1) {
-    const a = (azimuth + this.north) * RADIANS,
-      h = altitude * RADIANS;
-    const way = [Math.sin(a) * Math.cos(h), Math.cos(a) * Math.cos(h), Math.sin(h)];
-    return move(this.centre, way, this.radius * times);
+    return move(this.centre, makeDirection(altitude, azimuth + this.north), this.radius * times);
   }
 
   /**
@@ -55,8 +52,7 @@ export class Dome {
    * @param {number} azimuth from true north @param {number} times its radius
    */
   onRing(azimuth, times = 1) {
-    const a = (azimuth + this.north) * RADIANS;
-    return move(this.middle, [Math.sin(a), Math.cos(a), 0], this.radius * times);
+    return move(this.middle, makeDirection(0, azimuth + this.north), this.radius * times);
   }
 
   /** @returns {Line[]} */

@@ -58,7 +58,7 @@ export const isLit = (model, place, direction, cast) =>
  */
 export const findSunlight = (model, site, day, place, cast) => {
   const isLitAt = (/** @type {number} */ instant) =>
-    isLit(model, place, /** @type {Vec3} */ (findSun(site, instant).direction), cast);
+    isLit(model, place, findSun(site, instant).direction, cast);
   const spells = day.up.flatMap(([begin, end]) => findSpells(isLitAt, begin, end, STEP));
   const sum = spells.reduce((total, [from, to]) => total + to - from, 0);
   return { spells, hours: sum / 3600000 };

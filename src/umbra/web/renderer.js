@@ -24,7 +24,7 @@ import { findPlace } from "./shadows.js";
 import { Targets } from "./targets.js";
 import { findCreases, makeBuffers, makeSurfaces } from "./surfaces.js";
 import { findUniforms } from "./uniforms.js";
-import { move, scale, subtract } from "./vectors.js";
+import { measure, move, scale, subtract } from "./vectors.js";
 import { Sight } from "./view.js";
 
 /** Radiance that a light of intensity 1 adds to a white face (umbra.scene). */
@@ -73,7 +73,7 @@ export class Renderer {
     this.lights = [];
     const [low, high] = model.bounds;
     const middle = scale(move(low, high, 1), 0.5);
-    this.size = Math.hypot(...subtract(high, low)) || 1;
+    this.size = measure(high, low) || 1;
     /** @type {Camera} */
     this.camera = { eye: move(middle, [1, -1.4, 0.9], 0.7 * this.size), target: middle };
     /** @type {Mask} */

@@ -3,7 +3,7 @@
 import { findGap, makeBoxes, widen } from "./boxes.js";
 import { findOpened } from "./opened.js";
 import { CLAMPED_VOLUME, VOLUME } from "./volume_shaders.js";
-import { dot, move, subtract, unit } from "./vectors.js";
+import { dot, measure, move, subtract, unit } from "./vectors.js";
 import { Volumes } from "./volumes.js";
 
 const BELOW = 0.002; // from the lowest receiver to the bottom of volumes, in sizes of the scene
@@ -95,7 +95,7 @@ export class Shadows {
    */
   findBottom(light, sight, ground) {
     const [low, high] = this.model.bounds;
-    const size = Math.hypot(...subtract(high, low));
+    const size = measure(high, low);
     const lowest = Math.min(low[2], ground ?? Infinity);
     const [x, y, z, w] = light;
     if (!(w ? z > high[2] + BELOW * size : z > LOWEST)) return -Infinity;
@@ -103,7 +103,7 @@ export class Shadows {
     let pixel = Infinity;
     if (!w) {
       const farthest = size + ((high[2] - lowest) * Math.hypot(x, y)) / z;
-      const away = sight.isPerspective ? farthest + Math.hypot(...subtract(sight.eye, low)) : 1;
+      const away = sight.isPerspective ? farthest + measure(sight.eye, low) : 1;
       pixel = (2 * sight.half * away) / sight.rows;
     }
     const bottom = lowest - Math.min(BELOW * size, pixel);
@@ -123,13 +123,13 @@ export class Shadows {
     if (sight.isPerspective && ground !== null) return 0; // the ground is endless
     const [low, high] = this.model.bounds;
     const middle = move(low, high, 1).map((v) => v / 2);
-    let reach = 1.1 * Math.hypot(...subtract(high, low));
+    let reach = 1.1 * measure(high, low);
     // No ray from the eye to what it sees passes a far end.
-    if (sight.isPerspective) reach += Math.hypot(...subtract(sight.eye, middle));
+    if (sight.isPerspective) reach += measure(sight.eye, middle);
     else reach += sight.far + 2 * sight.half * (1 + sight.aspect);
     if (!light[3]) return 1 / reach;
     const least = findDistance(this.model, light);
-    const tip = least / (1.1 * (reach + Math.hypot(...subtract(light, middle))));
+    const tip = least / (1.1 * (reach + measure(light, middle)));
     return sight.isPerspective ? (tip > LEAST_TIP ? tip : 0) : Math.max(tip, PARALLEL_TIP);
   }
 

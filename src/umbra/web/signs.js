@@ -152,8 +152,7 @@ export class SignPainter {
       const out = spot && this.#at(dome.at(there, 1.055));
       if (!spot || !out) continue;
       pen.fillStyle = SUN_RIM;
-      pen.beginPath();
-      pen.arc(spot.x, spot.y, 2.2, 0, 7);
+      this.#circle(spot, 2.2);
       pen.fill();
       this.#label(tellMinutes(minutes).slice(0, 2), out, "#6d4700", 11, "500");
     }
@@ -162,7 +161,7 @@ export class SignPainter {
     if (!at) return;
     if (isHidden(place)) {
       pen.globalAlpha = 0.35; // behind the model: its place can still be seen
-      this.#disc(at.x, at.y, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
+      this.#disc(at, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
       pen.globalAlpha = 1;
       return;
     }
@@ -170,23 +169,24 @@ export class SignPainter {
     glow.addColorStop(0, "rgba(255, 205, 70, 0.9)");
     glow.addColorStop(1, "rgba(255, 205, 70, 0)");
     pen.fillStyle = glow;
-    pen.beginPath();
-    pen.arc(at.x, at.y, 20, 0, 7);
+    this.#circle(at, 20);
     pen.fill();
-    this.#disc(at.x, at.y, 8, "#ffd353", SUN_RIM);
+    this.#disc(at, 8, "#ffd353", SUN_RIM);
+  }
+
+  /** @param {{x: number, y: number}} middle @param {number} radius */
+  #circle({ x, y }, radius) {
+    this.pen.beginPath();
+    this.pen.arc(x, y, radius, 0, 7);
   }
 
   /**
-   * @param {number} x
-   * @param {number} y
-   * @param {number} radius
-   * @param {string} fill
-   * @param {string} rim
+   * @param {{x: number, y: number}} middle @param {number} radius
+   * @param {string} fill @param {string} rim
    */
-  #disc(x, y, radius, fill, rim) {
+  #disc(middle, radius, fill, rim) {
     const { pen } = this;
-    pen.beginPath();
-    pen.arc(x, y, radius, 0, 7);
+    this.#circle(middle, radius);
     pen.fillStyle = fill;
     pen.fill();
     pen.lineWidth = 1.5;
@@ -197,7 +197,7 @@ export class SignPainter {
   /** @param {Vec3} place @param {string} color */
   #drawDot(place, color) {
     const at = this.#at(place);
-    if (at) this.#disc(at.x, at.y, 4, color, "#ffffff");
+    if (at) this.#disc(at, 4, color, "#ffffff");
   }
 
   /** @param {Vec3} place @param {boolean | null} lit null at night */
@@ -207,13 +207,12 @@ export class SignPainter {
     if (!at) return;
     pen.lineWidth = 4;
     pen.strokeStyle = HALO;
-    pen.beginPath();
-    pen.arc(at.x, at.y, 8, 0, 7);
+    this.#circle(at, 8);
     pen.stroke();
     pen.lineWidth = 2;
     pen.strokeStyle = "#1c1c22";
     pen.stroke();
-    this.#disc(at.x, at.y, 4, lit ? SUN : lit === null ? "#8c8c96" : "#39456b", "#ffffff");
+    this.#disc(at, 4, lit ? SUN : lit === null ? "#8c8c96" : "#39456b", "#ffffff");
   }
 
   /** @param {Vec3} from @param {Vec3} to */
@@ -237,14 +236,11 @@ export class SignPainter {
       pen.strokeStyle = color;
       pen.lineWidth = width;
       pen.beginPath();
-      for (const [dx, dy] of [
-        [1, 0],
-        [-1, 0],
-        [0, 1],
-        [0, -1],
-      ]) {
-        pen.moveTo(x + 4 * dx, y + 4 * dy);
-        pen.lineTo(x + 12 * dx, y + 12 * dy);
+      for (const way of [4, -4]) {
+        pen.moveTo(x + way, y);
+        pen.lineTo(x + 3 * way, y);
+        pen.moveTo(x, y + way);
+        pen.lineTo(x, y + 3 * way);
       }
       pen.stroke();
     }

@@ -77,8 +77,7 @@ export class Stage {
       fov: viewpoint.fov,
       near,
     };
-    const direction = /** @type {Vec3} */ (app.sun.direction);
-    renderer.lights = app.sun.altitude > 0 ? [{ direction }] : [];
+    renderer.lights = app.sun.altitude > 0 ? [{ direction: app.sun.direction }] : [];
     renderer.setStyle({ ...findColors(app.sun.altitude), edges: state.hasEdges });
     renderer.clip = app.plane;
     renderer.setViews(this.#findViews(state, wide, high));
@@ -191,19 +190,6 @@ export class Stage {
       place: state.place && { position: state.place.position, lit: app.isLit(isAfter) },
       hasCross: this.canvas.matches(":focus-visible"),
     };
-  }
-
-  /**
-   * What is seen at a place of the picture; its normal on the side that is seen.
-   * @param {number} x @param {number} y
-   */
-  pick(x, y) {
-    const hit = this.renderer.pick(x, y);
-    if (!hit) return null;
-    const from = move(hit.position, findEye(this.app.state.viewpoint), -1);
-    const away = from[0] * hit.normal[0] + from[1] * hit.normal[1] + from[2] * hit.normal[2] > 0;
-    const normal = /** @type {Vec3} */ (away ? hit.normal.map((value) => -value) : [...hit.normal]);
-    return { position: hit.position, normal, part: hit.part };
   }
 
   /**

@@ -17,7 +17,7 @@
  * @typedef {object} Sun
  * @property {number} altitude of the centre above the horizon, with refraction [degrees]
  * @property {number} azimuth clockwise from true north, in [0, 360) [degrees]
- * @property {number[]} direction unit vector toward the sun in the model's axes
+ * @property {Vec3} direction unit vector toward the sun in the model's axes
  */
 
 const DEGREES = 180 / Math.PI;
@@ -200,6 +200,7 @@ export const findSun = (site, instant) => {
 /**
  * Turn an altitude and an azimuth, clockwise from +y [degrees], into a unit vector.
  * @param {number} altitude @param {number} azimuth
+ * @returns {Vec3}
  */
 export const makeDirection = (altitude, azimuth) => {
   const up = altitude / DEGREES,

@@ -1,4 +1,4 @@
-// Vectors of three numbers, planes and 4 x 4 matrices (row-major, in float64).
+// Vectors of three numbers.
 
 /** @typedef {ArrayLike<number>} Numbers */
 
@@ -35,16 +35,3 @@ export const scale = (a, t) => [a[0] * t, a[1] * t, a[2] * t];
 
 /** @param {Numbers} a @returns {Vec3} */
 export const unit = (a) => scale(a, 1 / length(a));
-
-/**
- * Multiply a 4 x 4 matrix and a homogeneous point.
- * @param {Numbers} m
- * @param {Numbers} p
- */
-export function transform(m, p) {
-  const out = [0, 0, 0, 0];
-  for (let row = 0; row < 4; row++) {
-    for (let k = 0; k < 4; k++) out[row] += m[4 * row + k] * p[k];
-  }
-  return out;
-}

@@ -1,6 +1,6 @@
 // A camera in a picture of some pixels: its matrix, its rays, and the planes around what it sees.
 
-import { cross, dot, length, move, scale, subtract, transform, unit } from "./vectors.js";
+import { cross, dot, length, move, scale, subtract, unit } from "./vectors.js";
 
 const NEAR = 0.1; // [m]
 const MARGIN = 1e-6; // widening of planes, relative to the near rectangle's coordinates
@@ -255,9 +255,12 @@ export class Sight {
    * @param {Vec3} place
    */
   project(place) {
-    const [x, y, , w] = transform(this.findMatrix(), [...subtract(place, this.eye), 1]);
-    if (!(w > 0)) return null;
-    return { x: ((x / w + 1) * this.columns) / 2, y: ((1 - y / w) * this.rows) / 2 };
+    const from = subtract(place, this.eye);
+    const depth = this.isPerspective ? dot(from, this.forward) : 1;
+    if (!(depth > 0)) return null;
+    const tall = this.half * depth;
+    const [x, y] = [dot(from, this.right) / (tall * this.aspect), dot(from, this.up) / tall];
+    return { x: ((x + 1) * this.columns) / 2, y: ((1 - y) * this.rows) / 2 };
   }
 }
 
