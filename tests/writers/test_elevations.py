@@ -15,9 +15,8 @@ from umbra.writers.elevations import (
     find_pixel,
     make_elevations_sheet,
 )
-from umbra.writers.hours import MISSING
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.plan import DOTS_PER_INCH, MISSING, Plan
 from umbra.writers.sheet import KEY_WIDTH, MARGIN
 
 SIDES = ("South", "East", "North", "West")

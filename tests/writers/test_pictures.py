@@ -11,7 +11,7 @@ from PIL import Image
 
 from umbra.scene.grid import Places
 from umbra.writers.contours import Tracer, find_levels, trace
-from umbra.writers.hours import MISSING, make_hours_sheet
+from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import (
     SHADE_STOPS,
     PackedMasks,
@@ -21,7 +21,15 @@ from umbra.writers.pixels import (
     shade_ramp,
     write_png,
 )
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, DayShadows, Plan, find_map_size, shade_roofs
+from umbra.writers.plan import (
+    DOTS_PER_INCH,
+    MISSING,
+    DayMap,
+    DayShadows,
+    Plan,
+    find_map_size,
+    shade_roofs,
+)
 from umbra.writers.point_map import make_points_sheet
 from umbra.writers.profile import (
     compose_profile,
@@ -203,6 +211,22 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
 
     make_hours_sheet(on_roofs(plan), [DayMap(hours)], 8.0).save(tmp_path / "top.png")
     np.testing.assert_allclose(read_pixel(tmp_path / "top.png", sheet, 18.0, 14.0), ramp[0], atol=1)
+
+
+def test_both_pictures_name_where_there_is_no_surface_and_draw_it_alike(tmp_path):
+    plan = make_plan()
+    nothing = np.zeros(plan.shape, np.bool_)
+    nothing[:10, :20] = True
+    plan = replace(plan, nothing=nothing)
+    hours = np.where(nothing, np.nan, np.float32(2))
+    for sheet in (
+        make_hours_sheet(plan, [DayMap(hours)], 8.0),
+        make_profile_sheet(plan, [DayShadows([np.zeros(plan.shape, bool)], ["09:00"])]),
+    ):
+        assert "no surface here" in check_layout(sheet)
+        sheet.save(tmp_path / "a.png")
+        found = read_pixel(tmp_path / "a.png", sheet, 4.0, 3.0)
+        np.testing.assert_allclose(found, 255 * MISSING, atol=1)
 
 
 def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):

@@ -134,6 +134,8 @@ class Preview:
         Direction of shadows at each stamp, along x and y; NaN at night.
     heights : (rows, cols) float64
         z of the topmost surface above the ground [m]; in other views 1 where a surface is seen.
+    nothing : (rows, cols) bool
+        Where nothing receives.
     count : function of () -> (n_stamps, rows, cols) bool
         Counts ``shadows``.
     find_cells : function of (parts) -> (rows, cols) bool
@@ -146,6 +148,7 @@ class Preview:
     y: NDArray[np.float64]
     away: NDArray[np.float64]
     heights: NDArray[np.float64]
+    nothing: NDArray[np.bool_]
     count: Callable[[], NDArray[np.bool_]]
     find_cells: Callable[[Sequence[int]], NDArray[np.bool_]]
     find_canopies: Callable[[], NDArray[np.bool_]]
@@ -220,7 +223,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     return Preview(
         grid.x + shift_x, grid.y + shift_y,
         np.where(path.is_up[:, None], -path.direction @ tile.axes.T, np.nan),
-        tile.relief, count, tile.find_cells, tile.find_canopies,
+        tile.relief, tile.nothing, count, tile.find_cells, tile.find_canopies,
     )  # fmt: skip
 
 

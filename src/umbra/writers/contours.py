@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.writers.marks import Swatch
 from umbra.writers.paper import INK, SMALL, Panel, measure
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, SKY, Plan
+from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan
 
 __all__ = [
     "PROPOSED",
@@ -300,6 +300,8 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:
         swatches.append(Swatch(crowned.canopy_name, "white", LEAF, "/////"))
+    if any(plan.nothing is not None for plan in plans):
+        swatches.append(Swatch("no surface here", str(MISSING)))
     if any(plan.looks_through for plan in plans):
         swatches.append(Swatch("proposed, looked through", "white", PROPOSED, "\\\\\\"))
     appearances = [plan.appearance for plan in plans if plan.appearance is not None]

@@ -20,12 +20,19 @@ from umbra.writers.contours import (
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
 from umbra.writers.pixels import HALF, paint_shares, resample, shade_ramp
-from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_appearance, name_hours
+from umbra.writers.plan import (
+    MISSING,
+    DayMap,
+    Plan,
+    Show,
+    cover_with_roofs,
+    draw_appearance,
+    name_hours,
+)
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
 
 __all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet", "tell_outlined"]
 
-MISSING = 0.93  # grey of cells without a value
 DEEP = 0.6  # share from which lines are white
 BAR = 5.0  # of a long colour bar, with its title and hatch [inch]
 OUTLINE = "#55555e"

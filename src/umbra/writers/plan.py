@@ -13,6 +13,7 @@ __all__ = [
     "DARK",
     "DOTS_PER_INCH",
     "LUMINANCE",
+    "MISSING",
     "SKY",
     "Appearance",
     "DayMap",
@@ -34,6 +35,7 @@ LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
 
 
 SKY = (0.86, 0.885, 0.92)  # where a view sees nothing; no colour of a scale
+MISSING = 0.93  # grey of cells without a value
 INK = np.array([0.11, 0.11, 0.135], np.float32)
 CHALK = np.array([0.62, 0.66, 0.76], np.float32)
 DARK = 0.3  # luminance below which lines are of chalk
@@ -113,6 +115,8 @@ class Plan:
     appearance: Appearance | None = field(default=None, repr=False)
     # (rows, cols) parts of the proposed development, to be outlined
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    # (rows, cols) of a plan: where there is no surface
+    nothing: NDArray[np.bool_] | None = field(default=None, repr=False)
     looks_through: bool = False  # the proposed parts, as a view does: they are hatched
     # (rows, cols), looked through: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
@@ -155,6 +159,7 @@ class Plan:
                 ("building_height", self.building_height),
                 ("proposed", self.proposed),
                 ("canopies", self.canopies),
+                ("nothing", self.nothing),
             )
         }
         return replace(self, x=self.x[cols], y=self.y[rows], **kept)  # type: ignore[arg-type]

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
 from umbra.writers.contours import PROPOSED, trace
-from umbra.writers.hours import MISSING, OUTLINE, draw_hours_key, tell_outlined
+from umbra.writers.hours import OUTLINE, draw_hours_key, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
+from umbra.writers.plan import MISSING, DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, lay_out
 
 __all__ = ["FEW", "make_points_sheet"]

@@ -22,8 +22,15 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import NIGHT, Panel
-from umbra.writers.pixels import make_stamp_path, resample, to_srgb
-from umbra.writers.plan import DayShadows, Plan, cover_with_roofs, draw_appearance, shade_roofs
+from umbra.writers.pixels import HALF, make_stamp_path, resample, to_srgb
+from umbra.writers.plan import (
+    MISSING,
+    DayShadows,
+    Plan,
+    cover_with_roofs,
+    draw_appearance,
+    shade_roofs,
+)
 from umbra.writers.sheet import Sheet, lay_out
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 
@@ -122,6 +129,8 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     tracer = Tracer(panel, hidden)
     passing = _trace_named(tracer, day.shadows, _find_named(labels), outlines)
     image = compose_profile(passing, len(labels), panel.map_size)
+    if plan.nothing is not None:
+        image[resample(plan.nothing, panel.map_size) > HALF] = MISSING
     if plan.appearance is not None:
         image *= 1 - SHADE * plan.appearance.find_shade(panel.map_size)[..., None]
         draw_appearance(image, plan.appearance, panel.map_size)

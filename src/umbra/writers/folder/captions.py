@@ -140,6 +140,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         roofs_cover=study.kind.lies_under_roofs,
         proposed=proposed,
         looks_through=proposed is not None,
+        nothing=preview.nothing if study.kind.is_plan and preview.nothing.any() else None,
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
     )

@@ -117,6 +117,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
         if plan.appearance is None
         else find_appearance(seen, seen.shadow_hours.shape),
         canopies=canopies if canopies.any() else None,
+        nothing=tile.nothing if tile.nothing.any() else None,
     )
 
 
