@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device, DeviceUser, on_device
+from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.ground import RINGS, draw_ground
@@ -239,14 +239,13 @@ class GlFrameCounter(DeviceUser):
         self, camera: Camera, projection: Projection, before: DepthBuffer | None
     ) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
-            if self._target is not None:
-                self._target.release()
+            release_all(self._target)
             self._target = Target(self.device, camera.size, ("r32i",))
         with State(self.device) as state:
             self._target.begin(state, NOTHING)
             state.use(_SURFACE)
             self.geometry.bind(self._surface)
-            self._surface.set(**projection.uniforms(), first=0, step=1)
+            self._surface.set(**projection.uniforms, first=0, step=1)
             self._faces.draw(self._surface, 0, 3 * self._n_opaque)
             if self._local_ground is not None:
                 faces = {"first": GROUND, "step": 0}

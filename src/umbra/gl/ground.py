@@ -34,6 +34,6 @@ def draw_ground(
     steps = _STEPS if projection.reverses_depth else _STEPS_24_BITS
     state.use(replace(how, polygon_offset=(0.0, steps)))
     height = float(ground - projection.eye[2])
-    program.set(projection=projection.uniforms()["projection"], height=height)
+    program.set(projection=projection.uniforms["projection"], height=height)
     program.set(**uniforms)
     program.draw(4 * RINGS * 6)

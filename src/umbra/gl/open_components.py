@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.volumes import BodyVolumes
+from umbra.gl.volumes import BodyVolumes, list_drawn
 from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders
 from umbra.scene import Camera
@@ -228,16 +228,14 @@ def _end_rays(
     volumes: Sequence[BodyVolumes], way: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> tuple[int, bool]:
     """Count the chosen volumes at the far end of a ray; return whether none begins there."""
-    start, is_clean, offset = 0, True, 0
-    for each in volumes:
-        body = each.body
-        for instance, light in enumerate(each.lights):
-            if light[3] and chosen[offset : offset + body.n_shells].any():
-                inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
-                end = np.append(inside[:3], 0.0)
-                anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
-                adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
-                start += int(adds[chosen[offset + body.component_shell]].sum())
-                is_clean &= anchor.is_clean
-            offset += body.n_shells
+    start, is_clean = 0, True
+    for each, instance, mine in list_drawn(volumes, chosen):
+        body, light = each.body, each.lights[instance]
+        if light[3]:
+            inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
+            end = np.append(inside[:3], 0.0)
+            anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
+            adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
+            start += int(adds[mine[body.component_shell]].sum())
+            is_clean &= anchor.is_clean
     return start, is_clean

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.plan import STENCIL_MOST
 from umbra.gl.stacking import AXES, stack_boxes, stack_shapes
-from umbra.gl.volumes import BodyVolumes
+from umbra.gl.volumes import BodyVolumes, list_drawn
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import move_boxes
 from umbra.volume.facing import find_sides
@@ -148,16 +148,13 @@ def _find_components(
     volumes: Sequence[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return boxes (n, 2, 3) of drawn components, and the largest count of each (n,)."""
-    boxes, weights, offset = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)], 0
-    for each in volumes:
-        body = each.body
-        for transform, opened in zip(body.transforms, each.opened, strict=True):
-            mine = drawn[offset : offset + body.n_shells][body.component_shell]
-            offset += body.n_shells
-            if mine.any():
-                found = body.component_bounds[mine]
-                boxes.append(found if body.is_still else move_boxes(transform[None], found)[0])
-                weights.append(np.where(body.is_convex & ~opened, 1, body.n_faces)[mine])
+    boxes, weights = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)]
+    for each, instance, shells in list_drawn(volumes, drawn):
+        body, mine = each.body, shells[each.body.component_shell]
+        transform, found = body.transforms[instance], body.component_bounds[mine]
+        boxes.append(found if body.is_still else move_boxes(transform[None], found)[0])
+        adds = np.where(body.is_convex & ~each.opened[instance], 1, body.n_faces)
+        weights.append(adds[mine])
     return np.concatenate(boxes), np.concatenate(weights)
 
 
@@ -165,24 +162,15 @@ def _find_casting(
     volumes: Sequence[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the points of all instances in the scene's frame, and the faces that cast."""
-    points, faces, count, offset = [], [], 0, 0
-    for each in volumes:
-        body = each.body
-        shell = body.component_shell[body.caster.component]
-        for instance, (light, transform, is_closed) in enumerate(
-            zip(each.lights, body.transforms, each.is_closed, strict=True)
-        ):
-            mine = drawn[offset : offset + body.n_shells]
-            offset += body.n_shells
-            if not mine.any():
-                continue
-            caster = each.caster_of(instance)
-            side = find_sides(caster.planes[:, :-1], light)
-            casts = (side > 0) | ((side < 0) & ~is_closed[caster.component])
-            casts &= mine[shell]
-            faces.append(caster.faces[casts].astype(np.int64) + count)
-            points.append(transform_points(transform, caster.vertices))
-            count += len(caster.vertices)
+    points, faces, count = [], [], 0
+    for each, instance, mine in list_drawn(volumes, drawn):
+        body, caster = each.body, each.caster_of(instance)
+        side = find_sides(caster.planes[:, :-1], each.lights[instance])
+        casts = (side > 0) | ((side < 0) & ~each.is_closed[instance, caster.component])
+        casts &= mine[body.component_shell[caster.component]]
+        faces.append(caster.faces[casts].astype(np.int64) + count)
+        points.append(transform_points(body.transforms[instance], caster.vertices))
+        count += len(caster.vertices)
     return np.concatenate(points), np.concatenate(faces)
 
 

@@ -133,4 +133,4 @@ class VolumePlan:
     def uniforms(self) -> dict[str, object]:
         """Return the uniforms of ``volume.vert.glsl`` shared by all draws."""
         light = self.light.astype(np.float32)
-        return {**self.projection.uniforms(), "light": light, "bottom": self.bottom}
+        return {**self.projection.uniforms, "light": light, "bottom": self.bottom}

@@ -29,7 +29,6 @@ __all__ = [
     "find_clip_range",
     "find_clip_ranges",
     "find_pixel",
-    "find_rays",
     "find_scissors",
     "find_source",
     "make_projection",
@@ -114,12 +113,9 @@ class Projection:
         ratio = 1.0 if np.isinf(far) else (far - begin) / (far - near)
         return near / begin * ratio - 1.0
 
-    def uniforms(self) -> dict[str, NDArray | float]:
-        """Return the uniforms of ``place.glsl`` that depend on the camera alone."""
-        return self._uniforms
-
     @cached_property
-    def _uniforms(self) -> dict[str, NDArray | float]:
+    def uniforms(self) -> dict[str, NDArray | float]:
+        """The uniforms of ``place.glsl`` that depend on the camera alone."""
         high = self.eye.astype(np.float32)
         arrays: dict[str, NDArray] = {
             "projection": self.clip_matrix.astype(np.float32),
@@ -233,11 +229,6 @@ def find_pixel(camera: Camera) -> tuple[float, float]:
     if camera.height is not None:
         return camera.height / rows, 0.0
     return 0.0, float(2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows)
-
-
-def find_rays(projection: Projection) -> dict[str, Any]:
-    """Return the uniforms of ``picture.glsl``: the rays of pixels."""
-    return projection.rays
 
 
 def _find_rays(projection: Projection) -> dict[str, Any]:

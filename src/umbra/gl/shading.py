@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection
 from umbra.gl.resources import Texture
 from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil
@@ -271,7 +271,7 @@ class Shading:
         draw_samples(
             state, how, self._light, (*needs, *self._needs), surface.samples,
             places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, befores=_SHARES,
-            **uniforms, **find_rays(projection),
+            **uniforms, **projection.rays,
         )  # fmt: skip
 
     def lay(self, state: State, surface: Target, shown: Target) -> None:

@@ -18,7 +18,7 @@ from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, Texture, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
@@ -176,7 +176,7 @@ class SurfaceRenderer:
             plane = self._ground.find(*needs, RINGS=RINGS)
             if lamp is not None:
                 lamp.set(plane)
-            shown = {"albedo": np.array(GROUND_COLOR), **find_rays(projection)}
+            shown = {"albedo": np.array(GROUND_COLOR), **projection.rays}
             draw_ground(state, plane, projection, ground, shown)
 
     def draw_layer(
@@ -214,7 +214,7 @@ class SurfaceRenderer:
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, tangents=_TANGENTS,
             more_uvs=_UV2S, **{IMAGES[name].lower(): unit for name, unit in _UNITS.items()},
-            **projection.uniforms(), **find_rays(projection),
+            **projection.uniforms, **projection.rays,
         )  # fmt: skip
         return program
 

@@ -231,7 +231,7 @@ class GlSweep(DeviceUser):
             faces = Indices(self.device, 2 * self.geometry.n_points)
             faces.write(self.geometry.faces.ravel())
             self.geometry.bind(surface)
-            surface.set(**self._projection.uniforms(), first=0, step=1)
+            surface.set(**self._projection.uniforms, first=0, step=1)
             faces.draw(surface, 0, self.geometry.faces.size)
             faces.release()
             surface.release()

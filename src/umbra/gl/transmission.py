@@ -10,7 +10,7 @@ from umbra.errors import InputError
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection
 from umbra.gl.resources import FloatPicture, Indices, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
@@ -138,7 +138,7 @@ class SheerSurfaces:
             self._geometry.bind(program)
             self._tables.bind()
             program.set(
-                first=first, nearer=0, **projection.uniforms(), **find_rays(projection),
+                first=first, nearer=0, **projection.uniforms, **projection.rays,
             )  # fmt: skip
             program.set(**self._tables.uniforms(projection))
             state.use(_NEAREST)

@@ -7,7 +7,7 @@ is the whole side where both far corners are one point at infinity, under a dire
 light.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +19,7 @@ from umbra.gl.lists import add_draws, append_draws, list_cap
 from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 
-__all__ = ["FAR", "BodyVolumes", "IndexList", "find_together", "make_volumes"]
+__all__ = ["FAR", "BodyVolumes", "IndexList", "find_together", "list_drawn", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
@@ -149,6 +149,19 @@ def make_volumes(
     """
     held = np.zeros((0, 2), np.intp) if held is None else held
     return BodyVolumes(body, body.lights(light), opened, held)
+
+
+def list_drawn(
+    volumes: Sequence[BodyVolumes], drawn: NDArray[np.bool_]
+) -> Iterator[tuple[BodyVolumes, int, NDArray[np.bool_]]]:
+    """Yield the volumes, number and drawn shells (n_shells,) of each instance that has any."""
+    first = 0
+    for each in volumes:
+        for instance in range(len(each.lights)):
+            mine = drawn[first : first + each.body.n_shells]
+            first += each.body.n_shells
+            if mine.any():
+                yield each, instance, mine
 
 
 def find_together(

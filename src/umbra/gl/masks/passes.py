@@ -14,7 +14,7 @@ from umbra.gl.masks import Method, Step
 from umbra.gl.masks.pieces import Pieces, VolumeBatch
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
@@ -211,14 +211,14 @@ class Forward:
             white=float(look.is_white),
             ambient=look.share * AMBIENT if lights != "direct" else 0.0,
             direct=(1.0 - AMBIENT) * np.array(look.color) * (lights != "ambient"),
-            **find_rays(projection),
+            **projection.rays,
         )
         self._draw(program, projection, light=look.light)
         tally.passes.append(lights)
 
     def _draw(self, program: Program, projection: Projection, **uniforms: np.ndarray) -> None:
         self._geometry.bind(program)
-        program.set(**projection.uniforms(), **uniforms)
+        program.set(**projection.uniforms, **uniforms)
         self._faces.draw(program, 0, self._geometry.faces.size)
 
     def release(self) -> None:

@@ -16,7 +16,7 @@ from umbra.gl.context import Device
 from umbra.gl.functions import TEXTURE_2D
 from umbra.gl.masks.passes import Tally
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
 from umbra.rays import VisibleSurface
@@ -76,7 +76,7 @@ class Upsampler:
             scale=np.array(picture.size) / mask_size if scale is None else np.full(2, scale),
             mask_size=mask_size, middle=np.array(picture.size) / 2,
             mask=0, places=1, low_places=2, channel=channel, low=lit[0], high=lit[1], dark=dark,
-            is_smooth=int(self.kind != "nearest"), **find_rays(projection),
+            is_smooth=int(self.kind != "nearest"), **projection.rays,
         )  # fmt: skip
         self._program.draw(3)
         tally.rectangles.append("apply")

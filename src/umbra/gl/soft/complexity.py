@@ -17,7 +17,7 @@ from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
-from umbra.gl.projection import Projection, find_rays, find_source
+from umbra.gl.projection import Projection, find_source
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedges import WedgePainter
 from umbra.gl.state import Pass, State
@@ -92,7 +92,7 @@ class SpotCounts(Visibility):
             program = self._estimate.find(*needs)
             program.set(
                 hard=0, parts=1, hidden=2, sums=3, keys=4, n_spots=float(len(spots)),
-                **find_rays(plan.projection),
+                **plan.projection.rays,
             )  # fmt: skip
             program.draw(3)
         return shares

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
@@ -123,7 +123,7 @@ class GrownPoints:
 
         Centre and sinking depth of the component [m]; unit vector to the light and 0.
         """
-        self._release_growth()
+        release_all(self._growth)
         self._growth = TextureBuffer(
             self._device, growth if growth.size else np.zeros(8, np.float32), "rgba32f"
         )
@@ -139,15 +139,10 @@ class GrownPoints:
             growth_row=self.light * self.n_rows, growing=self.growing,
         )  # fmt: skip
 
-    def _release_growth(self) -> None:
-        if self._growth is not None:
-            self._growth.release()
-        self._growth = None
-
     def release(self) -> None:
         """Free the buffers."""
-        self._release_growth()
-        self._points.release()
+        release_all(self._growth, self._points)
+        self._growth = None
 
 
 class Shown:
@@ -183,7 +178,7 @@ class Shown:
         state.use(_AGAIN)
         self._geometry.bind(self._program)
         self._rows.bind(0)
-        self._program.set(**projection.uniforms(), components=0)
+        self._program.set(**projection.uniforms, components=0)
         self._indices.draw(self._program, 0, self._count)
         return shown.textures[0]
 

@@ -20,7 +20,7 @@ from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays, find_source
+from umbra.gl.projection import Projection, find_source
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
@@ -62,12 +62,10 @@ class Keys:
         shown.fill(state, 0.0)
         state.use(_AGAIN)
         self._geometry.bind(self._faces)
-        self._faces.set(
-            **projection.uniforms(), **find_rays(projection), depths=_find_depths(projection)
-        )
+        self._faces.set(**projection.uniforms, **projection.rays, depths=_find_depths(projection))
         self._indices.draw(self._faces, 0, self._geometry.faces.size)
         if self._planner.ground is not None:
-            rays = find_rays(projection)
+            rays = projection.rays
             draw_ground(state, self._ground, projection, self._planner.ground, rays, _AGAIN)
         return shown.textures[0]
 
@@ -207,7 +205,7 @@ class WedgePainter:
             keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
             axis_v=axes[1], axis_n=axes[2], reach=self._find_reach(projection),
             bottom=float(self._planner.floor - projection.eye[2]),
-            **projection.uniforms(), **find_rays(projection),
+            **projection.uniforms, **projection.rays,
         )  # fmt: skip
         return program
 
