@@ -13,15 +13,14 @@ __all__ = ["borrowing", "cross", "dot", "find_lowest", "inlined", "inner"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-# Only kernels call them: wrappers for Python and C would take as long to compile as they do.
-_INNER: dict[str, Any] = {
-    "cache": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
-}  # fmt: skip
+# No C calls them, whose wrapper would only take time to compile. That of Python stays: without
+# it a slip would end the process, not in an error.
+_INNER: dict[str, Any] = {"cache": True, "nogil": True, "no_cfunc_wrapper": True}
 _BORROWING = _INNER | ({"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {})
 
 
 def inner(kernel: F, **options: Any) -> F:
-    """Compile a kernel that only kernels call; Python cannot. ``options`` are numba's."""
+    """Compile a kernel that only kernels call. ``options`` are numba's."""
     compiled: F = njit(**{**_INNER, **options})(kernel)
     return compiled
 
@@ -33,8 +32,7 @@ def borrowing(kernel: F, **options: Any) -> F:
     numba counts the references to every array, also to those in records, whenever a variable or
     an argument names it: an atomic addition each time, in which threads wait for each other. Here
     none are counted. Functions with ``inline="always"`` follow the kernel that contains them;
-    others that it calls need this decorator, or ``inlined``, too. Python cannot call it.
-    ``options`` are numba's.
+    others that it calls need this decorator, or ``inlined``, too. ``options`` are numba's.
     """
     compiled: Any = njit(**{**_BORROWING, **options})(kernel)
     if hasattr(compiled, "get_call_template"):  # it has not without the compiler
