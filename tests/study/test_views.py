@@ -9,7 +9,9 @@ from support.shapes import box, city, merge, moved, sheet, turned
 import umbra
 from umbra.receivers.view import Elevation
 from umbra.scene import make_scene
-from umbra.study import make_preview, run_study
+from umbra.study import make_preview, run, run_study
+from umbra.study.options import StudyOptions
+from umbra.writers.folder.captions import describe_making
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "05:15", "end": "20:15", "every": "90min", "masks": True}
@@ -329,3 +331,14 @@ def test_preview_of_an_elevation(block):
 def test_slips_are_told(block, options, says):
     with pytest.raises(umbra.InputError, match=says):
         umbra.shadow_study(make_scene(*block), VIENNA, **DAY, **options)
+
+
+@pytest.mark.parametrize(("receivers", "is_drawn"), [("south", False), ("215/35", True)])
+def test_an_assumed_ground_is_told_and_named_where_it_is_drawn(receivers, is_drawn):
+    house = parts(house=box((0, 0, 5), (4, 4, 9)))
+    options = StudyOptions(date="2026-06-05", receivers=receivers, size=(40, 30))
+    study = run(house, VIENNA, options)
+    assert "assumed level at z = 5 m" in study.facts["assumption"]
+    assert ("ground at z = 5 m" in describe_making(study, options)) == is_drawn
+    stated = run_study(house, VIENNA, date="2026-06-05", receivers=receivers, ground=5.0)
+    assert "assumption" not in stated.facts

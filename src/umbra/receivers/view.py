@@ -159,7 +159,7 @@ class OrthographicKind(ReceiverKind):
     def lay_out(self, request: Request) -> SeenRaster:
         """Find the surfaces visible from an azimuth."""
         scene = request.scene
-        level, _ = find_level(scene, self, request.options.ground)
+        level, assumed = find_level(scene, self, request.options.ground)
         azimuth, tilt = find_direction(request.options.receivers)
         shown = request.find_shown()
         bounds = scene.bounds()
@@ -194,6 +194,8 @@ class OrthographicKind(ReceiverKind):
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
+        if assumed is not None and not has_terrain(scene):
+            facts |= assumed.describe(level)
         return SeenRaster(
             self, model, tile.shape, (self.rows, "along"),
             grid.dx * grid.dy / _find_facing(tile), facts, x=grid.x, y=grid.y, ground=level,

@@ -192,7 +192,10 @@ def describe_making(study: Study, options: StudyOptions) -> str:
     """Describe how a study was made, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
-    level = [f"ground at z = {study.ground:.6g} m"] if study.kind.is_level else []
+    is_drawn = study.kind.is_level
+    if "view_tilt_deg" in study.facts:  # from above
+        is_drawn = study.model.ground is not None
+    level = [f"ground at z = {study.ground:.6g} m"] if is_drawn else []
     shown = []
     if options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")

@@ -250,6 +250,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     asked = {"proposed": options.proposed, "under": options.under}
     options = options.ask_hours(f"{azimuth}/{_TILT}", **asked)
     job = replace(job, study=run(job.scene, site, options), options=options)
+    if "assumption" in job.study.facts:  # of the ground that only the picture shows
+        job.say(f"note: {job.study.facts['assumption']}")
     return draw_pictures(job, Sheets.of(job))
 
 
