@@ -150,6 +150,7 @@ def bench_web(run: BenchmarkRun) -> Web:
             for _ in range(run.repeat + 1):
                 for name, browser in turns.items():
                     _, samples, scale = _SIDES[name]
+                    browser.ask(f"frames(1, {samples}, {scale})")  # makes targets of this size
                     begun = browser.find_busy()
                     wall = browser.ask(f"frames({_FRAMES}, {samples}, {scale})")
                     busy = _spread(begun, browser.find_busy(), _FRAMES)
