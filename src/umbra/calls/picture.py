@@ -364,8 +364,7 @@ def find_own_lights(scene: Scene, camera: Camera, *, is_bare: bool) -> list[Ligh
     """Return the scene's own lights, or one from the upper left, behind the camera."""
     from umbra.scene.camera import expose_lights  # noqa: PLC0415
 
-    own = list(expose_lights(scene))
-    if own:
+    if own := list(expose_lights(scene)):
         return own
     right, up, forward = camera.axes()
     if is_bare:
