@@ -100,7 +100,8 @@ def test_elevations_have_their_own_axes(study, tmp_path):
 
 
 def test_surfaces_are_sampled_and_drawn(study, tmp_path):
-    path = save_city(tmp_path / "town.city.json", HOUSES)
+    on_hill = {name: moved(mesh, (0, 0, 5)) for name, mesh in HOUSES.items()}
+    path = save_city(tmp_path / "town.city.json", on_hill)
     said = study(
         *HALF_DAY, "--receivers", "surfaces", "--spacing", "1", "--on", "WallSurface", "--masks",
         files=[path], cell=None,
@@ -109,6 +110,8 @@ def test_surfaces_are_sampled_and_drawn(study, tmp_path):
     assert [line.rsplit("/", 1)[1] for line in said.out.splitlines()] == [
         "study.nc", "hours.png", "profile.png", "study.toml",
     ]  # fmt: skip
+    # Of the ground that the picture alone shows.
+    assert "the ground is assumed level at z = 5 m" in said.err
     result = open_result(tmp_path / "out")
     assert result.sizes["sample"] == 16 * 12 + 10 * 3
     assert result.in_shadow.dims == ("time", "sample")

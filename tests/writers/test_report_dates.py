@@ -1,5 +1,6 @@
 """Tables of several dates: each says what a study of that date alone says."""
 
+import csv
 import json
 
 import numpy as np
@@ -103,6 +104,10 @@ def test_csv_has_a_column_for_each_date(street, tmp_path):
     head = (tmp_path / "sums.csv").read_text().partition("\n")[0].split(",")
     assert {"sun_hours_sum", "shadow_hours_sum", "hours_lost_sum", "newly_under"} <= set(head)
     write_samples(tmp_path, run(street, "surfaces", DATES))
+    with (tmp_path / "surfaces.csv").open(encoding="utf-8") as file:
+        surfaces = list(csv.DictReader(file))
+    assert [row["surface"] for row in surfaces] == list(map(str, range(len(surfaces))))
+    assert {row["surface_part"] for row in surfaces} == {"tower", "house", "shed"}
     head = (tmp_path / "parts.csv").read_text().partition("\n")[0].split(",")
     assert {f"part_mean_sun_hours_{date}" for date in DATES} <= set(head)
 
