@@ -1,13 +1,18 @@
 """Views: canopies before what is seen, ground below what is seen from above, and what counts."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.shapes import box
 
 from umbra.rays.depth import GROUND
+from umbra.receivers.view import SurfacesFromAbove
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import make_preview, run_study
+from umbra.study import StudyOptions, make_preview, run, run_study
 from umbra.sun import Site
+from umbra.writers.folder import Outputs
+from umbra.writers.folder.captions import describe
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")
 SHAPES = {"house": box((0, 10, 0), (20, 14, 6)), "tree": box((4, 2, 1), (8, 6, 4))}
@@ -89,3 +94,44 @@ def test_a_view_judges_no_ground_below_the_proposed():
     below = (x > 4) & (x < 8) & (y > 2) & (y < 6)
     assert (z[below] == 0).any()
     np.testing.assert_array_equal(np.isnan(lost), below)
+
+
+def make_picture(**options):
+    """Run the study of which the picture of surfaces is drawn."""
+    parts = [Part(name, "", Mesh(*mesh)) for name, mesh in SHAPES.items()]
+    day = {"date": "2026-06-21", "start": "10:00", "end": "14:00", "every": "1h", "cell": 0.25}
+    chosen = StudyOptions(receivers="180/30", **day, **options)
+    return run(make_scene(parts), SITE, chosen, kind=SurfacesFromAbove())
+
+
+def test_the_picture_of_surfaces_shows_all_with_the_hours_of_those_asked_for():
+    study, whole = make_picture(on=["house"]), make_picture()
+    part, has_hours = study.more["part"][1], np.isfinite(study.shadow_hours)
+    assert {0, 1, GROUND} <= set(np.unique(part))  # the tree before the house is drawn
+    np.testing.assert_array_equal(has_hours, part == 0)
+    preview = make_preview(study)
+    assert (preview.heights == 1).all()  # nothing of it is sky
+    assert not preview.shadows[:, preview.nothing].any()
+    # Hours are those of the whole picture, which is larger, as the tree counts.
+    hours = [one.shadow_hours[one.more["part"][1] == 0] for one in (study, whole)]
+    assert hours[0].mean() == pytest.approx(hours[1].mean(), abs=0.01)
+    assert study.shadow_hours.shape < whole.shadow_hours.shape
+
+
+def test_asked_parts_are_drawn_even_where_others_are_looked_through():
+    study = make_picture(on=["house", "tree"], canopy=["tree"])
+    np.testing.assert_array_equal(np.isfinite(study.shadow_hours), study.more["part"][1] == 0)
+    new = make_picture(on=["tree"], proposed=["tree"])
+    np.testing.assert_array_equal(np.isfinite(new.shadow_hours), new.more["part"][1] == 1)
+    assert (new.more["part"][1] == 0).any()
+
+
+def test_the_picture_of_surfaces_says_whose_hours_it_shows():
+    parts = [Part(name, "", Mesh(*mesh)) for name, mesh in SHAPES.items()]
+    options = StudyOptions(date="2026-06-21", every="1h", receivers="180/30", cell=0.5, on=["tree"])
+    study = run(make_scene(parts), SITE, options, kind=SurfacesFromAbove())
+    job = SimpleNamespace(scene=study.model.scene, study=study, options=options, outputs=Outputs())
+    plan = describe(job, make_preview(study), range(1))
+    assert "hours of tree alone" in plan.note
+    assert plan.nothing_name == "not asked"
+    np.testing.assert_array_equal(plan.nothing, study.more["part"][1] != 1)

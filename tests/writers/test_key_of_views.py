@@ -11,6 +11,7 @@ from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import (
     DOTS_PER_INCH,
+    MISSING,
     SKY,
     Appearance,
     DayMap,
@@ -78,3 +79,17 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     assert not find_swatches(
         [replace(plan, appearance=Appearance(none + 255, none, none, none, none))]
     )
+
+
+def test_surfaces_without_hours_are_grey_and_named():
+    bare = np.zeros(PLAN.shape, np.uint8)
+    hours = np.where(CROWN, np.float32(np.nan), np.float32(0))
+    look = Appearance(np.full_like(bare, 255), bare, bare, bare)
+    plan = replace(PLAN, nothing=CROWN, nothing_name="not asked", appearance=look)
+    profile = [DayShadows([~CROWN], ["09:00"])]
+    for sheet in (make_hours_sheet(plan, [DayMap(hours)], 8.0), make_profile_sheet(plan, profile)):
+        assert "not asked" in find_texts(sheet)
+        drawn = read_map(sheet)
+        rows, cols, _ = drawn.shape
+        np.testing.assert_allclose(drawn[rows // 2, cols // 2], MISSING, atol=1 / 255)
+        assert np.abs(drawn[rows // 5, cols // 5] - MISSING).max() > 0.02

@@ -57,6 +57,8 @@ class ViewModel(Casting):
         Number of lights of the study.
     proposed : sequence of int
         Parts of the proposed development, which are looked through: the ground below is theirs.
+    asked : list of int, optional
+        Visible parts that receive; all, and the ground, by default.
     """
 
     casters: list[int]
@@ -65,6 +67,7 @@ class ViewModel(Casting):
     shown: list[int] | None = None
     lights: int = 0
     proposed: Sequence[int] = ()
+    asked: list[int] | None = None
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
         """Return the same receivers with other parts casting, visible or not."""
@@ -133,8 +136,10 @@ class ViewTile:
 
     @property
     def nothing(self) -> NDArray[np.bool_]:
-        """Pixels without a visible surface, (rows, cols) bool."""
-        return ~self.is_seen
+        """Pixels without a visible surface that receives, (rows, cols) bool."""
+        if self.model.asked is None:
+            return ~self.is_seen
+        return ~np.isin(self.frame.part[::-1], self.model.asked)
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -275,8 +280,8 @@ class SeenRaster(Raster):
         return [(..., lambda: self.tile)]
 
     def finish(self) -> NDArray[np.bool_] | None:
-        """Return the pixels without a visible surface."""
-        return ~self.tile.is_seen
+        """Return the pixels without a visible surface that receives."""
+        return self.tile.nothing
 
     def locate(self) -> Variables:
         """Return the position, normal and part at each pixel's centre."""

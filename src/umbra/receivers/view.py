@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -19,7 +19,14 @@ from umbra.scene.grid import Grid
 if TYPE_CHECKING:
     from umbra.study import Study
 
-__all__ = ["COMPASS", "Elevation", "ElevationView", "ViewFromAbove", "find_direction"]
+__all__ = [
+    "COMPASS",
+    "Elevation",
+    "ElevationView",
+    "SurfacesFromAbove",
+    "ViewFromAbove",
+    "find_direction",
+]
 
 _TURNS = 1e4  # largest azimuth that is accepted [degrees]
 _MARGIN = 0.02  # of the model's length
@@ -161,11 +168,11 @@ class OrthographicKind(ReceiverKind):
         scene = request.scene
         level, assumed = find_level(scene, self, request.options.ground)
         azimuth, tilt = find_direction(request.options.receivers)
-        shown = request.find_shown()
+        shown, asked = self.find_drawn(request)
         bounds = scene.bounds()
         frame = Elevation.of(azimuth, request.true_north, tilt)
         drawn = shown if shown is None or request.options.on else [*shown, *request.find_proposed()]
-        low, high = frame.find_extent(scene, drawn)
+        low, high = frame.find_extent(scene, asked or drawn)
         margin = _MARGIN * (high[0] - low[0]) + 1e-3
         room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # long rows of houses are low
         ground = None
@@ -190,7 +197,7 @@ class OrthographicKind(ReceiverKind):
         model = ViewModel(
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
-            lights=request.lights, proposed=request.find_proposed(),
+            lights=request.lights, proposed=request.find_proposed(), asked=asked,
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
@@ -201,6 +208,10 @@ class OrthographicKind(ReceiverKind):
             grid.dx * grid.dy / _find_facing(tile), facts, x=grid.x, y=grid.y, ground=level,
             grid=grid, tile=tile,
         )  # fmt: skip
+
+    def find_drawn(self, request: Request) -> tuple[list[int] | None, list[int] | None]:
+        """Return the visible parts, and those of them that receive; None: all."""
+        return request.find_shown(), None
 
     def describe_tilt(self, tilt: float) -> dict[str, object]:
         """Return the view's tilt downward as an attribute [degrees]."""
@@ -252,6 +263,18 @@ class ViewFromAbove(OrthographicKind):
     def describe_tilt(self, tilt: float) -> dict[str, object]:
         """Return the view's tilt downward as an attribute [degrees]."""
         return {"view_tilt_deg": tilt}
+
+
+class SurfacesFromAbove(ViewFromAbove):
+    """View of all parts, with hours only on those that ``on`` names."""
+
+    def find_drawn(self, request: Request) -> tuple[list[int] | None, list[int] | None]:
+        """Return what is seen of all parts, and the parts asked for."""
+        if not request.options.on:
+            return request.find_shown(), None
+        asked = request.find_shown() or []
+        others = replace(request, options=replace(request.options, on=())).find_shown()
+        return None if others is None else sorted({*others, *asked}), asked
 
 
 def _find_facing(tile: ViewTile) -> NDArray[np.float64]:

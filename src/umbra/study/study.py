@@ -20,7 +20,7 @@ from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.rays.hidden import find_hidden
 from umbra.receivers import find_kind
-from umbra.receivers.kind import Receivers, Request, Tile
+from umbra.receivers.kind import ReceiverKind, Receivers, Request, Tile
 from umbra.scene import Scene
 from umbra.study.lights import Lights
 from umbra.study.loop import add_up
@@ -37,6 +37,7 @@ def run(
     site: Site,
     options: StudyOptions,
     progress: Progress = lambda _done, _all: None,
+    kind: ReceiverKind | None = None,
 ) -> Study:
     """
     Run a study and keep the data for its pictures.
@@ -48,8 +49,10 @@ def run(
     options : StudyOptions
     progress : callable
         Called with the number of instants done and the total.
+    kind : ReceiverKind, optional
+        By default that of the options' receivers.
     """
-    kind = find_kind(options.receivers, scene, options.ground)
+    kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
     laid = kind.lay_out(setup.request)
     done = setup.count(laid, progress)

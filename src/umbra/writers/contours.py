@@ -300,8 +300,9 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:
         swatches.append(Swatch(crowned.canopy_name, "white", LEAF, "/////"))
-    if any(plan.nothing is not None for plan in plans):
-        swatches.append(Swatch("no surface here", str(MISSING)))
+    bare = next((plan for plan in plans if plan.nothing is not None), None)
+    if bare is not None:
+        swatches.append(Swatch(bare.nothing_name, str(MISSING)))
     if any(plan.looks_through for plan in plans):
         swatches.append(Swatch("proposed, looked through", "white", PROPOSED, "\\\\\\"))
     appearances = [plan.appearance for plan in plans if plan.appearance is not None]

@@ -74,7 +74,7 @@ def _mark(study: Study, grid: Grid) -> _Marks:
     """Return the shade, jumps and creases of a study's surfaces on a grid, and a view's sky."""
     tile = study.model.make_tile(grid)
     if isinstance(tile, ViewTile):
-        return *_read_view(tile), tile.nothing
+        return *_read_view(tile), ~tile.is_seen
     heights = tile.relief
     return *_read_relief(heights, min(grid.dx, grid.dy), _find_rough(heights)), None
 

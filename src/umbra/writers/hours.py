@@ -19,7 +19,7 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
-from umbra.writers.pixels import HALF, paint_shares, resample, shade_ramp
+from umbra.writers.pixels import HALF, SLOPE_SHADE, paint_shares, resample, shade_ramp
 from umbra.writers.plan import (
     MISSING,
     DayMap,
@@ -97,6 +97,8 @@ def fill_hours(
     image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade)
     is_building = plan.is_building
     image[is_missing] = MISSING
+    if shade is not None:
+        image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
     if plan.appearance is not None:
         draw_appearance(image, plan.appearance, panel.map_size)
     elif plan.roofs_cover:

@@ -115,8 +115,9 @@ class Plan:
     appearance: Appearance | None = field(default=None, repr=False)
     # (rows, cols) parts of the proposed development, to be outlined
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
-    # (rows, cols) of a plan: where there is no surface
+    # (rows, cols) of a plan: where there is no surface; of a view: surfaces without hours
     nothing: NDArray[np.bool_] | None = field(default=None, repr=False)
+    nothing_name: str = "no surface here"  # in the key
     looks_through: bool = False  # the proposed parts, as a view does: they are hatched
     # (rows, cols), looked through: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)

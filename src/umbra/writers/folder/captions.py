@@ -120,8 +120,11 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     view = study.kind.tell_view(study.facts, options.receivers)
     told = view.removeprefix(", ") if outputs.title else ""
     proposed = None
-    if options.proposed and not study.kind.is_plan:
-        proposed = preview.find_cells(job.scene.select(options.proposed))
+    nothing = preview.nothing
+    if not study.kind.is_plan:
+        nothing = nothing & (preview.heights > 0)  # the sky has its own colour
+        if options.proposed:
+            proposed = preview.find_cells(job.scene.select(options.proposed))
     return Plan(
         x,
         y,
@@ -140,7 +143,8 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         roofs_cover=study.kind.lies_under_roofs,
         proposed=proposed,
         looks_through=proposed is not None,
-        nothing=preview.nothing if study.kind.is_plan and preview.nothing.any() else None,
+        nothing=nothing if nothing.any() else None,
+        nothing_name="no surface here" if study.kind.is_plan else "not asked",
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
     )
@@ -197,7 +201,9 @@ def describe_making(study: Study, options: StudyOptions) -> str:
         is_drawn = study.model.ground is not None
     level = [f"ground at z = {study.ground:.6g} m"] if is_drawn else []
     shown = []
-    if options.on:  # without a word a shadow of what is not drawn looks like a wall
+    if getattr(study.model, "asked", None) is not None:
+        shown.append(f"hours of {list_few(options.on)} alone")
+    elif options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
     return " · ".join([version, cells, *level, *shown, *describe_method(study, options)])
 

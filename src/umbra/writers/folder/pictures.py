@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.view import SurfacesFromAbove
 from umbra.receivers.zenith import find_surface
 from umbra.scene.grid import Grid
 from umbra.study import Preview, Study, count_finer, make_preview, run, split_dates, tell_dates
@@ -249,7 +250,14 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     azimuth = 215 if site.latitude >= 0 else 325
     asked = {"proposed": options.proposed, "under": options.under}
     options = options.ask_hours(f"{azimuth}/{_TILT}", **asked)
-    job = replace(job, study=run(job.scene, site, options), options=options)
+    job = replace(
+        job, study=run(job.scene, site, options, kind=SurfacesFromAbove()), options=options
+    )
+    if options.on and not np.isfinite(job.study.shadow_hours).any():
+        job.say(
+            f"note: nothing of {list_few(options.on)} is seen in the pictures, from azimuth "
+            f"{azimuth}°; study.nc has its hours, and receivers='north' or another side shows them"
+        )
     if "assumption" in job.study.facts:  # of the ground that only the picture shows
         job.say(f"note: {job.study.facts['assumption']}")
     return draw_pictures(job, Sheets.of(job))
