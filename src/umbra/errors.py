@@ -42,6 +42,7 @@ _SPELLED = {
     "by_day=False": "sum",
     "end": "to",
     "formats": "write",
+    "ground=False": "no-ground",
     "latitude": "lat",
     "lights": "light",
     "longitude": "lon",

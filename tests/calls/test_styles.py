@@ -269,3 +269,42 @@ def test_the_command_writes_the_suns_time_and_tells_the_ground(tmp_path, capsys)
     foot = np.s_[280:, :250]
     assert (pictures["told"][foot] < 80).any()
     assert (pictures["told"][foot] != pictures["other"][foot]).any()
+
+
+def test_lamps_alone_shine_at_night_and_it_is_told():
+    scene, told, images = make_tower(), [], {}
+    camera = umbra.make_camera(scene, eye=(25, -30, 6), target=(0, 0, 6), size=SIZE)
+    lamp = umbra.point_light((9, -12, 6))
+    for name, lights, style in [
+        ("night", [lamp], "architectural"), ("day", [lamp, SUN], "architectural"),
+        ("plain", [lamp], "plain"),
+    ]:  # fmt: skip
+        options = RenderOptions(style=style, ground=0.0)
+        picture = draw_picture(
+            scene, camera, lights, options, print, is_bare=False, tell=told.append
+        )
+        images[name] = picture.image.astype(int)
+    assert told == [line for line in told if "lamps shine alone" in line]
+    assert len(told) == 1
+    sky = {name: image[2].mean() for name, image in images.items()}
+    assert sky["night"] < 60
+    assert min(sky["day"], sky["plain"]) > 180
+    lit, dark = picture.lit[0], picture.is_seen & ~picture.lit[0]
+    night = images["night"].mean(-1)
+    assert night[dark].mean() < 75
+    assert night[lit].max() > 110
+
+
+def test_a_drawing_of_lamps_alone_has_the_sky_of_the_picture():
+    pytest.importorskip("pyclipr")
+    scene = make_tower()
+    with pytest.warns(UserWarning, match="a lamp's light"):
+        skies = [
+            umbra.draw_vectors(
+                scene, None, umbra.point_light((9, -12, 6)), shadows=shadows
+            ).page.sky
+            for shadows in ("solid", "hatched")
+        ]
+    night, day = (max(max(color) for _, color in sky) for sky in skies)
+    assert night < 60
+    assert day > 180

@@ -263,3 +263,19 @@ def test_the_part_under_a_pixel_is_found(tower):
         row, col = np.argwhere(part == number).mean(0).round().astype(int)
         assert find_part(tower, camera, (col, row)) == part[row, col] == number
     assert find_part(tower, camera, (1, 1)) is None
+
+
+def test_lamps_alone_shine_at_night_on_both_devices(painter, tower):
+    day = make_view(tower, SIZE)
+    lamps = day.add_light(point_light((6, -12, 9), (0.9, 0.9, 0.9)))
+    night = replace(lamps, sun=replace(day.sun, shines=False))
+    pictures = []
+    for view in (day, day, night, night, night.choose_device("cpu"), day):  # twice: it is kept
+        painter.draw(view, SIZE)
+        pictures.append(painter.read().astype(int))
+    for picture in pictures[2:5]:
+        assert picture[0].mean() < 0.6 * pictures[0][0].mean()
+        assert picture.min() < 0.6 * pictures[0].min()
+        assert picture.max() > 150  # where the lamp shines
+        assert (np.abs(picture - pictures[2]).max(-1) > 4).mean() < 0.01
+    np.testing.assert_allclose(pictures[5], pictures[0], atol=1)

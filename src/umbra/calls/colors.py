@@ -22,7 +22,7 @@ from umbra.machine import count_cores
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import GROUND_COLOR, HORIZON, SKY
+from umbra.scene.camera import GROUND_COLOR, Sky
 
 __all__ = ["color_page"]
 
@@ -40,6 +40,7 @@ def color_page(
     options: RenderOptions,
     shadows: str,
     ground: float | None,
+    sky: Sky,
 ) -> Page:
     """Give what is seen its colours, and sort it by part."""
     flat = _flatten(make_pale(scene, style.paleness))
@@ -54,13 +55,13 @@ def color_page(
         linear = _find_paper(flat, frame)
     else:
         reached = [np.array([[mask[k] for _, mask in wanted]]) for k in range(count)]
-        linear = find_colors(flat, frame, lights, reached, openness=openness)[0]
+        linear = find_colors(flat, frame, lights, reached, openness=openness, sky=sky)[0]
     if not style.is_plain:
         linear[frame.part[0] == GROUND] *= np.array(PAPER) / GROUND_COLOR
     colors: list[Any] = [tuple(rgb) for rgb in encode(linear).tolist()]
     return Page(
         camera.size, _sort(scene, seen, colors, is_hatched=is_hatched),
-        [] if options.transparent else _find_sky(scene, camera, style),
+        [] if options.transparent else _find_sky(scene, camera, style, sky),
         options.caption, " ".join([tell_scale(camera), *list_losses(scene, lights)]), count,
     )  # fmt: skip
 
@@ -162,18 +163,18 @@ def _group(regions: PlanarRegions) -> NDArray[np.intp]:
 
 
 def _find_sky(
-    scene: Scene, camera: Camera, style: Style
+    scene: Scene, camera: Camera, style: Style, sky: Sky
 ) -> list[tuple[float, tuple[int, int, int]]]:
     """Return the colours behind the model at evenly spaced heights of the picture."""
     shares = np.linspace(0.0, 1.0, _STOPS)
     if style.is_plain:
-        linear = shares[:, None] * (np.array(HORIZON) - SKY) + SKY
+        linear = shares[:, None] * (np.array(sky.horizon) - sky.zenith) + sky.zenith
     else:
         rows = camera.size[1]
         nothing = np.full((rows, 1), NOTHING, np.int32)
         places = np.full((rows, 1, 3), np.nan)
         line = replace(camera, size=(1, rows))
-        behind = Backdrop(scene).color(
+        behind = Backdrop(scene, sky=sky).color(
             np.zeros((rows, 1, 3)), VisibleSurface(places, places, nothing), line
         )
         linear = behind[np.round(shares * (rows - 1)).astype(np.intp), 0]

@@ -278,7 +278,7 @@ def draw_picture(
     from umbra.calls.finish import finish  # noqa: PLC0415
     from umbra.calls.lines import LineFinder  # noqa: PLC0415
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
-    from umbra.calls.styles import Backdrop, choose_style, make_pale  # noqa: PLC0415
+    from umbra.calls.styles import Backdrop, choose_style, find_sky, make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
@@ -293,17 +293,16 @@ def draw_picture(
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
     ground, shown = choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
-    backdrop = Backdrop(scene, options.transparent)
-    frames = device.open_frames(
-        scene, ground, casters=casters, threads=threads, warn=said, detail=options.detail
-    )
-    with frames as counter:
+    sky = find_sky(shining, style, tell)
+    backdrop = Backdrop(scene, options.transparent, sky)
+    how = {"casters": casters, "threads": threads, "warn": said, "detail": options.detail}
+    with device.open_frames(scene, ground, **how) as counter:  # type: ignore[arg-type]
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn, is_assumed=ground != options.ground)
         shadows = PictureLights(
             counter, shining, sized, options, style,
             None if style.is_plain and not options.transparent else backdrop,
-            LineFinder(scene) if style.has_lines else None,
+            LineFinder(scene) if style.has_lines else None, sky,
         )  # fmt: skip
         layers = shadows.find_layers(view, frame, camera)
         averages = None
@@ -343,7 +342,7 @@ def choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn
     if base is not None:
         tell(
             f"note: the model has no ground of its own; one is drawn at z = {base:.6g} m, as a "
-            "study would assume; ground= sets another height"
+            "study would assume; ground= sets another height, ground=False none"
         )
     return base
 

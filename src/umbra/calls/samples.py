@@ -22,7 +22,7 @@ from umbra.cpu.shade import find_colors
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import find_offsets
+from umbra.scene.camera import DAY, Sky, find_offsets
 from umbra.soft import AreaLight
 
 __all__ = ["Averages", "PictureLayer", "PictureLights", "SeenLights", "average_colors"]
@@ -92,6 +92,7 @@ class PictureLights:
         By default the sky runs from the top of the picture to its foot.
     lines : LineFinder, optional
         Of the style's lines.
+    sky : Sky
     """
 
     counter: Any
@@ -101,6 +102,7 @@ class PictureLights:
     style: Style = STYLES["plain"]
     backdrop: Backdrop | None = None
     lines: LineFinder | None = None
+    sky: Sky = DAY
 
     @property
     def is_sharp(self) -> bool:
@@ -167,7 +169,7 @@ class PictureLights:
         """Shade a view in linear RGB, (rows, cols, 3), before its backdrop."""
         shown = find_colors(
             scene, frame, self.lights, seen.reached, view, seen.counts, self.sized, camera,
-            seen.transmission, seen.openness,
+            seen.transmission, seen.openness, self.sky,
         )  # fmt: skip
         return shown if self.backdrop is None else self.backdrop.color(shown, frame, camera)
 

@@ -1,5 +1,6 @@
 """Styles of pictures: what is added to the exact shadows so that a picture reads well."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,10 +9,19 @@ from numpy.typing import NDArray
 
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
-from umbra.scene import Camera, Scene
-from umbra.scene.camera import GROUND_COLOR, HORIZON, SKY
+from umbra.scene import Camera, Light, Scene
+from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
 
-__all__ = ["PAPER", "STYLES", "Backdrop", "Style", "choose_style", "find_base", "make_pale"]
+__all__ = [
+    "PAPER",
+    "STYLES",
+    "Backdrop",
+    "Style",
+    "choose_style",
+    "find_base",
+    "find_sky",
+    "make_pale",
+]
 
 _PLASTER = np.array((0.80, 0.79, 0.77))  # linear RGB
 PAPER = (0.76, 0.76, 0.74)
@@ -64,6 +74,17 @@ def choose_style(name: str, scene: Scene, *, is_bare: bool) -> Style:
     return replace(STYLES[name], has_ground=STYLES[name].has_ground and not is_bare)
 
 
+def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object]) -> Sky:
+    """Return the sky of a picture; plain ones always have a day's."""
+    sky = DAY if style.is_plain else choose_sky(lights)
+    if sky is NIGHT:
+        tell(
+            "note: lamps shine alone, so sky and ambient light are a night's; date= and at= add "
+            "the sun"
+        )
+    return sky
+
+
 def find_base(scene: Scene) -> float | None:
     """Find the height of a ground for a model [m]; None if it brings its own."""
     from umbra.receivers import find_kind  # noqa: PLC0415
@@ -93,6 +114,7 @@ class Backdrop:
 
     scene: Scene
     is_transparent: bool = False
+    sky: Sky = DAY
 
     @cached_property
     def _circle(self) -> tuple[NDArray[np.float64], float]:
@@ -115,11 +137,10 @@ class Backdrop:
         away = np.linalg.norm(frame.position[ground][:, :2] - middle, axis=1) / radius
         faded = np.clip((away - _NEAR) / (_FAR - _NEAR), 0.0, 1.0)
         faded = (faded * faded * (3.0 - 2.0 * faded))[:, None]
-        linear[ground] += faded * (np.array(HORIZON) - linear[ground])
+        linear[ground] += faded * (np.array(self.sky.horizon) - linear[ground])
         return linear
 
-    @staticmethod
-    def _find_sky(camera: Camera) -> NDArray[np.float64]:
+    def _find_sky(self, camera: Camera) -> NDArray[np.float64]:
         """Return the colour of the sky in each pixel; below the horizon there is its own."""
         cols, rows = camera.size
         _, up, forward = camera.axes()
@@ -134,4 +155,5 @@ class Backdrop:
         else:
             rise = np.full((rows, cols), forward[2])
         share = np.clip(rise / _HIGH, 0.0, 1.0)[..., None]
-        return np.array(HORIZON) + share * (np.array(SKY) - HORIZON)
+        horizon = np.array(self.sky.horizon)
+        return horizon + share * (np.array(self.sky.zenith) - horizon)

@@ -19,6 +19,7 @@ from umbra.drawing.page import Page
 from umbra.errors import InputError, check_type
 from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
+from umbra.scene.camera import DAY
 from umbra.scene.lights import SomeLights, make_lights
 
 if TYPE_CHECKING:
@@ -164,7 +165,7 @@ def draw_seen(
 ) -> VectorDrawing:
     """Draw a view as vectors; by default with the scene's lights, or one from the upper left."""
     from umbra.calls.colors import color_page  # noqa: PLC0415
-    from umbra.calls.styles import choose_style  # noqa: PLC0415
+    from umbra.calls.styles import choose_style, find_sky  # noqa: PLC0415
 
     require(["pyclipr"], "vectors", "a drawing as vectors")
     _check(scene, options, shadows)
@@ -175,7 +176,8 @@ def draw_seen(
     casters = scene.select(options.cast, options.no_cast)
     seen = see_model(scene, camera, shining, casters, ground, advance)
     advance(0, 1, "finding colours", "views")
-    page = color_page(scene, camera, shining, seen, style, options, shadows, ground)
+    sky = DAY if shadows == "hatched" else find_sky(shining, style, tell)
+    page = color_page(scene, camera, shining, seen, style, options, shadows, ground, sky)
     notes = tell_cut(scene, camera, options.threads or 1) + list_losses(scene, shining)
     if not any(one.region < len(seen.regions) for one in seen.surfaces):
         notes.insert(0, "nothing of the model is seen; leave out eye= and target= to see all of it")

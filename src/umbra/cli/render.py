@@ -161,8 +161,8 @@ def _check_site(lights: LightOptions) -> None:
 
 
 def _tell(message: str) -> None:
-    """Tell the person at the terminal which ground was assumed."""
-    echo(f"{write_for_shell(message)}, --no-ground none", err=True)
+    """Tell the person at the terminal what was assumed."""
+    echo(write_for_shell(message), err=True)
 
 
 def _warn(message: str) -> None:

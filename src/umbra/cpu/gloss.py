@@ -11,7 +11,7 @@ Fresnel after Schlick); Karis 2014, "Physically based shading on mobile", for th
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene.camera import BOUNCE, HORIZON, SKY
+from umbra.scene.camera import DAY, Sky
 
 __all__ = ["find_sky", "reflect_light", "reflect_sky"]
 
@@ -71,6 +71,7 @@ def reflect_sky(
     normal: Vectors,
     eye: Vectors,
     ambient: Vectors,
+    sky: Sky = DAY,
 ) -> Vectors:
     """
     Find the ambient and sky light that surfaces reflect.
@@ -86,16 +87,16 @@ def reflect_sky(
     head_on = _find_head_on(albedo, metallic)
     shown = head_on * (z - 1.04 * low)[:, None] + (w + 1.04 * low)[:, None]
     matte = (1.0 - shown) * (1.0 - metallic)[:, None] * albedo
-    return matte * ambient + shown * find_sky(mirrored[:, 2], roughness)
+    return matte * ambient + shown * find_sky(mirrored[:, 2], roughness, sky)
 
 
-def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64]) -> Vectors:
+def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64], sky: Sky = DAY) -> Vectors:
     """Find the sky colour (n, 3) at sines of altitude ``up``, blurred by roughness."""
     blur = 0.05 + 0.95 * roughness
     above = np.clip(0.5 + 0.5 * up / blur, 0.0, 1.0)[:, None]
     rise = np.clip(up, 0.0, 1.0)[:, None]
-    dome = (1.0 - rise) * np.array(HORIZON) + rise * np.array(SKY)
-    return (1.0 - above) * np.array(BOUNCE) + above * dome
+    dome = (1.0 - rise) * np.array(sky.horizon) + rise * np.array(sky.zenith)
+    return (1.0 - above) * np.array(sky.bounce) + above * dome
 
 
 def _find_head_on(albedo: Vectors, metallic: NDArray[np.float64]) -> Vectors:

@@ -10,7 +10,7 @@ from umbra.cpu.gloss import reflect_light, reflect_sky
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Material, Scene
-from umbra.scene.camera import GROUND_COLOR, HORIZON, SKY, find_ambient, find_exposure
+from umbra.scene.camera import DAY, GROUND_COLOR, Sky, find_ambient, find_exposure
 from umbra.soft import AreaLight
 
 __all__ = ["encode", "find_colors", "find_reached", "shade"]
@@ -83,12 +83,14 @@ def find_colors(
     camera: Camera | None = None,
     transmission: Sequence[NDArray] | None = None,
     openness: NDArray[np.floating] | None = None,
+    sky: Sky = DAY,
 ) -> NDArray[np.float64]:
     """
     Find the linear RGB that ``shade`` encodes, (rows, cols, 3).
 
     Parameters as there; ``transmission``, (rows, cols, 3) for each light, is the share of it that
     passes glass and leaves; ``openness``, (rows, cols), the share of the sky that is not hidden.
+    ``sky`` gives the even light, and is seen behind the model and in mirrors.
     """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
@@ -97,7 +99,7 @@ def find_colors(
     looks = find_appearance(scene, frame, view)
     albedo, normal = looks.albedo, looks.normal
     position = frame.position[seen]
-    ambient = find_ambient(normal[:, 2])
+    ambient = find_ambient(normal[:, 2], sky)
     if openness is not None:
         ambient *= _OPEN * (_INDIRECT + (1 - _INDIRECT) * openness[seen])[:, None]
     is_unlit = np.array([material.is_unlit for material in materials])[part]
@@ -109,7 +111,7 @@ def find_colors(
             eye = camera.eye - position[glossy]
             eye /= np.linalg.norm(eye, axis=1, keepdims=True)
         mirror = albedo[glossy], looks.metallic, looks.roughness, normal[glossy]
-        even = reflect_sky(*mirror, eye, ambient[glossy])
+        even = reflect_sky(*mirror, eye, ambient[glossy], sky)
         shown[glossy] = looks.openness[glossy, None] * even
     is_bumped = np.array([material.normal_image is not None for material in materials])[part]
     is_smooth = (np.einsum("ij,ij->i", normal, frame.normal[seen]) < _ALIKE) & ~is_bumped
@@ -133,7 +135,8 @@ def find_colors(
             color = color * transmission[number][seen]
         shown += share[:, None] * reflected * color
     fade = np.linspace(0, 1, rows)[:, None, None]
-    linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
+    behind = (1 - fade) * np.array(sky.zenith) + fade * np.array(sky.horizon)
+    linear = np.broadcast_to(behind, (rows, cols, 3)).copy()
     shown += looks.emission
     linear[seen] = np.where(is_unlit[:, None], shown, compress(shown))
     return linear

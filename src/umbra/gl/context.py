@@ -22,6 +22,7 @@ from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
 from umbra.gl.functions import Functions
+from umbra.scene.camera import DAY, Sky
 
 __all__ = ["BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all"]
 
@@ -73,6 +74,8 @@ class Device:
     binding : ContextBinding
     live : set of str
         Objects not released yet, by kind and number.
+    sky : Sky
+        Of the pictures that are drawn next; programs are linked for each.
     """
 
     handle: Any
@@ -87,6 +90,7 @@ class Device:
     functions: Functions
     binding: ContextBinding
     live: set[str] = field(default_factory=set)
+    sky: Sky = DAY
     _finish: Callable[[], object] = bool
     _thread: threading.Thread = field(default_factory=threading.current_thread)
     _is_open: bool = True

@@ -17,20 +17,12 @@ import numpy as np
 from umbra.errors import UmbraError
 from umbra.gl.carried import PREFIX, Lines, carry_uniforms
 from umbra.gl.context import Device, release_all
-from umbra.scene.camera import BOUNCE, FROM_GROUND, FROM_SKY, HORIZON, SKY
+from umbra.scene.camera import Sky
 
 __all__ = ["Program", "Programs", "load_source"]
 
 TRIANGLES = 4
 _VERSION = "#version 330 core\n"
-_COLORS: dict[str, Any] = {
-    "SKY": SKY, "HORIZON": HORIZON, "BOUNCE": BOUNCE,
-    "FROM_SKY": FROM_SKY, "FROM_GROUND": FROM_GROUND,
-}  # fmt: skip
-_CONSTANTS = {
-    name: f"vec3({float(red)}, {float(green)}, {float(blue)})"
-    for name, (red, green, blue) in _COLORS.items()
-}
 # Mesa "0:12(3): error: ...", NVIDIA "0(12) : error ...", AMD and Apple "ERROR: 0:12: ...".
 _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.I)
 
@@ -48,6 +40,19 @@ def load_source(name: str) -> tuple[tuple[str, str], ...]:
         included = re.match(r'\s*#include\s+"(.+)"', line)
         lines += load_source(included[1]) if included else [(line, f"{name}:{number}")]
     return tuple(lines)
+
+
+@lru_cache
+def _define_colors(sky: Sky) -> dict[str, str]:
+    """Return the definitions of a sky's colours."""
+    colors: dict[str, Any] = {
+        "SKY": sky.zenith, "HORIZON": sky.horizon, "BOUNCE": sky.bounce,
+        "FROM_SKY": sky.from_above, "FROM_GROUND": sky.from_below,
+    }  # fmt: skip
+    return {
+        name: f"vec3({float(red)}, {float(green)}, {float(blue)})"
+        for name, (red, green, blue) in colors.items()
+    }
 
 
 class Program:
@@ -76,7 +81,7 @@ class Program:
         defines: Mapping[str, object] | None = None,
     ) -> None:
         reversed_depth = {"REVERSED": 1} if device.reverses_depth else {}
-        names = {**_CONSTANTS, **(defines or {}), **reversed_depth}
+        names = {**_define_colors(device.sky), **(defines or {}), **reversed_depth}
         head = [(f"#define {name} {value}", "defines") for name, value in names.items()]
         sources: tuple[Lines, Lines] = load_source(vertex), load_source(fragment)
         if device.is_software:
@@ -167,7 +172,7 @@ class Programs:
 
     def find(self, *needs: str, **values: object) -> Program:
         """Find the program with names defined as 1 (``needs``) or as given ``values``."""
-        key = (*needs, *values.items())
+        key = (self._device.sky, *needs, *values.items())
         if key not in self._made:
             defines = {**dict.fromkeys(needs, 1), **values}
             self._made[key] = Program(self._device, *self._shaders, defines)

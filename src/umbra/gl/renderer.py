@@ -42,7 +42,7 @@ from umbra.gl.transmission import TransmitterTables
 from umbra.methods import Softness
 from umbra.rays.transmission import find_opaque
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import find_exposure
+from umbra.scene.camera import DAY, Sky, find_exposure
 from umbra.soft import AreaLight, find_middles
 
 __all__ = ["Renderer"]
@@ -118,10 +118,8 @@ class Renderer(DeviceUser):
         super().__init__(device)
         with self.device.current():
             self._build(scene)
-            surfaces = self.surfaces
-            self.shading = Shading(
-                self.device, is_glossy=surfaces.is_glossy, is_plain=surfaces.is_plain
-            )
+            of = self.surfaces
+            self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
             self.passes = LightPasses(self.shading, self.lamps, self._timed)
             self.layers, self.still = TransparentLayers(self.device), StillView(self.device)
@@ -206,16 +204,19 @@ class Renderer(DeviceUser):
         mask_scale: int = 1,
         mask_filter: str = "joint",
         samples: int = 1,
+        sky: Sky = DAY,
     ) -> None:
         """
         Draw a picture into ``targets.picture``; parameters as in ``render``.
 
-        With one light, what a still eye sees is kept (`StillView`): such a picture may differ from
-        the first of its view by one of 255 levels.
+        With one light, a still eye's view is kept (`StillView`) and may differ by 1 of 255 levels.
 
         Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
         and rows, and enlarged by a filter of ``upsampling``.
         """
+        if sky != self.device.sky:
+            self.device.sky = sky
+            self.still.forget()
         middles = find_middles(lights)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:

@@ -6,6 +6,7 @@ Pictures on every device have the same colours of ground and sky, and exposure o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
@@ -20,12 +21,16 @@ from umbra.scene.scene import Scene
 __all__ = [
     "AMBIENT",
     "BOUNCE",
+    "DAY",
     "FROM_GROUND",
     "FROM_SKY",
     "GROUND_COLOR",
     "HORIZON",
+    "NIGHT",
     "SKY",
     "Camera",
+    "Sky",
+    "choose_sky",
     "expose_lights",
     "find_ambient",
     "find_exposure",
@@ -40,6 +45,7 @@ BOUNCE = (0.25, 0.25, 0.24)
 """Of the ground in mirrors: some of it is in shadow."""
 AMBIENT = 0.20
 """Luminance of a white surface that looks up, without a light; half as much looking down."""
+_AT_NIGHT = 0.2 * AMBIENT  # enough to tell surfaces apart where no lamp shines
 _GOLDEN = (5**0.5 - 1) / 2
 _HALVINGS = 24  # of the place of a camera: less than a pixel
 _FARTHEST = 0.5  # most offset of a ray from its pixel's centre [pixels]
@@ -262,17 +268,51 @@ def _tint(color: NDArray[np.float64], luminance: float) -> NDArray[np.float64]:
     return color * (luminance / float(color @ (0.2126, 0.7152, 0.0722)))
 
 
-# Light from a sky that runs from horizon to zenith as the sine of the height, on a surface that
-# looks up: the mean by the cosine is a third of the one and two of the other.
-FROM_SKY = _tint((np.array(HORIZON) + 2.0 * np.array(SKY)) / 3.0, AMBIENT)
-FROM_GROUND = _tint(np.array(GROUND_COLOR), 0.5 * AMBIENT)
+@dataclass(frozen=True)
+class Sky:
+    """
+    A sky that runs from horizon to zenith as the sine of the height, and its even light.
+
+    Parameters
+    ----------
+    zenith, horizon, bounce : (float, float, float)
+        Of the sky, and of the ground in mirrors, linear RGB.
+    luminance : float
+        Of a white surface that looks up; half as much looking down.
+    """
+
+    zenith: tuple[float, float, float]
+    horizon: tuple[float, float, float]
+    bounce: tuple[float, float, float]
+    luminance: float
+
+    @cached_property
+    def from_above(self) -> NDArray[np.float64]:
+        """Even light on a surface that looks up, (3,) linear RGB."""
+        # The mean by the cosine is a third of the horizon and two of the zenith.
+        return _tint((np.array(self.horizon) + 2.0 * np.array(self.zenith)) / 3.0, self.luminance)
+
+    @cached_property
+    def from_below(self) -> NDArray[np.float64]:
+        """Even light on a surface that looks down, (3,) linear RGB."""
+        return _tint(np.array(GROUND_COLOR), 0.5 * self.luminance)
+
+
+DAY = Sky(SKY, HORIZON, BOUNCE, AMBIENT)
+NIGHT = Sky((0.003, 0.005, 0.012), (0.010, 0.014, 0.026), (0.01, 0.01, 0.01), _AT_NIGHT)
+FROM_SKY, FROM_GROUND = DAY.from_above, DAY.from_below
 """Even light from above and from below, (3,) linear RGB, as much of each as a surface faces."""
 
 
-def find_ambient(up: NDArray[np.float64]) -> NDArray[np.float64]:
+def choose_sky(lights: Sequence[Light]) -> Sky:
+    """Return a night's sky if lamps shine alone: by day little is seen of their light."""
+    return NIGHT if lights and all(light.is_point for light in lights) else DAY
+
+
+def find_ambient(up: NDArray[np.float64], sky: Sky = DAY) -> NDArray[np.float64]:
     """Find the ambient light (n, 3) on surfaces whose normals have the z ``up``, -1 to 1."""
     share = 0.5 + 0.5 * up[:, None]
-    return FROM_GROUND + share * (FROM_SKY - FROM_GROUND)
+    return sky.from_below + share * (sky.from_above - sky.from_below)
 
 
 def find_exposure(n_lights: int) -> float:

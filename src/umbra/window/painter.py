@@ -23,6 +23,7 @@ from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
 from umbra.scene import Camera, Scene
+from umbra.scene.camera import choose_sky
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
 from umbra.window.motion import Motion
@@ -201,7 +202,7 @@ class ViewPainter:
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,
-                samples=1 if view.overlays else samples,
+                samples=1 if view.overlays else samples, sky=choose_sky(list(shining.values())),
             )  # fmt: skip
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         suns = view.profile_suns() if view.overlays & {"profile", "relief"} else None
@@ -310,7 +311,18 @@ class ViewPainter:
         marks.append(time.perf_counter())
         colors = blend_layers(
             (
-                find_colors(self.scene, frame, lights, lit, seen, counts, areas, camera, left),
+                find_colors(
+                    self.scene,
+                    frame,
+                    lights,
+                    lit,
+                    seen,
+                    counts,
+                    areas,
+                    camera,
+                    left,
+                    sky=choose_sky(lights),
+                ),
                 opacity,
             )
             for seen, frame, (lit, counts, left), opacity in layers
