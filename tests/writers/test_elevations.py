@@ -27,8 +27,8 @@ SIDES = ("South", "East", "North", "West")
     [
         ((50, 20), 18, 16, 7, 200),
         ((470, 230), 220, 190, 75, 2000),
-        ((3000, 3600), 2900, 3500, 100, 50000),
-        ((25, 20), 18, 15, 7, 200),
+        ((3000, 3600), 2900, 3500, 100, 25000),
+        ((25, 20), 18, 15, 7, 150),
         ((3, 2), 2, 2, 1, 20),
         ((20, 400), 10, 380, 12, 2000),
     ],
@@ -39,8 +39,9 @@ def test_the_largest_round_scale_that_fits_is_taken(plan, wide, deep, high, scal
     assert found.scale == scale
     room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH, PAPER[1] - HEAD - FOOT)
     boxes = []
-    for (x, y), (w, h) in zip(found.corners, [plan, *sizes], strict=True):
-        right, low = x + w * found.per_metre, y + CAPTION + h * found.per_metre
+    for k, (w, h) in enumerate([plan, *sizes]):
+        (x, y), inch = found.corners[k], found.per_metre(k)
+        right, low = x + w * inch, y + CAPTION + h * inch
         assert right < room[0]
         assert low < room[1]
         boxes.append((x, y, right, low))
@@ -57,16 +58,28 @@ def test_the_plan_fills_what_room_is_left(need, high):
     assert min(np.subtract(found.plan, need)) >= 0
     room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT)
     ends = [
-        (x + w * found.per_metre + 0.92, y + h * found.per_metre + 0.5)
+        (x + w * found.per_metre() + 0.92, y + h * found.per_metre() + 0.5)
         for (x, y), (w, h) in zip(found.corners, [found.plan, *sizes], strict=True)
     ]
     # Both the right and the lower end of the room are reached: no corner is left empty.
     np.testing.assert_allclose(np.max(ends, axis=0), room, atol=1e-6)
-    shown = found.plan[0] * found.plan[1] * found.per_metre**2
+    shown = found.plan[0] * found.plan[1] * found.per_metre() ** 2
     assert shown > 0.3 * room[0] * room[1]
     tight = arrange(need, need, sizes)
-    assert tight.scale == found.scale
+    assert tight.of_elevations <= tight.scale <= found.scale
     assert tight.plan == pytest.approx(need)
+
+
+@pytest.mark.parametrize("plan", [(150, 150), (430, 80), (80, 430)])
+def test_a_stated_extent_of_any_shape_fills_the_paper(plan):
+    sizes = [(31.8, 20.6), (29.7, 20.6)] * 2
+    found = arrange(plan, plan, sizes)
+    used = [
+        (w * found.per_metre(k) + 0.92) * (h * found.per_metre(k) + 0.5)
+        for k, (w, h) in enumerate([plan, *sizes])
+    ]
+    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT)
+    assert sum(used) > 0.65 * room[0] * room[1]  # of one scale of 1, 2, 5: 0.18 to 0.39
 
 
 def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
@@ -77,7 +90,7 @@ def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
 
 def test_all_maps_are_of_one_scale_and_named():
     sizes = [(18, 7), (16, 7), (18, 7), (16, 7)]
-    arrangement = arrange((50, 20), (50, 20), sizes)
+    arrangement = arrange((50, 20), (np.inf, np.inf), sizes)
     maps = [("Plan", *make_map(50, 20, 0.0))]
     for hours, side, size in zip((0, 4, 8, np.nan), SIDES, sizes, strict=True):
         maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))
@@ -101,3 +114,19 @@ def test_all_maps_are_of_one_scale_and_named():
         x, y, w, h = panel.map_box
         row, col = (round(v * DOTS_PER_INCH) for v in (y + 0.2 * h, x + 0.3 * w))
         np.testing.assert_allclose(pixels[row, col], expected, atol=3)
+
+
+def test_captions_name_scales_that_differ():
+    sizes = [(18, 7), (16, 7)] * 2
+    arrangement = arrange((90, 20), (90, 20), sizes)
+    assert (arrangement.scale, arrangement.of_elevations) == (300, 125)
+    maps = [("Plan", *make_map(90, 20, 0.0))]
+    maps += [(f"{side} elevation", *make_map(*size, 4.0, ("", "z [m]"))) for side, size in
+             zip(SIDES, sizes, strict=True)]  # fmt: skip
+    sheet = make_elevations_sheet(arrangement, maps, 8.0)
+    texts = {text.get_text() for text in sheet.leaf.findobj(Text)}
+    assert {"Plan, 1:300", "East elevation, 1:125", "1:300"} <= texts
+    assert any("plan 1:300, elevations 1:125 on A3" in text for text in texts)
+    widths = [panel.map_box[2] for panel in sheet.panels]
+    np.testing.assert_allclose(widths[0], 90 * 1000 / 300 / 25.4, atol=0.01)
+    np.testing.assert_allclose(widths[1], 18 * 1000 / 125 / 25.4, atol=0.01)

@@ -1,8 +1,9 @@
-"""The sheet of a plan and its four elevations in one round scale, on A3 across."""
+"""The sheet of a plan and its four elevations in standard scales, on A3 across."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.contours import find_swatches
@@ -19,6 +20,14 @@ HEAD, FOOT = 1.05, 0.75  # of the words, at most [inch]
 CAPTION, GAP, AXIS = 0.28, 0.22, 0.7  # above a map, between them, and left of one [inch]
 SCALES = tuple(n * 10**power for power in range(1, 6) for n in (1, 2, 5))
 """A planner's scales: 1:100, 1:200, 1:500 and on."""
+FINER_SCALES = SCALES[:3] + tuple(
+    n * 10**power for power in range(4) for n in (100, 125, 150, 200, 250, 300, 400, 500, 750)
+)
+"""More of them, for what cannot grow with the paper."""
+PADS = AXIS + GAP, CAPTION + GAP  # of a map, across and down [inch]
+WAYS = (1, True), (2, True), (2, False), (1, False)
+"""Columns of elevations, and whether they are beside the plan or below it."""
+ROOM = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT
 Size = tuple[float, float]
 
 
@@ -29,39 +38,42 @@ class Arrangement:
     scale: int  # 500 where a metre is 2 mm long
     corners: list[Size]  # of each map, the plan first, from the room's upper left, downward [inch]
     plan: Size  # width and height of the plan for which there is room [m]
+    of_elevations: int  # their scale
 
-    @property
-    def per_metre(self) -> float:
-        """Length of a metre on the paper [inch]."""
-        return 1000 / 25.4 / self.scale
+    def per_metre(self, map_number: int = 0) -> float:
+        """Return the length of a metre on the paper, in the plan or another map [inch]."""
+        return 1000 / 25.4 / (self.of_elevations if map_number else self.scale)
 
 
 def arrange(need: Size, most: Size, elevations: Sequence[Size]) -> Arrangement:
     """
-    Choose the largest round scale at which all fits, and arrange the paper.
+    Choose the largest standard scale at which all fits, and arrange the paper.
 
     The plan takes at least ``need``, the model and relevant shadows, and at most ``most``; sizes
-    are (width, height) [m].
+    are (width, height) [m]. A plan that may grow fills the paper, in one scale with its elevations.
+    One that may not takes a finer scale, and elevations a larger one, if there is room.
     """
-    room = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT
-    for scale in SCALES:
+    grows = not np.isfinite(most).all()
+    for scale in SCALES if grows else FINER_SCALES:
         per_metre = 1000 / 25.4 / scale
-        boxes = [(w * per_metre + AXIS + GAP, h * per_metre + CAPTION + GAP) for w, h in elevations]
-        pads = (AXIS + GAP, CAPTION + GAP)
-        found: list[tuple[float, int, Size, list[Size]]] = []
-        for across, beside in ((1, True), (2, True), (2, False), (1, False)):
-            block = _Block.of(boxes, across)
-            free = [room[k] - (block.size[k] if beside == (k == 0) else 0) for k in (0, 1)]
-            free = [(side - pad) / per_metre for side, pad in zip(free, pads, strict=True)]
-            fits = block.size[0] <= room[0] and block.size[1] <= room[1]
-            if fits and all(have >= side for have, side in zip(free, need, strict=True)):
-                plan = min(free[0], most[0]), min(free[1], most[1])
-                paper = [side * per_metre + pad for side, pad in zip(plan, pads, strict=True)]
-                found.append((plan[0] * plan[1], -len(found), plan, block.lay(paper, room, beside)))
+        found: list[tuple[float, int, int, Size, list[Size]]] = []
+        for other in (scale,) if grows else (one for one in FINER_SCALES if one <= scale):
+            larger = 1000 / 25.4 / other
+            boxes = [(w * larger + PADS[0], h * larger + PADS[1]) for w, h in elevations]
+            for across, beside in WAYS if grows else (*WAYS, (4, False)):
+                block = _Block.of(boxes, across)
+                free = [ROOM[k] - (block.size[k] if beside == (k == 0) else 0) for k in (0, 1)]
+                free = [(side - pad) / per_metre for side, pad in zip(free, PADS, strict=True)]
+                fits = block.size[0] <= ROOM[0] and block.size[1] <= ROOM[1]
+                if fits and all(have >= side for have, side in zip(free, need, strict=True)):
+                    plan = min(free[0], most[0]), min(free[1], most[1])
+                    paper = [side * per_metre + pad for side, pad in zip(plan, PADS, strict=True)]
+                    corners = block.lay(paper, ROOM, beside)
+                    found.append((plan[0] * plan[1], -other, -len(found), plan, corners))
         if found:
-            _, _, plan, corners = max(found)
-            return Arrangement(scale, corners, plan)
-    return Arrangement(SCALES[-1], [(0.0, 0.0)] * (1 + len(elevations)), need)
+            _, other, _, plan, corners = max(found)
+            return Arrangement(scale, corners, plan, -other)
+    return Arrangement(SCALES[-1], [(0.0, 0.0)] * (1 + len(elevations)), need, SCALES[-1])
 
 
 @dataclass(frozen=True)
@@ -115,16 +127,26 @@ def make_elevations_sheet(
     width, height = (to_pixels(side) for side in PAPER)
     leaf = Leaf(width, height)
     first = maps[0][1]
-    scale = f"1:{arrangement.scale:,} on A3 (420 x 297 mm)".replace(",", "\u2009")
+    scale, other = (
+        f"1:{n:,}".replace(",", "\u2009") for n in (arrangement.scale, arrangement.of_elevations)
+    )
+    told = scale if scale == other else f"plan {scale}, elevations {other}"
     words = Words.of(
-        replace(first, title=f"{first.title}, plan and elevations", note=f"{scale} · {first.note}"),
+        replace(
+            first,
+            title=f"{first.title}, plan and elevations",
+            note=f"{told} on A3 (420 x 297 mm) · {first.note}",
+        ),
         width - 2 * MARGIN,
     )
     top = height - max(words.head, HEAD)
     panels = []
-    for (caption, plan, hours), (x, y) in zip(maps, arrangement.corners, strict=True):
-        panel = _make_panel(leaf, plan, (MARGIN + AXIS + x, top - CAPTION - y), arrangement)
-        panel.write(panel.map_box[0], top - CAPTION - y + 0.08, caption, SUBTITLE, weight="bold")
+    for k, (caption, plan, hours) in enumerate(maps):
+        x, y = arrangement.corners[k]
+        named = caption if scale == other else f"{caption}, {other if k else scale}"
+        corner = MARGIN + AXIS + x, top - CAPTION - y
+        panel = _make_panel(leaf, plan, corner, arrangement.per_metre(k))
+        panel.write(panel.map_box[0], top - CAPTION - y + 0.08, named, SUBTITLE, weight="bold")
         fill_hours(panel, hours, max_hours, show)
         _draw_axes(panel)
         panels.append(panel)
@@ -137,16 +159,14 @@ def make_elevations_sheet(
         draw_hours_key(sheet, max_hours, what, show=show, swatches=swatches)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)
-    sheet.write(key_x, bottom + 0.32, scale.partition(" on")[0], SUBTITLE, color=INK, weight="bold")
+    sheet.write(key_x, bottom + 0.32, scale, SUBTITLE, color=INK, weight="bold")
     return sheet
 
 
-def _make_panel(leaf: Leaf, plan: Plan, corner: Size, arrangement: Arrangement) -> Panel:
+def _make_panel(leaf: Leaf, plan: Plan, corner: Size, per_metre: float) -> Panel:
     """Make a map of true size below and right of a corner [inch]."""
     x0, x1, y0, y1 = plan.extent
-    cols, rows = (
-        max(1, round(side * arrangement.per_metre * DOTS_PER_INCH)) for side in (x1 - x0, y1 - y0)
-    )
+    cols, rows = (max(1, round(side * per_metre * DOTS_PER_INCH)) for side in (x1 - x0, y1 - y0))
     w, h = cols / DOTS_PER_INCH, rows / DOTS_PER_INCH
     x, y = (round(v * DOTS_PER_INCH) / DOTS_PER_INCH for v in (corner[0], corner[1] - h))
     return Panel(leaf, plan, (x, y, w, h), (rows, cols))
@@ -161,6 +181,6 @@ def _draw_axes(panel: Panel) -> None:
     draw_frame(panel, [], ticks, max((measure(label, SMALL) for _, label in ticks), default=0))
 
 
-def find_pixel(arrangement: Arrangement) -> float:
-    """Return the side of a pixel in the model [m]."""
-    return 1 / (arrangement.per_metre * DOTS_PER_INCH)
+def find_pixel(arrangement: Arrangement, map_number: int = 0) -> float:
+    """Return the side of a pixel of the plan or of another map, in the model [m]."""
+    return 1 / (arrangement.per_metre(map_number) * DOTS_PER_INCH)

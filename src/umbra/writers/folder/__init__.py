@@ -73,7 +73,7 @@ class Outputs:
         default=False,
     )  # fmt: skip
     sheet: bool = _files(
-        "flag", "Also write sheet.png: plan and four elevations at one scale, on A3.",
+        "flag", "Also write sheet.png: plan and four elevations at standard scales, on A3.",
         default=False,
     )  # fmt: skip
     formats: Sequence[str] = _files(

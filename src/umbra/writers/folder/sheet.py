@@ -1,4 +1,4 @@
-"""The sheet: a plan and four elevations in one scale."""
+"""The sheet: a plan and four elevations in standard scales."""
 
 from dataclasses import replace
 from typing import Any
@@ -41,17 +41,19 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
     need, most = _find_window(study, plan, options)
     arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes)
-    cell = find_pixel(arrangement)
     half = np.array(arrangement.plan) / 2
     window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
-    drawn: dict[str, Any] = {"cell": cell, "size": None, "by_day": len(split_dates(study)) > 1}
-    seen: Any = run(scene, study.site, options.ask_hours(study.kind.name, extent=window, **drawn))
+    drawn: dict[str, Any] = {"size": None, "by_day": len(split_dates(study)) > 1}
+    cell = find_pixel(arrangement)
+    asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
+    seen: Any = run(scene, study.site, asked)
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
     plan = replace(_redraw(plan, seen), note=f"{describe_making(seen, options)}; {zero}")
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
+    cell = find_pixel(arrangement, 1)
     for side, box in zip(_SIDES, boxes, strict=True):
-        seen = run(scene, study.site, options.ask_hours(side, extent=box, **drawn))
+        seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
         crowns = seen.model.make_tile(seen.grid).find_canopies()
         elevation = Plan(
