@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from umbra.errors import InputError
+from umbra.writers import unfinished_folder
 from umbra.writers.atomic import KEPT, replace_results
 from umbra.writers.unfinished_folder import LOCK, PREFIX, SEAL
 
@@ -120,15 +121,51 @@ def test_ctrl_c_keeps_the_old_results(tmp_path):
     assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "old")
 
 
-def test_a_live_run_is_left_alone(tmp_path):
-    run = start(tmp_path, "(unfinished / 'study.nc').write_text('other run')")
+def test_a_second_run_is_refused_while_the_first_lives(tmp_path):
+    run = start(tmp_path, "(unfinished / 'study.nc').write_text('first run')")
     assert run.stdout.readline() == "ready\n"
-    with replace_results(tmp_path) as unfinished:
-        (unfinished / "hours.png").write_text("this run")
-    assert (tmp_path / "hours.png").read_text() == "this run"
+    message = rf"another run \(process {run.pid}\) writes into '{tmp_path}'; wait for its end, or"
+    with pytest.raises(InputError, match=message), replace_results(tmp_path):
+        pytest.fail("both ran")
     run.communicate("go on\n")
     assert run.returncode == 0
-    assert held(tmp_path) == {"hours.png": "this run", "study.nc": "other run"}
+    assert held(tmp_path) == {"study.nc": "first run"}
+    with replace_results(tmp_path) as unfinished:
+        put(unfinished, "second")
+    assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "second")
+
+
+def test_a_run_in_the_same_process_is_refused_too(tmp_path):
+    with replace_results(tmp_path) as unfinished:
+        put(unfinished, "first")
+        with pytest.raises(InputError, match=f"process {os.getpid()}"), replace_results(tmp_path):
+            pytest.fail("both ran")
+    assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "first")
+
+
+def test_without_locks_a_run_says_so_and_goes_on(tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr(unfinished_folder, "take_lock", lambda _file: None)
+    (tmp_path / f"{PREFIX}x").mkdir()  # of a run that may live, or not
+    (tmp_path / f"{PREFIX}x" / LOCK).write_text("12 elsewhere\n")
+    with replace_results(tmp_path, said.append) as unfinished:
+        put(unfinished, "new")
+    assert (tmp_path / NAMES[0]).read_text() == "new"
+    assert len(said) == 1
+    assert "has no locks" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (b"12 elsewhere\n", "another run (process 12 on elsewhere)"),
+        (b"\x1b[2J", "another run"), (b"", "another run"),
+    ],
+)  # fmt: skip
+def test_a_lock_file_that_names_nobody_is_told_plainly(tmp_path, text, name):
+    (tmp_path / LOCK).write_bytes(text)
+    refusal = str(unfinished_folder.make_refusal(tmp_path / LOCK, tmp_path))
+    assert refusal.startswith(f"{name} writes into")
 
 
 def test_a_folder_left_half_removed_is_swept_up(tmp_path):
@@ -259,58 +296,54 @@ def test_a_kill_at_any_step_of_the_moves_mixes_no_results(tmp_path, number):
     assert found == {"old", "new"}
 
 
-def test_two_runs_that_end_at_once_do_not_mix(tmp_path):
+def test_of_runs_that_begin_at_once_no_two_write(tmp_path):
     code = """
-    import sys, time
-    from pathlib import Path
+    import sys
+    from umbra.errors import InputError
     from umbra.writers.atomic import replace_results
-    rename = Path.replace
-
-    def slow(self, target):
-        time.sleep({"a 0.nc": 0.5, "b 3.nc": 1}.get(f"{sys.argv[2]} {self.name}", 0))
-        return rename(self, target)
-
-    Path.replace = slow
-    with replace_results(sys.argv[1]) as unfinished:
-        for n in range(5):
-            (unfinished / f"{n}.nc").write_text(sys.argv[2])
-        print("ready", flush=True)
-        sys.stdin.readline()
+    sys.stdin.readline()
+    try:
+        with replace_results(sys.argv[1]) as unfinished:
+            for n in range(5):
+                (unfinished / f"{n}{sys.argv[2]}.nc").write_text("")
+            print("wrote", flush=True)
+            sys.stdin.readline()
+    except InputError as error:
+        print(error, flush=True)
     """
     runs = [
         subprocess.Popen(
             [sys.executable, "-c", textwrap.dedent(code), tmp_path, name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )
-        for name in "ab"
+        for name in "abcd"
     ]  # fmt: skip
-    for run in runs:
-        assert run.stdout.readline() == "ready\n"
     for run in runs:
         run.stdin.write("go\n")
         run.stdin.flush()
+    said = [run.stdout.readline() for run in runs]
     for run in runs:
-        run.communicate()
-        assert run.returncode == 0
+        run.communicate("go\n")
+    assert said.count("wrote\n") == 1
+    assert sum("writes into" in line for line in said) == 3
     assert len(held(tmp_path)) == 5
-    assert len(set(held(tmp_path).values())) == 1
 
 
 def test_a_run_that_was_killed_in_its_moves_never_overwrites_a_later_one(tmp_path):
-    """The one killed is finished first: even by a run that began before it."""
+    """The one killed is finished first."""
+    for at in range(1, 200):
+        with replace_results(tmp_path) as clean:  # after the last one that was killed
+            put(clean, "old")
+        subprocess.run(
+            [sys.executable, "-c", STEPS, tmp_path, str(at), str(int(signal.SIGKILL))],
+            capture_output=True, check=False,
+        )  # fmt: skip
+        if {(tmp_path / name).read_text() for name in NAMES} == {"old", "new"}:
+            break
+    else:
+        pytest.fail("no kill came between the renames")
     with replace_results(tmp_path) as unfinished:
         put(unfinished, "later")
-        for at in range(1, 200):
-            with replace_results(tmp_path) as clean:  # after the last one that was killed
-                put(clean, "old")
-            subprocess.run(
-                [sys.executable, "-c", STEPS, tmp_path, str(at), str(int(signal.SIGKILL))],
-                capture_output=True, check=False,
-            )  # fmt: skip
-            if {(tmp_path / name).read_text() for name in NAMES} == {"old", "new"}:
-                break
-        else:
-            pytest.fail("no kill came between the renames")
     assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "later")
     with replace_results(tmp_path):
         pass

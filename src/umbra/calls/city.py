@@ -123,11 +123,12 @@ def run_city(
 
     check_zarr()
     check_folder(folder)
+    said: list[str] = []
     try:
-        with lock_run(folder), open_engine(city.workers, city.scheduler) as own:
+        with lock_run(folder, said.append), open_engine(city.workers, city.scheduler) as own:
             found = prepare_city(files, site, options, city, folder, reading, reads)
             study = run_job(found.job, found.describe, engine or own, progress)
-            study = replace(study, notes=found.notes)
+            study = replace(study, notes=(*said, *found.notes))
             write(study)
             return study
     except OSError as error:

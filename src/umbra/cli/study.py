@@ -78,7 +78,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
 
     # The painter's child starts first: it loads its libraries while this process loads the rest.
     with (
-        replace_results(out) as unfinished,
+        replace_results(out, say) as unfinished,
         show_progress(quiet) as stages,
         Painter(
             outputs.endings, partial(stages.advance, what="drawing", unit="pictures")

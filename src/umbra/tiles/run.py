@@ -23,11 +23,8 @@ from umbra.tiles.neighbours import join_neighbours
 from umbra.tiles.outside import write_json
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.store import CityStore
-
-try:
-    import fcntl
-except ImportError:  # Windows: the folder is not locked
-    fcntl = None  # type: ignore[assignment]
+from umbra.writers.atomic import NO_LOCKS
+from umbra.writers.unfinished_folder import make_refusal, sign, take_lock
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -175,9 +172,9 @@ def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict
 
 
 @contextmanager
-def lock_run(folder: Path) -> Iterator[None]:
+def lock_run(folder: Path, say: Callable[[str], object] = lambda _line: None) -> Iterator[None]:
     """
-    Hold a folder for one run.
+    Hold a folder for one run; ``say`` is told where the file system cannot.
 
     Raises
     ------
@@ -185,20 +182,16 @@ def lock_run(folder: Path) -> Iterator[None]:
         If another run holds it, or nothing can be written into it.
     """
     try:
-        lock = (folder / ".lock").open("wb")
+        lock = (folder / ".lock").open("ab")  # it names the run that holds it
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         msg = f"cannot write into the output folder '{folder}' ({reason}); name another"
         raise InputError(msg, option="out", path=folder) from error
     with lock:
-        if fcntl is not None:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                msg = (
-                    f"another run writes into '{folder}'; wait for its end, or name another folder"
-                )
-                raise InputError(msg, option="out", path=folder) from None
-            except OSError:  # a file system without locks
-                pass
+        is_mine = take_lock(lock)
+        if is_mine is False:
+            raise make_refusal(folder / ".lock", folder)
+        if is_mine is None:
+            say(NO_LOCKS.format(folder=folder))
+        sign(lock)
         yield

@@ -11,14 +11,14 @@ import os
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
 from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
-__all__ = ["hold_signals", "is_full", "replace_file", "replace_results"]
+__all__ = ["NO_LOCKS", "hold_signals", "is_full", "replace_file", "replace_results"]
 
 
 def is_full(error: OSError) -> bool:
@@ -66,25 +66,32 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
             Path(name).unlink()
 
 
+NO_LOCKS = (
+    "note: the file system of '{folder}' has no locks, as some network folders; another run into "
+    "it at the same time is not noticed, and their files would mix"
+)
 KEPT = "earlier results are as they were"
 
 
 @contextmanager
-def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
+def replace_results(
+    folder: str | os.PathLike[str], say: Callable[[str], object] = lambda _line: None
+) -> Iterator[Path]:
     """
     Yield a temporary folder whose files, subfolders too, replace those of ``folder`` on success.
 
     Enter before long work: ``folder`` is made, with its parents, and checked on entry. On any
     exception, including Ctrl-C, the new files are dropped and the old ones kept; likewise if the
     process is killed, and a later run cleans up. Renames of a killed run are finished by the next
-    one. Ctrl-C and termination wait for the renames; two runs into one folder rename in turn.
-    Files that the run did not write are not touched.
+    one. Ctrl-C and termination wait for the renames. Files that the run did not write are not
+    touched. Where the file system has no locks, another run is not noticed, and ``say`` is called
+    with a line about it.
 
     Raises
     ------
     InputError
         If ``folder`` is a file, cannot be made or written to, or holds a folder by the
-        name of a new file.
+        name of a new file, or if another run writes into it.
     UmbraError
         If the disk or quota is full.
     KeyboardInterrupt
@@ -93,6 +100,8 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(folder).absolute()
     unfinished, made = _make_unfinished(target)
     is_moved = False
+    if not unfinished.is_alone:
+        say(NO_LOCKS.format(folder=target))
     try:
         yield unfinished.path
         unfinished.check_places()

@@ -2,21 +2,23 @@
 Temporary folders inside a results folder: made, locked, sealed, cleaned up.
 
 A lock file distinguishes a live run's folder from a killed run's: the system releases the
-lock when the process ends. A seal, written when every file is complete, marks the files to
-be moved: the next run finishes the renames of a killed one, and folders without a seal are
-dropped.
+lock when the process ends. A second run is refused while the first lives. A seal, written when
+every file is complete, marks the files to be moved: the next run finishes the renames of a
+killed one, and folders without a seal are dropped.
 
 The results folder may be untrusted. No link in it is followed, and only this user's folders
 are cleaned up. A seal names the folder's inode, which no archive can carry.
 """
 
 import os
+import re
 import shutil
+import socket
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Self
+from typing import IO, Any, Self
 
 from umbra.errors import InputError
 
@@ -25,42 +27,57 @@ try:
 except ImportError:  # Windows has no fcntl; there an open file cannot be removed, which serves
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["UnfinishedFolder", "lock_folder"]
+__all__ = ["UnfinishedFolder", "lock_folder", "make_refusal", "sign", "take_lock"]
 
+_LOCKED = 1 << 30  # the byte that a run locks on Windows
 PREFIX = ".umbra-unfinished-"
 LOCK, SEAL = ".lock", ".complete"
 _BLOCKING_NOT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
 
 
 class UnfinishedFolder:
-    """One run's temporary folder in a results folder, held by an open and locked file."""
+    """
+    One run's temporary folder in a results folder, held by an open and locked file.
 
-    def __init__(self, path: Path, lock: IO[bytes]) -> None:
-        self.path = path
+    ``is_alone`` is whether the file system keeps other runs away while this one lives.
+    """
+
+    def __init__(self, path: Path, lock: IO[bytes], *, is_alone: bool = True) -> None:
+        self.path, self.is_alone = path, is_alone
         self._lock = lock
 
     @classmethod
     def make(cls, target: Path) -> Self:
-        """Make the folder in ``target``, made if missing; clean up after killed runs."""
+        """
+        Make the folder in ``target``, made if missing; clean up after killed runs.
+
+        Raises InputError if another run into ``target`` lives.
+        """
         for attempts_left in reversed(range(20)):
             try:
                 target.mkdir(parents=True, exist_ok=True)
-                path = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target))
-                lock = (path / LOCK).open("wb")
+                with lock_folder(target):
+                    return cls._make_alone(target)
             except FileNotFoundError:
-                if attempts_left:
-                    continue  # another run may have swept the folder away before it was locked
-                raise
-            if _lock(lock) is not False and (path / LOCK).exists():
-                break
-            lock.close()
-        made = cls(path, lock)
+                if not attempts_left:
+                    raise  # another run may have removed the folder that it had made
+        raise AssertionError
+
+    @classmethod
+    def _make_alone(cls, target: Path) -> Self:
+        """Make the folder if no other run lives. Call with ``target`` locked."""
+        path = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target))
+        lock = (path / LOCK).open("wb")
+        made = cls(path, lock, is_alone=take_lock(lock) is not None)
+        sign(lock)
         try:
-            with lock_folder(target):
-                made.finish_others()
+            live = made.finish_others()
         except BaseException:
             made.remove()
             raise
+        if live:
+            made.remove()
+            raise make_refusal(live[0] / LOCK, target)
         return made
 
     def check_places(self) -> None:
@@ -110,20 +127,22 @@ class UnfinishedFolder:
         shutil.rmtree(self.path, ignore_errors=True)
         self._lock.close()
 
-    def finish_others(self) -> None:
+    def finish_others(self) -> list[Path]:
         """
         Finish the runs that were killed while they moved, drop those killed before.
 
-        Live runs, links and other users' folders stay. Call with the results folder locked.
+        Links and other users' folders stay, and those of live runs, which are returned. Call with
+        the results folder locked.
         """
-        mine = self.path.lstat().st_uid
+        mine, live = self.path.lstat().st_uid, []
         for path in sorted(self.path.parent.glob(f"{PREFIX}*")):
             with suppress(FileNotFoundError):
                 is_folder = path.is_dir() and not path.is_symlink()
                 if path == self.path or not is_folder or path.lstat().st_uid != mine:
                     continue
                 lock = _take_abandoned(path)
-                if lock is None:
+                if isinstance(lock, bool):
+                    live += [path] if lock else []
                     continue
                 other = UnfinishedFolder(path, lock)
                 try:
@@ -132,6 +151,7 @@ class UnfinishedFolder:
                         other.move()
                 finally:
                     other.remove()
+        return live
 
     def _names(self) -> list[Path]:
         """Return the results, relative to the folder."""
@@ -162,10 +182,10 @@ def lock_folder(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _lock(file: IO[bytes]) -> bool | None:
+def take_lock(file: IO[bytes]) -> bool | None:
     """Take a file's lock: True, False where a live process has it, None where none exist."""
     if fcntl is None:
-        return None
+        return _take_on_windows(file)
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -175,21 +195,67 @@ def _lock(file: IO[bytes]) -> bool | None:
     return True
 
 
-def _take_abandoned(path: Path) -> IO[bytes] | None:
-    """Return the lock of a killed run's folder; None if the run lives, or the folder is gone."""
+def _take_on_windows(file: IO[bytes]) -> bool | None:
+    """Take the lock of a byte far beyond the file's end: locked bytes cannot be read."""
+    import msvcrt  # noqa: PLC0415
+
+    windows: Any = msvcrt  # other systems' type checkers know nothing of it
+    place = file.tell()
+    try:
+        file.seek(_LOCKED)
+        windows.locking(file.fileno(), windows.LK_NBLCK, 1)
+    except PermissionError:
+        return False
+    except OSError:
+        return None
+    finally:
+        file.seek(place)
+    return True
+
+
+def sign(lock: IO[bytes]) -> None:
+    """Write this process into its lock file."""
+    lock.truncate(0)
+    lock.write(f"{os.getpid()} {socket.gethostname()}\n".encode())
+    lock.flush()
+
+
+def make_refusal(lock: Path, folder: Path) -> InputError:
+    """Return the error of a run into a folder that another run holds, by its lock file."""
+    msg = f"{_describe(lock)} writes into '{folder}'; wait for its end, or name another folder"
+    return InputError(msg, option="out", path=folder)
+
+
+def _describe(path: Path) -> str:
+    """Name the run that holds a lock file: its process and, if another, its machine."""
+    with suppress(OSError):
+        with open(os.open(path, os.O_RDONLY | _BLOCKING_NOT), "rb") as file:  # noqa: PTH123
+            found = re.match(rb"(\d{1,9}) ([\w.-]{1,64})\n$", file.read(100))
+        if found:
+            number, machine = (part.decode() for part in found.groups())
+            return f"another run (process {number}" + (
+                ")" if machine == socket.gethostname() else f" on {machine})"
+            )
+    return "another run"
+
+
+def _take_abandoned(path: Path) -> IO[bytes] | bool:
+    """Return the lock of a killed run's folder; True if the run lives, False if none can tell."""
     lock = _open_lock(path)
     if lock is None:
-        return None
+        return False
     if fcntl is not None:
-        if _lock(lock):
+        taken = take_lock(lock)
+        if taken:
             return lock
         lock.close()
-        return None
+        return taken is False
     lock.close()
-    with suppress(OSError):
+    try:
         (path / LOCK).unlink()  # raises while a live run holds it open
-        return (path / LOCK).open("wb")
-    return None
+    except OSError as error:
+        return isinstance(error, PermissionError)
+    return (path / LOCK).open("wb")
 
 
 def _open_lock(path: Path) -> IO[bytes] | None:

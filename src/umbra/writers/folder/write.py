@@ -66,7 +66,7 @@ def write_study(
     outputs.check_receivers(options.receivers)
     from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
 
-    with replace_results(folder) as unfinished, Painter(outputs.endings) as painter:
+    with replace_results(folder, say) as unfinished, Painter(outputs.endings) as painter:
         first, more = fill_folder(study, unfinished, outputs, options, painter, say)
     return [Path(folder) / name for name in (*first, *more)]
 
