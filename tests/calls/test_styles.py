@@ -196,7 +196,9 @@ def test_a_caption_stands_at_the_foot_and_is_never_cut():
 
 def test_letters_that_pictures_lack_are_told():
     assert note_missing("21 März · 15:00 Ωμέγα, Москва") == ""
-    assert "lacks 日 本 🏠 of the caption" in note_missing("Proposed é日本日🏠")
+    assert "has \U000f0001 \U000f0002 of the caption" in note_missing(
+        "é\U000f0001\U000f0002\U000f0001"
+    )
 
 
 @pytest.mark.parametrize("size", [(160, 120), (120, 160)])

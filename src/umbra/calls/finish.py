@@ -38,7 +38,7 @@ def write_caption(image: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
     size = max(_LEAST, round(rows * _TYPE))
     margin = size
     fitting = fit_caption(text, size, cols - 2 * margin)
-    font = load_font(size if fitting == size else max(_LEAST // 2, int(fitting)))
+    font = load_font(size if fitting == size else max(_LEAST // 2, int(fitting)), text)
     layer = Image.new("RGBA", (cols, rows), (0, 0, 0, 0))
     ImageDraw.Draw(layer).text(
         (margin, rows - margin), text, _INK, font, "ls", stroke_width=max(1, size // 9),

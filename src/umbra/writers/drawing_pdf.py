@@ -17,7 +17,7 @@ from umbra.writers.drawing_svg import (
     find_angle,
     tell_number,
 )
-from umbra.writers.typeface import fit_caption
+from umbra.writers.typeface import find_families, fit_caption
 
 __all__ = ["write_drawing_pdf"]
 
@@ -177,7 +177,10 @@ def _write_caption(page: Page) -> Iterable[str]:
     except UnicodeEncodeError:
         from matplotlib.textpath import TextPath  # noqa: PLC0415
 
-        text_path = TextPath((0, 0), page.caption, size=size)
+        from umbra.writers.paper import find_font  # noqa: PLC0415
+
+        font = find_font(size, families=find_families(page.caption))
+        text_path = TextPath((0, 0), page.caption, size=size, prop=font)
         rings = [np.asarray(ring) for ring in text_path.to_polygons()]
         yield f"{where} {_color(INK)} rg"
         yield "\n".join(_trace(ring[:-1]) for ring in rings) + " f"

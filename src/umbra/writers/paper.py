@@ -6,8 +6,11 @@ matplotlib's artists and renderers alone: no pyplot, no axes, no style that a us
 matplotlibrc could turn, and no pixel of the map resampled once more.
 """
 
+import logging
 import os
+import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -29,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.writers.pixels import write_png
 from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.typeface import FACE, find_families
 
 __all__ = [
     "INK",
@@ -54,16 +58,34 @@ LINE = 1.42 / 72  # from one line of type to the next [inch per point]
 
 
 @lru_cache
-def find_font(size: float, weight: str = "normal") -> FontProperties:
-    """Return the one typeface, which comes with matplotlib."""
-    return FontProperties(family="DejaVu Sans", size=size, weight=weight)
+def find_font(
+    size: float, weight: str = "normal", families: tuple[str, ...] = (FACE,)
+) -> FontProperties:
+    """Return the one typeface, which comes with matplotlib, and others for letters it lacks."""
+    return FontProperties(family=list(families), size=size, weight=weight)
 
 
 @lru_cache(maxsize=4096)
 def measure(text: str, size: float, weight: str = "normal") -> float:
     """Return the width of a line of type [inch]."""
-    width, _, _ = text_to_path.get_text_width_height_descent(text, find_font(size, weight), False)
+    font = find_font(size, weight, find_families(text))
+    with _pass_over_boxes():
+        width, _, _ = text_to_path.get_text_width_height_descent(text, font, False)
     return width / 72
+
+
+@contextmanager
+def _pass_over_boxes() -> Iterator[None]:
+    """Keep matplotlib from telling of each letter or weight that a typeface lacks."""
+    logger = logging.getLogger("matplotlib.font_manager")
+    level = logger.level
+    with warnings.catch_warnings():  # ``note_missing`` tells of them, once
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from")
+        logger.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            logger.setLevel(level)
 
 
 def load_fonts() -> None:
@@ -178,8 +200,9 @@ class Leaf(Artist):
         """Draw the artists, in pixels, or in points as PDF and SVG measure."""
         self.dpi = float(renderer.points_to_pixels(72))  # type: ignore[arg-type]
         self.dpi_scale_trans.clear().scale(self.dpi)
-        for artist in sorted(self.artists, key=Artist.get_zorder):
-            artist.draw(renderer)
+        with _pass_over_boxes():
+            for artist in sorted(self.artists, key=Artist.get_zorder):
+                artist.draw(renderer)
 
     def make_renderer(self) -> RendererAgg:
         """Return a renderer to its pixels, which are white."""
@@ -211,7 +234,8 @@ class Paper:
         weight = str(style.pop("weight", "normal"))
         halo = style.pop("halo", None)
         style = {"color": INK, "ha": "left", "va": "baseline", "usetex": False, **style}
-        written = _Letters(x, y, text, fontproperties=find_font(size, weight), **style)  # type: ignore[arg-type]
+        font = find_font(size, weight, find_families(text))
+        written = _Letters(x, y, text, fontproperties=font, **style)  # type: ignore[arg-type]
         written.set_parse_math(False)  # a dollar in a file's name is a dollar
         written.set_transform(self.leaf.dpi_scale_trans)
         if halo is not None:

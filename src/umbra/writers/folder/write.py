@@ -17,6 +17,7 @@ from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight
 from umbra.writers.atomic import replace_results
 from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.pictures import (
     Sheets,
     describe_points,
@@ -25,6 +26,7 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
 )
 from umbra.writers.plan import Plan, name_hours
+from umbra.writers.typeface import note_missing
 
 if TYPE_CHECKING:
     from umbra.writers.painter import Painter
@@ -145,6 +147,10 @@ def fill_folder(
     job = FolderJob(study, folder, outputs, options, painter, say)
     if "opaque_rule" in study.facts:
         say(f"note: {study.facts['opaque_rule']}")
+    if outputs.pictures or outputs.sheet:
+        title = "".join(filter(None, (outputs.title or name_files(job.scene), outputs.subtitle)))
+        if lacking := note_missing(title, "title"):
+            say(f"note: {lacking}")
     pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
     drawn = [str(Path(name).with_suffix(f".{e}")) for name in pictures for e in outputs.endings]
     return [RESULT, *drawn], more
