@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.text import Text
-from support.shapes import box
+from support.shapes import box, sheet
 
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
@@ -138,3 +138,17 @@ def test_a_plan_s_roofs_are_lined_and_its_ground_is_not():
     assert (appearance.shade[pixel(plan, size, 5.0, 2.0)], appearance.sky) == (255, None)
     ground = run_study(town(), VIENNA, cell=0.25, **NIGHTLESS)
     assert find_appearance(ground, size) is None
+
+
+def test_the_rim_of_a_terrain_is_outlined_where_it_is_low_too():
+    ramp = sheet([(0, 0, 0), (20, 0, 4), (20, 10, 4), (0, 10, 0)])  # it rises to the east
+    scene = make_scene([Part("dsm", "TINRelief", Mesh(*ramp))])
+    study = run_study(
+        scene, Site(48.2, 16.37, "Europe/Vienna"), date="2026-06-21", every="2h", receivers="top",
+        cell=0.25, extent=(-5, -5, 25, 15),
+    )  # fmt: skip
+    lines = find_appearance(study, (160, 240)).jumps > 0
+    for x, y in [(0, 5), (20, 5), (10, 0), (10, 10)]:
+        row, col = round((y + 5) * 8), round((x + 5) * 8)
+        assert lines[row - 4 : row + 5, col - 4 : col + 5].any(), (x, y)
+    assert not lines[60:100, 80:160].any()

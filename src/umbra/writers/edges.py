@@ -76,7 +76,18 @@ def _mark(study: Study, grid: Grid) -> _Marks:
     if isinstance(tile, ViewTile):
         return *_read_view(tile), ~tile.is_seen
     heights = tile.relief
-    return *_read_relief(heights, min(grid.dx, grid.dy), _find_rough(heights)), None
+    shade, jumps, creases = _read_relief(heights, min(grid.dx, grid.dy), _find_rough(heights))
+    if tile.nothing.any():
+        _mark_rim(tile.nothing, jumps)
+    return shade, jumps, creases & ~jumps, None
+
+
+def _mark_rim(nothing: NDArray[np.bool_], jumps: NDArray[np.bool_]) -> None:
+    """Mark the border of a plan's surfaces, also where the ground beyond would be as high."""
+    for cells, marks in ((nothing, jumps), (nothing.T, jumps.T)):
+        rim = cells[1:] != cells[:-1]
+        marks[1:] |= rim
+        marks[:-1] |= rim
 
 
 def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
