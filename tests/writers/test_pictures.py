@@ -647,3 +647,24 @@ def test_a_low_map_tells_two_heights_at_least():
     )
     texts = check_layout(make_hours_sheet(on_roofs(plan), [DayMap(np.zeros(plan.shape))], 8.0))
     assert {"5", "10", "15"} <= texts
+
+
+def test_a_hatch_leaves_the_hours_of_small_facades_visible():
+    plan = on_roofs(make_plan(300, 400))
+    lost = np.full(plan.shape, 6.0, np.float32)
+    rows, cols = find_map_size(plan)
+    shares = {}
+    for name, side in (("small", 0.02), ("large", 0.5)):
+        hatched = np.zeros(plan.shape, bool)
+        high, wide = (round(side * n) for n in plan.shape)
+        hatched[9 : 9 + high, 9 : 9 + wide] = True
+        drawn = []
+        for some in (np.zeros_like(hatched), hatched):
+            sheet = make_hours_sheet(plan, [DayMap(lost, hatched=some)], 8.0, has_lines=False)
+            left, bottom = (round(v * DOTS_PER_INCH) for v in sheet.map_box[:2])
+            pixels = sheet.leaf.render()[::-1].astype(int)
+            drawn.append(pixels[bottom : bottom + rows, left : left + cols])
+        hidden = np.abs(drawn[1] - drawn[0]).max(-1) > 25
+        shares[name] = hidden.sum() / (hatched.mean() * rows * cols)
+    assert 0.05 < shares["small"] < 0.4  # bold lines and their border: 1.04
+    assert 0.1 < shares["large"] < 0.42

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.writers.marks import Swatch
 from umbra.writers.paper import INK, SMALL, Panel, measure
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan
+from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan, spread
 
 __all__ = [
     "PROPOSED",
@@ -206,17 +206,44 @@ def _find(line: NDArray, length: NDArray, at: NDArray) -> NDArray:
     return np.column_stack([np.interp(at, length, line[:, axis]) for axis in (0, 1)])
 
 
-PITCH = 14  # from line to line, along a row [pixel]
+PITCH, NARROW_PITCH = 14, 10  # from line to line, along a row [pixel]
+WIDE = 24  # least width of a region with bold lines and a border [pixel]
+HAIR = 0.3  # width of lines in narrower ones [point]
 RIM = "#ffffffc8"
 
 
 def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
-    """Hatch a region of cells (rows, cols), and draw its border."""
-    x, y, _, _ = panel.map_box
+    """
+    Hatch a region of cells (rows, cols), and draw its border.
+
+    Where it is narrow, as on small facades, hair lines without a border leave its hours visible.
+    """
     inside = resample(is_inside, panel.map_size) > HALF
+    wide = _open(inside)
+    _rule(panel, _find_hatch(panel, wide, PITCH))
+    border = trace(panel, wide)
+    panel.rule_map(border, RIM, 1.7)
+    panel.rule_map(border, INK, 0.8)
+    fine = _find_hatch(panel, inside & ~wide, NARROW_PITCH)
+    panel.rule_map(fine, RIM, 2.5 * HAIR)
+    panel.rule_map(fine, INK, HAIR)
+
+
+def _open(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the parts of a region that are wide in every direction, (rows, cols)."""
+    kept = np.where(inside, np.uint8(0), np.uint8(1))
+    core = spread(np.pad(kept, WIDE // 2, mode="edge"), WIDE // 2) == 0
+    opened = spread(core.astype(np.uint8), WIDE // 2) > 0
+    rows, cols = inside.shape
+    return opened[WIDE // 2 :, WIDE // 2 :][:rows, :cols] & inside
+
+
+def _find_hatch(panel: Panel, inside: NDArray[np.bool_], pitch: int) -> list[NDArray[np.float64]]:
+    """Return the lines that hatch pixels (rows, cols), each (2, 2) [inch]."""
+    x, y, _, _ = panel.map_box
     rows, cols = inside.shape
     lines = []
-    for first in range(-rows + PITCH // 2, cols, PITCH):
+    for first in range(-rows + pitch // 2, cols, pitch):
         row = np.arange(max(0, -first), min(rows, cols - first))
         is_on = np.concatenate([[False], inside[row, row + first], [False]])
         ends = np.flatnonzero(is_on[1:] != is_on[:-1]).reshape(-1, 2) + max(0, -first)
@@ -224,10 +251,7 @@ def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
             np.array([(x + (r + first) / DOTS_PER_INCH, y + r / DOTS_PER_INCH) for r in pair])
             for pair in ends
         ]
-    _rule(panel, lines)
-    border = trace(panel, is_inside)
-    panel.rule_map(border, RIM, 1.7)
-    panel.rule_map(border, INK, 0.8)
+    return lines
 
 
 def draw_hatch_swatch(panel: Panel, x: float, y: float, width: float, height: float) -> None:

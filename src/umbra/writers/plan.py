@@ -25,6 +25,7 @@ __all__ = [
     "find_map_size",
     "name_hours",
     "shade_roofs",
+    "spread",
 ]
 
 Show = Literal["shadow", "sun"]
@@ -58,7 +59,7 @@ class Appearance:
         """Return the cells of a raster on edges, which contours must not cross."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
         # Jumps are marked on both their sides, creases on one.
-        near = np.maximum(_spread(self.jumps, 2), _spread(self.creases, 3))
+        near = np.maximum(spread(self.jumps, 2), spread(self.creases, 3))
         return resample(near.astype(np.float32), shape) > 0.2 * 255
 
     def find_shade(self, size: tuple[int, int]) -> NDArray[np.float32]:
@@ -66,7 +67,7 @@ class Appearance:
         return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
 
 
-def _spread(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
+def spread(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
     """Return the largest value within ``reach`` pixels each way."""
     for _ in range(2):  # along the columns, then turned along the rows
         padded = np.pad(values, ((reach, reach), (0, 0)))
