@@ -310,10 +310,11 @@ def test_sides_of_some_shells_are_those_of_all(device, light):
     few = make_volumes(body, light, opened)
     for share in 0.04, 0.1, 0.3, 0.9:
         wanted = random.random(60) < share
-        sides, shells = few.sides_of(wanted)
-        chosen = wanted[whole.side_shell]
-        np.testing.assert_array_equal(shells, whole.side_shell[chosen])
-        expected = np.column_stack([shells, whole.sides[chosen]])
+        sides, shells = few.list_sides(wanted)
+        all_sides, all_shells = whole.list_sides()
+        chosen = wanted[all_shells]
+        np.testing.assert_array_equal(shells, all_shells[chosen])
+        expected = np.column_stack([shells, all_sides[chosen]])
         found = np.column_stack([shells, sides])
         assert sorted(map(tuple, found)) == sorted(map(tuple, expected))
 
@@ -341,7 +342,7 @@ def test_sides_of_several_lights_are_those_of_each(device, w):
         if each is held:
             alone = replace(alone, held=held.held)
         found, expected = (
-            np.column_stack(one.sides_of(some)[::-1]).tolist() for one in (each, alone)
+            np.column_stack(one.list_sides(some)[::-1]).tolist() for one in (each, alone)
         )
         assert sorted(map(tuple, found)) == sorted(map(tuple, expected))
         assert len(found) > 0 or not some.any()
@@ -358,4 +359,5 @@ def test_nothing_is_made_of_what_no_light_reaches(planner, monkeypatch):
     (near,) = plans.plan(projection, [replace(point_light((8, -3.3, 20)), range=30.0)])
     assert asked == [1]
     assert (near.statistics.culled, near.statistics.deepest) == (2, 1)
-    assert len(near.volumes[0].sides) == 3 * len(near.volumes[0].sides_of(near.case > 0)[0])
+    sides = near.volumes[0].list_sides
+    assert len(sides()[0]) == 3 * len(sides(near.case > 0)[0])

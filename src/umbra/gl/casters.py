@@ -183,10 +183,29 @@ class Body:
         spans = zip(self.face_starts[shells], self.face_starts[shells + 1], strict=True)
         return np.concatenate([self.faces[:0], *(self.faces[first:end] for first, end in spans)])
 
+    def list_components(self, shells: NDArray[np.intp]) -> NDArray[np.intp]:
+        """List the components of some shells."""
+        ends = np.append(self._shell_starts, len(self._shell_order))
+        spans = zip(ends[shells].tolist(), ends[shells + 1].tolist(), strict=True)
+        lists = (self._shell_order[first:end] for first, end in spans)
+        return np.concatenate([self._shell_order[:0], *lists])
+
     @property
     def is_still(self) -> bool:
         """Whether this is a single instance in the scene's frame."""
         return len(self.groups) == 1 and self.groups[0].transform is None
+
+    def to_mesh(self, instance: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Transform homogeneous points (..., 4) of the scene to an instance's frame."""
+        if self.is_still:
+            return points
+        return np.linalg.solve(self.transforms[instance], points.T).T
+
+    def split(self, shells: NDArray[np.intp]) -> list[tuple[int, NDArray[np.intp]]]:
+        """Split instances and shells (n, 2) by instance."""
+        if self.is_still:
+            return [(0, shells[:, 1])] if len(shells) else []
+        return [(k, shells[shells[:, 0] == k, 1]) for k in np.unique(shells[:, 0]).tolist()]
 
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
         """Transform a light, relative to the scene's origin, to every instance's frame, (n, 4)."""

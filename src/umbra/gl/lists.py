@@ -6,8 +6,10 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS
+from umbra.gl.sides import find_ends
+from umbra.kernels import inlined
 
-__all__ = ["add_draws", "append_draws", "list_cap"]
+__all__ = ["count_draws", "list_cap", "write_draws"]
 
 _LIGHT_CAP, _COARSE = 6, 7  # places in ``DRAWS`` of light caps, and of levels of detail
 
@@ -94,71 +96,86 @@ def _find_draw(flags):
 
 
 @njit(cache=True, nogil=True)
-def add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places, numbers):
+def count_draws(sides, shape, cap, flags, is_point, counts):
     """
-    Count the vertex numbers of each of the ``DRAWS`` (7,), and write them into ``numbers``.
+    Count the vertex numbers of each of the `DRAWS` (n_draws,), of one body.
 
-    ``side_shell`` and ``cap_shell`` are the shells of sides (n, 6) and casting faces (n, 3),
-    ascending; ``flags`` are (n_shells,). Each draw is written from its own of ``places`` (7,) on,
-    which advance; with empty ``numbers`` it is only counted.
+    ``sides`` are those of ``ShellSides``, ``shape`` the caster's edges and the instances' first
+    points and whether they are mirrored, ``cap`` casting faces (n, 3) and their shells, ascending;
+    ``flags`` are (n_shells,).
     """
-    hub = np.uint32(0)
-    writes = numbers.size > 0
-    for i in range(side_shell.size):
-        if i == 0 or side_shell[i] != side_shell[i - 1]:
-            hub = sides[i, 2]
-        mine = flags[side_shell[i]]
+    listed, starts, ends = sides
+    edges, firsts, mirrored = shape
+    n_shells = flags.size // firsts.size
+    for shell in range(flags.size):
+        mine = flags[shell]
         if not mine & SIDES:
             continue
         draw, dark, _ = _find_draw(mine)
-        columns = 6 if is_point or mine & CUT else 3
-        if writes:
-            place = places[draw]
-            for k in range(columns):
-                numbers[place + k] = sides[i, k]
-            places[draw] += columns
-        counts[draw] += columns
-        if mine & DARK_CAP and mine & FAN and hub != sides[i, 5] and hub != sides[i, 2]:
-            if writes:
-                place = places[dark]
-                numbers[place] = hub
-                numbers[place + 1] = sides[i, 5]
-                numbers[place + 2] = sides[i, 2]
-                places[dark] += 3
-            counts[dark] += 3
-    for i in range(cap_shell.size):
-        mine = flags[cap_shell[i]]
+        counts[draw] += (6 if is_point or mine & CUT else 3) * (ends[shell] - starts[shell])
+        if mine & DARK_CAP and mine & FAN:
+            hub = np.int64(-1)
+            first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
+            for i in range(starts[shell], ends[shell]):
+                b, a = find_ends(listed[i], edges, first, is_mirrored)
+                hub = a if hub < 0 else hub
+                counts[dark] += 3 if hub not in (a, b) else 0
+    _, shells = cap
+    for i in range(shells.size):
+        mine = flags[shells[i]]
+        _, dark, light = _find_draw(mine)
+        counts[light] += 3 if mine & LIGHT_CAPS else 0
+        counts[dark] += 3 if mine & DARK_CAP and not mine & FAN else 0
+
+
+@inlined
+def _add_triangle(numbers, place, a, b, c):
+    """Write three vertex numbers; unsigned places need no test of their sign."""
+    numbers[place], numbers[place + np.uint64(1)], numbers[place + np.uint64(2)] = a, b, c
+
+
+@njit(cache=True, nogil=True)
+def write_draws(sides, shape, cap, flags, is_point, places, numbers):
+    """
+    Write the vertex numbers that ``count_draws`` counts, each draw from its place on.
+
+    ``places`` (n_draws,) advance.
+    """
+    listed, starts, ends = sides
+    edges, firsts, mirrored = shape
+    n_shells = flags.size // firsts.size
+    for shell in range(flags.size):
+        mine = flags[shell]
+        if not mine & SIDES:
+            continue
+        draw, dark, _ = _find_draw(mine)
+        first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
+        is_whole = is_point or mine & CUT
+        place, columns = np.uint64(places[draw]), np.uint64(6 if is_whole else 3)
+        for i in range(np.uint64(starts[shell]), np.uint64(ends[shell])):
+            b, a = find_ends(listed[i], edges, first, is_mirrored)
+            _add_triangle(numbers, place, b, a, a + 1)
+            if is_whole:
+                _add_triangle(numbers, place + np.uint64(3), b, a + 1, b + 1)
+            place += columns
+        places[draw] = place
+        if mine & DARK_CAP and mine & FAN:
+            hub = np.int64(-1)
+            for i in range(starts[shell], ends[shell]):
+                b, a = find_ends(listed[i], edges, first, is_mirrored)
+                hub = a if hub < 0 else hub
+                if hub not in (a, b):
+                    _add_triangle(numbers, np.uint64(places[dark]), hub + 1, b + 1, a + 1)
+                    places[dark] += 3
+    faces, shells = cap
+    for i in range(shells.size):
+        mine = flags[shells[i]]
+        _, dark, light = _find_draw(mine)
         if mine & LIGHT_CAPS:
-            _add_face(cap[i], False, _find_draw(mine)[2], writes, counts, places, numbers)
-        if mine & DARK_CAP and not mine & FAN:
-            _add_face(cap[i], True, _find_draw(mine)[1], writes, counts, places, numbers)
-
-
-@njit(cache=True, nogil=True)
-def _add_face(face, is_far, draw, writes, counts, places, numbers):
-    """Count a casting face in a draw, and write it or, turned around, its far end."""
-    counts[draw] += 3
-    if writes:
-        for k in range(3):
-            number = face[2 - k] | np.uint32(1) if is_far else face[k]
-            numbers[places[draw] + k] = number
-        places[draw] += 3
-
-
-@njit(cache=True, nogil=True)
-def append_draws(sides, side_shell, cap, cap_shell, flags, is_point, numbers, end, counts):
-    """
-    Write the triangles of one body into ``numbers`` from ``end`` on, draw by draw.
-
-    ``counts`` (7,) become the vertex numbers of each draw; there must be room for 9 of each side
-    and 6 of each casting face.
-    """
-    counts[:] = 0
-    places = np.zeros(counts.size, np.int64)
-    add_draws(sides, side_shell, cap, cap_shell, flags, is_point, counts, places, numbers[:0])
-    for draw in range(counts.size):
-        places[draw] = end
-        end += counts[draw]
-    add_draws(
-        sides, side_shell, cap, cap_shell, flags, is_point, np.zeros_like(counts), places, numbers
-    )
+            a, b, c = faces[i]
+            _add_triangle(numbers, np.uint64(places[light]), a, b, c)
+            places[light] += 3
+        if mine & DARK_CAP and not mine & FAN:  # at the far end, turned around
+            a, b, c = faces[i]
+            _add_triangle(numbers, np.uint64(places[dark]), c + 1, b + 1, a + 1)
+            places[dark] += 3

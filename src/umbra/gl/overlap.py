@@ -214,7 +214,7 @@ def _count_in_rows(
     for each in volumes:
         body = each.body
         n = body.n_shells * len(body.groups)
-        sides, shells = each.sides_of(drawn[offset : offset + n])
+        sides, shells = each.list_sides(drawn[offset : offset + n])
         offset += n
         heights = np.zeros((len(sides), 2))
         depth, size = _find_heights(

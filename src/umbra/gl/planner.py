@@ -117,6 +117,7 @@ class Planner:
         boxes = [body.world_bounds() for body in self.casting]
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
         self._starts = np.append(0, np.cumsum([len(box) for box in boxes])).astype(np.intp)
+        self._n_shells = int(self._starts[len(self.bodies)])
         most = [np.tile(body.most, len(body.groups)) for body in self.casting]
         self._most = np.concatenate([np.zeros(0, np.int64), *most])
         if self._has_moved and not renumbers:
@@ -242,7 +243,7 @@ class Planner:
             ]
             points = [near.points for near in touched if near is not None]
             # Points near a light are numbered beyond all others, which may take wider numbers.
-            self._list.begin(np.dtype(np.uint32) if points else self.indices.dtype)
+            self._list.begin(self.indices.widen(sum(len(some) for some in points)))
             plans, first = [], self.geometry.n_points
             for each in zip(self._kept, selections, touched, ranges, strict=True):
                 plans.append(self._plan(projection, *each, first, (near_slack, slack)))
@@ -308,11 +309,10 @@ class Planner:
     ) -> Statistics:
         """Sum up one light's plan."""
         seen = len(selection.shells)
-        shells = sum(body.n_shells * len(body.groups) for body in self.bodies)
         cases = np.bincount(selection.case, minlength=4).tolist() if seen else [0] * 4
         return Statistics(
-            shells=shells,
-            culled=shells - seen,
+            shells=self._n_shells,
+            culled=self._n_shells - seen,
             cut=int(np.count_nonzero(selection.flags & CUT)) if seen else 0,
             cases=(cases[1], cases[2], cases[3]),
             sides=drawn.get("sides_z_pass", 0) + drawn.get("sides_z_fail", 0),

@@ -50,6 +50,13 @@ class Indices:
         self._buffer: Any = None
         self._arrays: dict[int, Any] = {}
 
+    def widen(self, n_nearby: int) -> np.dtype:
+        """Return the type of numbers that also tell so many nearby points apart."""
+        if self.dtype == np.uint16 and 2 * (self.first_nearby + n_nearby) > 1 << 16:
+            self._free()
+            self.dtype = np.dtype(np.uint32)
+        return self.dtype
+
     def write(self, *lists: NDArray, nearby: NDArray[np.float64] | None = None) -> None:
         """
         Replace the list by others (n,), joined, in one upload.
@@ -58,9 +65,8 @@ class Indices:
         """
         self._device.use()
         self._write_nearby(nearby)
-        if nearby is not None and self.dtype == np.uint16:
-            self._free()  # wider numbers may be needed
-            self.dtype = np.dtype(np.uint32)
+        if nearby is not None:
+            self.widen(len(nearby))
         data = lists[0] if len(lists) == 1 else np.concatenate([np.zeros(0, self.dtype), *lists])
         data = np.ascontiguousarray(data, self.dtype)
         self.n_bytes = data.nbytes

@@ -1,13 +1,13 @@
 """
-Sides of shadow volumes: two triangles of vertex numbers for each silhouette edge.
+Sides of shadow volumes: the silhouette edges of each shell, once per multiplicity.
 
-A whole mesh under one light uses ``volume/silhouette.py``. Selected shells of many instances or
-lights are searched in one call, shell by shell: instances and lights are equivalent, since each
-instance has the light in its own frame.
+A whole mesh is searched by ``volume/silhouette.py``, a few of its shells here. Instances and lights
+are equivalent, since each instance has the light in its own frame: a *row* is one instance under
+one light, and all rows of a mesh are searched together.
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,93 +15,195 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.kernels import inlined
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
 if TYPE_CHECKING:
     from umbra.gl.volumes import BodyVolumes
 
-__all__ = ["make_sides", "make_sides_alike"]
+__all__ = ["ShellSides", "find_ends", "make_sides", "make_sides_alike"]
 
 _FEW = 4  # a mesh is searched whole where at least one edge in _FEW is wanted
 
 
-def make_sides(
-    volumes: "BodyVolumes", wanted: NDArray[np.bool_]
-) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-    """Find the silhouettes of wanted shells; return their sides, and the shell of each."""
+@dataclass(frozen=True, eq=False)
+class ShellSides:
+    """
+    The sides of shells.
+
+    Parameters
+    ----------
+    sides : (n,) int32
+        ``edge << 1 | forward``: whether the side's edge runs as the edge of the caster does, in an
+        instance that is not mirrored.
+    starts, ends : (n_shells,) int64
+        Shell k owns ``sides[starts[k]:ends[k]]``.
+    """
+
+    sides: NDArray[np.int32]
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+
+    @classmethod
+    def none(cls, n_shells: int) -> "ShellSides":
+        """Return shells without sides."""
+        empty = np.zeros(n_shells, np.int64)
+        return cls(np.zeros(0, np.int32), empty, empty)
+
+    def join(self, other: "ShellSides", which: NDArray[np.bool_]) -> "ShellSides":
+        """Return these sides, with those of other shells ``which`` (n_shells,)."""
+        if not len(self.sides):
+            return other
+        first = len(self.sides)
+        return ShellSides(
+            np.concatenate([self.sides, other.sides]),
+            np.where(which, other.starts + first, self.starts),
+            np.where(which, other.ends + first, self.ends),
+        )
+
+    def keep(self, which: NDArray[np.bool_]) -> "ShellSides":
+        """Return the sides of some shells (n_shells,) alone."""
+        lengths = np.where(which, self.ends - self.starts, 0)
+        ends = np.cumsum(lengths)
+        sides = np.zeros(int(lengths.sum()), np.int32)
+        _gather(self.sides, self.starts, lengths, sides)
+        return ShellSides(sides, ends - lengths, ends)
+
+    def list_points(
+        self, body: Body, wanted: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """
+        List the sides of wanted shells (n_shells,) as triangles.
+
+        Returns two triangles (n, 6) of vertex numbers each, wound outward, and the shell of each,
+        ascending.
+        """
+        lengths = np.where(wanted, self.ends - self.starts, 0)
+        corners = np.zeros((int(lengths.sum()), 6), np.uint32)
+        shape = body.caster.edges, body.first, body.mirrored
+        _list_corners(self.sides, self.starts, lengths, shape, corners)
+        return corners, np.repeat(np.arange(len(lengths)), lengths)
+
+
+@njit(cache=True, nogil=True)
+def _gather(sides, starts, lengths, found):
+    """Copy the first sides of each shell, one shell after another."""
+    n = 0
+    for shell in range(starts.size):
+        for i in range(starts[shell], starts[shell] + lengths[shell]):
+            found[n] = sides[i]
+            n += 1
+
+
+@inlined
+def find_ends(side, edges, first, is_mirrored):
+    """
+    Return the vertex numbers of a side's ends, as its triangles need them: the second one first.
+
+    The instance's ``first`` point is given, and whether it is mirrored.
+    """
+    edge = np.uint64(side >> 1)
+    one, two = 2 * (first + edges[edge, 0]), 2 * (first + edges[edge, 1])
+    is_ahead = ((side & 1) != 0) != is_mirrored
+    return (two, one) if is_ahead else (one, two)
+
+
+@njit(cache=True, nogil=True)
+def _list_corners(sides, starts, lengths, shape, corners):
+    """Write the two triangles of each side of some shells."""
+    edges, firsts, mirrored = shape
+    n, n_shells = 0, starts.size // firsts.size
+    for shell in range(starts.size):
+        first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
+        for i in range(starts[shell], starts[shell] + lengths[shell]):
+            b, a = find_ends(sides[i], edges, first, is_mirrored)
+            for k, corner in enumerate((b, a, a + 1, b, a + 1, b + 1)):
+                corners[n, k] = corner
+            n += 1
+
+
+def make_sides(volumes: "BodyVolumes", wanted: NDArray[np.bool_]) -> ShellSides:
+    """Find the sides of wanted shells."""
     body, opened, held = volumes.body, volumes.opened, volumes.held
-    sides: list[NDArray[np.uint32]] = [np.zeros((0, 6), np.uint32)]
-    shells: list[NDArray[np.intp]] = [np.zeros(0, np.intp)]
-    asked = wanted.reshape(-1, body.n_shells).any(1)
+    found = ShellSides.none(len(wanted))
+    rows = wanted.reshape(-1, body.n_shells)
+    asked = rows.any(1)
     # Nearly always no instance has open components.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
-        alike = np.flatnonzero((opened == kind).all(1) & ~apart & asked)
-        if len(alike):
-            _add_sides(volumes, body.caster.opened(kind), alike, wanted, sides, shells)
-    for instance in np.flatnonzero(apart & asked):
-        caster = volumes.caster_of(int(instance)).opened(opened[instance])
-        _add_sides(volumes, caster, np.array([instance]), wanted, sides, shells)
-    return np.concatenate(sides), np.concatenate(shells)
+        alike = (opened == kind).all(1) & ~apart & asked
+        if alike.any():
+            mine = rows & alike[:, None]
+            more = _find_sides(body, body.caster.opened(kind), volumes.lights, mine)
+            found = found.join(more, mine.ravel())
+    for instance in np.flatnonzero(apart & asked).tolist():
+        mine = np.zeros_like(rows)
+        mine[instance] = rows[instance]
+        caster = volumes.caster_of(instance).opened(opened[instance])
+        found = found.join(_find_sides(body, caster, volumes.lights, mine), mine.ravel())
+    return found
 
 
-def _add_sides(
-    volumes: "BodyVolumes",
-    caster: Caster,
-    alike: NDArray[np.intp],
-    wanted: NDArray[np.bool_],
-    sides: list[NDArray[np.uint32]],
-    shells: list[NDArray[np.intp]],
-) -> None:
-    """Append the sides of wanted shells of some instances, and their shells, to lists."""
-    body = volumes.body
-    for which, found in _find_silhouettes(volumes, caster, alike, wanted):
-        n = _count_sides(found.codes, found.starts, caster.weight)
-        side, shell = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
-        n = _write_sides(
-            found.codes, found.starts, caster.edges, caster.weight, alike[which], body.first,
-            body.mirrored, body.edge_shell, body.n_shells, wanted, side, shell,
-        )  # fmt: skip
-        sides.append(side[:n])
-        shells.append(shell[:n])
+def make_sides_alike(
+    alike: list[tuple["BodyVolumes", NDArray[np.bool_]]],
+) -> list[ShellSides]:
+    """
+    Find the sides of one body under several lights at once.
+
+    Each light has its wanted shells (n_shells,); none are opened or held.
+    """
+    body = alike[0][0].body
+    lights = np.concatenate([each.lights for each, _ in alike])
+    rows = np.concatenate([mine for _, mine in alike]).reshape(-1, body.n_shells)
+    found = _find_sides(body, body.caster, lights, rows)
+    starts, ends = (spans.reshape(len(alike), -1) for spans in (found.starts, found.ends))
+    return [ShellSides(found.sides, *spans) for spans in zip(starts, ends, strict=True)]
+
+
+def _find_sides(
+    body: Body, caster: Caster, lights: NDArray[np.float64], wanted: NDArray[np.bool_]
+) -> ShellSides:
+    """Find the sides of the wanted shells (n_rows, n_shells) for the lights (n_rows, 4)."""
+    starts, ends = np.zeros((2, *wanted.shape), np.int64)
+    lists, n = [np.zeros(0, np.int32)], 0
+    asked = np.flatnonzero(wanted.any(1))
+    shape = body.edge_shell, body.edge_starts
+    for some, found in _find_silhouettes(body, caster, lights[asked], wanted[asked]):
+        codes = found.codes
+        if not _are_in_order(codes, found.starts):  # from a tree, or with faces seen edge-on
+            mine = np.repeat(np.arange(len(found.starts) - 1), np.diff(found.starts))
+            codes = codes[np.lexsort((codes[: len(mine)], mine))]
+        sides = codes if caster.most == 1 else np.zeros(caster.most * len(codes), np.int32)
+        more = _pack_sides(
+            codes, found.starts, caster.weight, asked[some], shape, wanted, n, starts, ends, sides
+        )
+        lists.append(sides[:more])
+        n += more
+    sides = lists[-1] if len(lists) < 3 else np.concatenate(lists)
+    return ShellSides(sides, starts.ravel(), ends.ravel())
 
 
 def _find_silhouettes(
-    volumes: "BodyVolumes", caster: Caster, alike: NDArray[np.intp], wanted: NDArray[np.bool_]
+    body: Body, caster: Caster, lights: NDArray[np.float64], wanted: NDArray[np.bool_]
 ) -> Iterator[tuple[slice | NDArray[np.intp], Silhouettes]]:
-    """Find the silhouettes of instances: of a whole mesh, or of wanted shells only."""
-    body, lights = volumes.body, volumes.lights[alike]
-    mine = wanted.reshape(-1, body.n_shells)[alike]
-    n_edges = int((mine @ np.diff(body.edge_starts)).sum())
-    if len(alike) == 1 and n_edges * _FEW >= len(caster.edges):
+    """Find the silhouettes of rows: of a whole mesh, or of wanted shells only."""
+    n_edges = int((wanted @ np.diff(body.edge_starts)).sum())
+    if n_edges * _FEW >= len(lights) * len(caster.edges):
         yield from find_silhouettes(caster, lights)  # perhaps by a tree, or by many threads
         return
-    silhouettes, is_flat = _ask_shells(body, caster, mine, lights)
-    yield slice(0, len(alike)), silhouettes
-    flat = np.flatnonzero(is_flat)
-    if len(flat):
-        for which, found in find_silhouettes(caster, lights[flat]):
-            yield flat[which], found
-
-
-def _ask_shells(
-    body: Body, caster: Caster, wanted: NDArray[np.bool_], lights: NDArray[np.float64]
-) -> tuple[Silhouettes, NDArray[np.bool_]]:
-    """
-    Find the silhouettes of wanted shells (n_lights, n_shells) for lights (n_lights, 4).
-
-    Returns for each light also whether it sees a face edge-on: then it has no silhouette here.
-    """
-    n_edges = int((wanted @ np.diff(body.edge_starts)).sum())
     codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(lights) + 1, np.int64)
     is_flat = np.zeros(len(lights), np.bool_)
     _list_codes(
         wanted, body.face_starts, body.faces, body.edge_starts, caster.edge_faces, caster.turn,
         caster.planes, lights, bool(caster.is_closed.all()), codes, starts, is_flat,
     )  # fmt: skip
-    return Silhouettes(codes, starts), is_flat
+    yield slice(0, len(lights)), Silhouettes(codes, starts)
+    flat = np.flatnonzero(is_flat)
+    if len(flat):
+        for which, found in find_silhouettes(caster, lights[flat]):
+            yield flat[which], found
 
 
 @njit(cache=True, nogil=True)
@@ -138,72 +240,44 @@ def _list_codes(
 
 
 @njit(cache=True, nogil=True)
-def _count_sides(codes, starts, weight):
-    """Count the sides of silhouette edges, by multiplicity."""
-    n = 0
-    for i in range(starts[0], starts[-1]):
-        n += abs(np.int64(weight[codes[i] >> 2]) >> (codes[i] >> 1 & 1))
-    return n
+def _are_in_order(codes, starts):
+    """Return whether the codes of each row are in the order of edges."""
+    is_in_order = True
+    for k in range(starts.size - 1):
+        for i in range(starts[k] + 1, starts[k + 1]):
+            is_in_order &= codes[i] > codes[i - 1]
+    return is_in_order
 
 
 @njit(cache=True, nogil=True)
-def _write_sides(
-    codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, wanted, sides,
-    shells,
-):  # fmt: skip
-    """Write two triangles and the shell for each side of a wanted shell; return their number."""
+def _pack_sides(codes, code_starts, weight, rows, shape, wanted, first, starts, ends, sides):
+    """
+    Write the sides of the wanted shells (n_rows, n_shells); return their number.
+
+    Codes are in the order of edges; where no multiplicity is above 1, ``sides`` may take their
+    place. ``shape`` are the edges' shells and the shells' first edges. ``starts`` and ``ends``
+    (n_rows, n_shells) count from ``first``, the place of the first side.
+    """
+    edge_shell, edge_starts = shape
     n = 0
-    for k in range(instances.size):
-        instance = instances[k]
-        for i in range(starts[k], starts[k + 1]):
-            code = codes[i]
-            edge = code >> 2
-            owner = instance * n_shells + edge_shell[edge]
-            if not wanted[owner]:
-                continue
-            # Wound as in the lit face for a positive multiplicity: the side runs the other way.
-            times = np.int64(weight[edge]) >> (code >> 1 & 1)
-            forward = ((times > 0) == ((code & 1) > 0)) != mirrored[instance]
-            a = np.uint32(2 * (first[instance] + edges[edge, 0 if forward else 1]))
-            b = np.uint32(2 * (first[instance] + edges[edge, 1 if forward else 0]))
-            for _ in range(abs(times)):
-                sides[n, 0] = b
-                sides[n, 1] = a
-                sides[n, 2] = a + 1
-                sides[n, 3] = b
-                sides[n, 4] = a + 1
-                sides[n, 5] = b + 1
-                shells[n] = owner
-                n += 1
+    for k in range(rows.size):
+        row, i, last = rows[k], code_starts[k], code_starts[k + 1]
+        while i < last:
+            shell = edge_shell[codes[i] >> 2]
+            end = np.int32(edge_starts[shell + 1] << 2)
+            if wanted[row, shell]:
+                starts[row, shell] = first + n
+                while i < last and codes[i] < end:
+                    code = codes[i]
+                    times = weight[code >> 2] >> (code >> 1 & 1)
+                    # Wound as in the lit face for a positive multiplicity: the side runs the
+                    # other way.
+                    side = (code >> 1 & ~1) | ((times > 0) == ((code & 1) > 0))
+                    for _ in range(abs(times)):
+                        sides[n] = side
+                        n += 1
+                    i += 1
+                ends[row, shell] = first + n
+            while i < last and codes[i] < end:
+                i += 1
     return n
-
-
-def make_sides_alike(
-    alike: list[tuple["BodyVolumes", NDArray[np.bool_]]],
-) -> list[tuple[NDArray[np.uint32], NDArray[np.intp]] | None]:
-    """
-    Make the sides of one body under several lights at once.
-
-    Each light has its wanted shells (n_shells,); none are opened or held. Returns sides and shells
-    as ``make_sides``, or None for a light that sees a face edge-on.
-    """
-    body = alike[0][0].body
-    n = len(alike)
-    wanted = np.concatenate([mine for _, mine in alike])
-    lights = np.concatenate([each.lights for each, _ in alike])
-    rows = wanted.reshape(-1, body.n_shells)
-    found, is_flat = _ask_shells(body, body.caster, rows, lights)
-    length = _count_sides(found.codes, found.starts, body.caster.weight)
-    sides, shells = np.zeros((length, 6), np.uint32), np.zeros(length, np.intp)
-    _write_sides(
-        found.codes, found.starts, body.caster.edges, body.caster.weight, np.arange(len(rows)),
-        np.tile(body.first, n), np.tile(body.mirrored, n), body.edge_shell, body.n_shells, wanted,
-        sides, shells,
-    )  # fmt: skip
-    step = len(wanted) // n
-    ends = np.searchsorted(shells, step * np.arange(n + 1)).tolist()
-    flat = np.logical_or.reduce(is_flat.reshape(n, -1), 1).tolist()
-    spans = [slice(first, end) for first, end in pairwise(ends)]
-    return [
-        None if flat[k] else (sides[span], shells[span] - step * k) for k, span in enumerate(spans)
-    ]

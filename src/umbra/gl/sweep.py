@@ -150,7 +150,7 @@ class GlSweep(DeviceUser):
             for body in self.bodies:
                 opened = self._find_opened(body)
                 volumes = make_volumes(body, light, opened)
-                lists.append(volumes.sides.ravel())
+                lists.append(volumes.list_sides()[0].ravel())
                 if self.on_plane:
                     everything = np.ones(body.n_shells * len(body.groups), np.bool_)
                     lists.append(volumes.find_cap(everything)[0].ravel())

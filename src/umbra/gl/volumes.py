@@ -9,19 +9,22 @@ light.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, VolumeSelection
-from umbra.gl.lists import add_draws, append_draws, list_cap
-from umbra.gl.sides import make_sides, make_sides_alike
+from umbra.gl.lists import count_draws, list_cap, write_draws
+from umbra.gl.sides import ShellSides, make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 
 __all__ = ["FAR", "BodyVolumes", "IndexList", "find_together", "list_drawn", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
+
+_NO_FACES, _NO_SHELLS = np.zeros((0, 3), np.uint32), np.zeros(0, np.intp)
 
 FAR = np.uint32(1)
 """Added to a point's vertex number: its far end."""
@@ -42,62 +45,49 @@ class BodyVolumes:
     held : (n, 2) int
         Instance and face: faces on which the light lies cast nothing.
 
-    Attributes
-    ----------
-    sides : (n_sides, 6) uint32
-        Two triangles per side, wound outward.
-    side_shell : (n_sides,) int
-        Ascending: instance * n_shells + shell.
+    A shell's number is instance * n_shells + shell.
     """
 
     body: Body
     lights: NDArray[np.float64]
     opened: NDArray[np.bool_]
     held: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
-    _sides: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 6), np.uint32))
-    _side_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
+    _sides: ShellSides = field(init=False)
     _found: NDArray[np.bool_] = field(init=False)
     _pose: int = field(init=False)
 
     def __post_init__(self) -> None:
         self._pose = self.body.poses
         self._found = np.zeros(self.body.n_shells * len(self.lights), np.bool_)
+        self._sides = ShellSides.none(len(self._found))
 
-    @property
-    def sides(self) -> NDArray[np.uint32]:  # noqa: D102
-        self.find(np.ones_like(self._found))
+    def find(self, wanted: NDArray[np.bool_]) -> ShellSides:
+        """Find the sides of the wanted shells; return all that are known."""
+        missing = self.lacks(wanted)
+        if missing.any():
+            self.add(make_sides(self, missing), missing)
         return self._sides
 
-    @property
-    def side_shell(self) -> NDArray[np.intp]:  # noqa: D102
-        self.find(np.ones_like(self._found))
-        return self._side_shell
+    def lacks(self, wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the shells, of the wanted ones, whose sides are not found yet."""
+        return wanted & ~self._found
 
-    def find(self, wanted: NDArray[np.bool_]) -> None:
-        """Find the sides of the wanted shells; keep those of others."""
-        missing = wanted & ~self._found
-        if not missing.any():
-            return
-        self._add(*make_sides(self, missing), missing)
-
-    def _add(self, sides: NDArray[np.uint32], shell: NDArray[np.intp], found: NDArray) -> None:
+    def add(self, sides: ShellSides, found: NDArray[np.bool_]) -> None:
         """Add the sides of newly found shells."""
-        if len(self._sides):
-            sides = np.concatenate([self._sides, sides])
-            shell = np.concatenate([self._side_shell, shell])
-        if (shell[1:] < shell[:-1]).any():  # faces seen edge-on come last
-            order = np.argsort(shell, kind="stable")
-            sides, shell = sides[order], shell[order]
-        self._sides, self._side_shell = sides, shell
+        self._sides = self._sides.join(sides, found)
         self._found = self._found | found
 
-    def sides_of(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        """Return the sides of the wanted shells, and the shell of each, ascending."""
-        self.find(wanted)
-        if not (self._found & ~wanted).any():
-            return self._sides, self._side_shell
-        chosen = wanted[self._side_shell]
-        return self._sides[chosen], self._side_shell[chosen]
+    def list_sides(
+        self, wanted: NDArray[np.bool_] | None = None
+    ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """
+        List the sides of the wanted shells, or of all.
+
+        Returns two triangles per side, wound outward, (n, 6) vertex numbers, and the shell of each,
+        ascending.
+        """
+        wanted = np.ones_like(self._found) if wanted is None else wanted
+        return self.find(wanted).list_points(self.body, wanted)
 
     def inherit(self, old: "BodyVolumes") -> None:
         """Reuse the sides of instances that have not moved relative to their light."""
@@ -105,17 +95,26 @@ class BodyVolumes:
         same[self.held[:, 0]] = same[old.held[:, 0]] = False
         kept = old._found & np.repeat(same, self.body.n_shells)
         if self._pose == old._pose and kept.any():
-            self._sides, self._side_shell = old.sides_of(kept)
-            self._found = kept
+            self._sides, self._found = old._sides.keep(kept), kept
 
-    @property
+    @cached_property
     def is_closed(self) -> NDArray[np.bool_]:
         """Whether only lit faces cast, (n_instances, n_components) bool."""
         return self.body.caster.is_closed & ~self.opened
 
     def caster_of(self, instance: int) -> Caster:
         """Return the casting faces of one instance: all but those on which the light lies."""
+        if not len(self.held):
+            return self.body.caster
         return self.body.caster.without(self.held[self.held[:, 0] == instance, 1])
+
+    def list_arrays(self, instance: int) -> tuple[NDArray, ...]:
+        """List the arrays of an instance's caster, as for ``ask_shell``."""
+        caster = self.caster_of(instance)
+        return (
+            caster.vertices, caster.faces, caster.planes, caster.component, caster.edges,
+            caster.edge_faces, caster.turn,
+        )  # fmt: skip
 
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
         """Return whether these volumes belong to the given lights and open components."""
@@ -180,7 +179,7 @@ def find_together(
     for light, selection in zip(volumes, selections, strict=True):
         for index in selection.find_bodies(starts):
             each = light[index]
-            missing = selection.sides[starts[index] : starts[index + 1]] & ~each._found
+            missing = each.lacks(selection.sides[starts[index] : starts[index + 1]])
             if missing.any():
                 touched.setdefault(index, []).append((each, missing))
     for group in touched.values():
@@ -189,8 +188,7 @@ def find_together(
         ]
         if len(alike) > 1 and len(group[0][0].body.caster.edges) < _LARGE:
             for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
-                if found is not None:
-                    each._add(*found, mine)
+                each.add(found, mine)
         for each, mine in group:
             each.find(mine)
 
@@ -235,28 +233,23 @@ class IndexList:
         """
         Add the selected triangles of a light, in the order of `DRAWS`.
 
-        Returns how many numbers belong to each draw (7,). Sides of volumes that end in one point,
-        of a directional light at infinity, are single triangles.
+        Returns how many numbers belong to each draw (n_draws,). Sides of volumes that end in one
+        point, of a directional light at infinity, are single triangles.
         """
         found = [
             _list_body(volumes[index], selection.flags[starts[index] : starts[index + 1]])
             for index in selection.find_bodies(starts)
         ]
-        counts = np.zeros((len(found), len(DRAWS)), np.int64)
-        room = self._reserve(sum(9 * len(body[0]) + 6 * len(body[2]) for body in found))
-        if len(found) == 1:
-            append_draws(*found[0], is_point, room, self.end, counts[0])  # type: ignore[call-arg]
-        else:
-            places = np.zeros(len(DRAWS), np.int64)
-            for mine, body in zip(counts, found, strict=True):
-                add_draws(*body, is_point, mine, places, room[:0])  # type: ignore[call-arg]
-            sums = counts.sum(0)
-            places[:] = self.end + np.cumsum(sums) - sums
-            for mine, body in zip(counts, found, strict=True):
-                add_draws(*body, is_point, np.zeros_like(mine), places, room)  # type: ignore[call-arg]
-        sums = counts.sum(0)
-        self.end += int(sums.sum())
-        return sums
+        counts = np.zeros(len(DRAWS), np.int64)
+        for body in found:
+            count_draws(*body, is_point, counts)  # type: ignore[call-arg]
+        ends = self.end + np.cumsum(counts)
+        room = self._reserve(int(ends[-1]) - self.end)
+        places = ends - counts
+        for body in found:
+            write_draws(*body, is_point, places, room)  # type: ignore[call-arg]
+        self.end = int(ends[-1])
+        return counts
 
     def _reserve(self, more: int) -> NDArray:
         """Return the list's whole room, with some behind its end."""
@@ -267,8 +260,11 @@ class IndexList:
         return self._room
 
 
-def _list_body(each: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[NDArray, ...]:
-    """Return sides, casting faces and the shells of both, of a body's selected volumes."""
-    each.find((flags & SIDES) != 0)
-    caps = (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
-    return each._sides, each._side_shell, *each.find_cap(caps), flags
+def _list_body(each: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[tuple | NDArray, ...]:
+    """Return what ``count_draws`` and ``write_draws`` need of a body's selected volumes."""
+    found = each.find((flags & SIDES) != 0)
+    body, cap = each.body, (_NO_FACES, _NO_SHELLS)
+    if np.bitwise_or.reduce(flags) & (LIGHT_CAPS | DARK_CAP):
+        cap = each.find_cap((flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP))
+    sides = found.sides, found.starts, found.ends
+    return sides, (body.caster.edges, body.first, body.mirrored), cap, flags

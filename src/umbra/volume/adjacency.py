@@ -19,6 +19,7 @@ Sources: McGuire et al. 2003, section 6; Kim, Kim, Turk 2008 for multiplicities.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -108,6 +109,11 @@ class Caster:
     def whole_planes(self) -> NDArray[np.float64]:
         """Planes of all faces, whether they cast or not, (4, n_faces + 1) float64."""
         return self.planes if self.whole is None else self.whole
+
+    @cached_property
+    def most(self) -> int:
+        """The largest multiplicity of an edge."""
+        return int(np.abs(self.weight).max(initial=1))
 
     @property
     def face_is_closed(self) -> NDArray[np.bool_]:

@@ -287,5 +287,6 @@ def _group_faces(
 
 def list_edges(volumes: Sequence[BodyVolumes]) -> NDArray[np.int32]:
     """List the silhouette edges of the volumes once each, (n_edges, 2) vertex numbers."""
-    lists = [np.zeros((0, 2), np.int32), *(each.sides[:, :2].astype(np.int32) for each in volumes)]
+    found = (each.list_sides()[0] for each in volumes)
+    lists = [np.zeros((0, 2), np.int32), *(sides[:, :2].astype(np.int32) for sides in found)]
     return np.unique(np.concatenate(lists), axis=0)

@@ -130,7 +130,8 @@ def _add_body(
         return
     cap, cap_shell = each.find_cap(active)
     cap_starts = np.searchsorted(cap_shell, np.arange(n + 1))
-    side_starts = np.searchsorted(each.side_shell, np.arange(n + 1))
+    sides, side_shell = each.list_sides(active)
+    side_starts = np.searchsorted(side_shell, np.arange(n + 1))
     is_convex = _find_convex(each)
     for shell in np.flatnonzero(active).tolist():
         faces = cap[cap_starts[shell] : cap_starts[shell + 1]]
@@ -150,8 +151,8 @@ def _add_body(
         if chosen.kind == Z_FAIL and not chosen.is_cut:
             ends = _hold_end(each, plan, shell // each.body.n_shells, faces)
         if weight <= builder.at_once or not split:
-            sides = each.sides[side_starts[shell] : side_starts[shell + 1]]
-            builder.add(chosen.name(sides, faces), weight, int(ends.sum()))
+            some = sides[side_starts[shell] : side_starts[shell + 1]]
+            builder.add(chosen.name(some, faces), weight, int(ends.sum()))
             builder.n_volumes += 1
             continue
         builder.n_split += 1
@@ -196,7 +197,7 @@ def _hold_end(
     # The view may be tilted slightly: along its rays the pixel does not change.
     way = np.cross(*plan.projection.matrix[:2, :3])
     way *= np.sign(way @ camera.axes()[2])
-    way = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))[:3]
+    way = body.to_mesh(instance, np.append(way, 0.0))[:3]
     corners = body.caster.vertices[(faces >> np.uint32(1)).astype(np.int64) - body.first[instance]]
     a, b, c = np.moveaxis(corners - light[:3], 1, 0)
     # The ray from the light pierces a face if all its edges pass on the same side of it.

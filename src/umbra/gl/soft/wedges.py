@@ -273,8 +273,9 @@ def _list_edges(
     lists = [np.zeros((0, 6))]
     for each in volumes:
         body = each.body
-        numbers = (each.sides[:, [1, 0]] >> np.uint32(1)).astype(np.int64)
-        instance = each.side_shell // body.n_shells
+        sides, shells = each.list_sides()
+        numbers = (sides[:, [1, 0]] >> np.uint32(1)).astype(np.int64)
+        instance = shells // body.n_shells
         for number, transform in enumerate(body.transforms):
             mine = numbers[instance == number] - body.first[number]
             vertices = transform_points(transform, body.caster.vertices)
