@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from umbra.gl.volumes import BodyVolumes
 from umbra.rays.eye_count import Anchor, find_anchor
 from umbra.volume.placement import ask_faces
-from umbra.volume.regions import Regions
 
-__all__ = ["NearCounts"]
+__all__ = ["NearCounts", "ask_shell"]
 
-_PLACES = np.array([[1, 1, 1, 1], [5, 3, 2, 2], [2, 5, 4, 1], [1, 2, 6, 4], [3, 1, 2, 7]]).T
+_PLACES = np.array([[1, 1, 1, 1], [5, 3, 2, 2], [2, 5, 4, 1], [1, 2, 6, 4], [3, 1, 2, 7]], float)
+_PLACES /= _PLACES.sum(1, keepdims=True)
 """Weights of the near rectangle's corners at places within it, from which a ray may start."""
 
 _THICK = 3.0  # of the pyramid's margin: how far before the near rectangle faces still meet it
@@ -34,65 +34,88 @@ class NearCounts:
     ----------
     corners : (4, 3) float64
         Of the rectangle, relative to the scene's origin.
-    slack : float
-        By how much the pyramid is widened [m].
     """
 
     corners: NDArray[np.float64]
-    slack: float
     _anchors: dict[tuple[int, int], Anchor | None] = field(default_factory=dict)
 
-    def find(self, each: BodyVolumes, instance: int, shell: int, regions: Regions) -> int | None:
+    def find(self, each: BodyVolumes, instance: int, shell: int) -> int | None:
         """
-        Find the count that a shell's volume adds all over the rectangle; None if it may vary.
+        Find the count that a shell's volume adds where it ``is_apart`` (`ask_shell`).
 
-        ``regions`` are in the instance's frame.
+        None if no place is clean.
         """
-        body, light = each.body, each.lights[instance]
-        caster, is_closed = each.caster_of(instance), each.is_closed[instance]
-        edges = slice(body.edge_starts[shell], body.edge_starts[shell + 1])
-        if _meets_sides(
-            caster.vertices, caster.edges[edges], caster.edge_faces[edges], caster.turn[edges],
-            caster.planes, caster.component, is_closed, light, regions.pyramid,
-        ):  # fmt: skip
-            return None
-        # The pyramid's first plane is the near one, moved outward.
-        before = -regions.pyramid[:1]
-        before[0, 3] += _THICK * self.slack
-        slab = np.concatenate([regions.pyramid, before])
-        faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
-        touches, _ = ask_faces(
-            caster.vertices, caster.faces, faces, caster.planes, caster.component, is_closed,
-            light, slab, slab,
-        )  # fmt: skip
-        anchor = None if touches else self._find_anchor(each, instance)
-        if anchor is None:
-            return None
-        adds = anchor.lit + anchor.unlit * ~is_closed
-        return int(adds[body.component_shell == shell].sum())
-
-    def _find_anchor(self, each: BodyVolumes, instance: int) -> Anchor | None:
-        """Count a body's faces between a place in the rectangle and the light, if any is clean."""
         key = (id(each), instance)
         if key not in self._anchors:
-            body = each.body
-            caster, light = each.caster_of(instance), each.lights[instance]
-            places = (_PLACES / _PLACES.sum(0)).T @ self.corners
-            self._anchors[key] = None
-            for place in np.linalg.solve(
-                body.transforms[instance], np.column_stack([places, np.ones(len(places))]).T
-            ).T:
-                found = find_anchor(caster, body.blocks, place, light)
-                if found.is_clean:
-                    self._anchors[key] = found
-                    break
-        return self._anchors[key]
+            self._anchors[key] = self._find_anchor(each, instance)
+        anchor = self._anchors[key]
+        if anchor is None:
+            return None
+        adding = anchor.find_adding(each.is_closed[instance])
+        return int(np.count_nonzero(each.body.component_shell[adding] == shell))
+
+    def _find_anchor(self, each: BodyVolumes, instance: int) -> Anchor | None:
+        """Find a body's faces between a place in the rectangle and the light, if any is clean."""
+        body, caster, light = each.body, each.caster_of(instance), each.lights[instance]
+        places = np.ones((len(_PLACES), 4))
+        places[:, :3] = _PLACES @ self.corners
+        for place in body.to_mesh(instance, places):
+            found = find_anchor(caster, body.blocks, place, light)
+            if found.is_clean:
+                return found
+        return None
 
 
 @njit(cache=True, nogil=True)
-def _meets_sides(vertices, edges, edge_faces, turn, planes, component, is_closed, light, pyramid):
+def ask_shell(caster, faces, edges, is_closed, light, pyramid, view, slack):
+    """
+    Ask a shell's triangles for its case.
+
+    Parameters
+    ----------
+    caster : tuple of arrays
+        Vertices, faces, planes, components, edges, faces of edges and turns of a caster.
+    faces, edges : array, (int, int)
+        Numbers of the shell's casting faces, first and end of its edges.
+    is_closed : (n_components,) bool
+    light, pyramid, view
+        ``Regions`` in the caster's frame.
+    slack : float
+        By how much the pyramid is widened [m].
+
+    Returns
+    -------
+    blocks, is_seen : bool
+        Whether any casting face meets the pyramid, and the view.
+    is_apart : bool
+        Whether no side of the volume and no casting face meets the near rectangle, in the first
+        plane of the pyramid.
+    """
+    vertices, corners, planes, component, ends, edge_faces, turn = caster
+    blocks, is_seen = ask_faces(
+        vertices, corners, faces, planes, component, is_closed, light, pyramid, view
+    )
+    if not blocks or _meets_sides(
+        vertices, ends, edge_faces, turn, edges, planes, component, is_closed, light, pyramid
+    ):
+        return blocks, is_seen, False
+    # The pyramid's first plane is the near one, moved outward.
+    slab = np.zeros((pyramid.shape[0] + 1, 4))
+    slab[:-1] = pyramid
+    slab[-1] = -pyramid[0]
+    slab[-1, 3] += _THICK * slack
+    touches, _ = ask_faces(
+        vertices, corners, faces, planes, component, is_closed, light, slab, slab
+    )
+    return blocks, is_seen, not touches
+
+
+@njit(cache=True, nogil=True)
+def _meets_sides(
+    vertices, ends, edge_faces, turn, edges, planes, component, is_closed, light, pyramid
+):
     """Return whether a silhouette edge may meet the pyramid, or an open face is seen edge-on."""
-    for edge in range(edges.shape[0]):
+    for edge in range(edges[0], edges[1]):
         code = turn[edge]
         for k in range(2):
             face = edge_faces[edge, k]
@@ -108,8 +131,8 @@ def _meets_sides(vertices, edges, edge_faces, turn, planes, component, is_closed
         for k in range(pyramid.shape[0]):
             a = b = pyramid[k, 3]
             for axis in range(3):
-                a += pyramid[k, axis] * vertices[edges[edge, 0], axis]
-                b += pyramid[k, axis] * vertices[edges[edge, 1], axis]
+                a += pyramid[k, axis] * vertices[ends[edge, 0], axis]
+                b += pyramid[k, axis] * vertices[ends[edge, 1], axis]
             if a < 0.0 and b < 0.0:
                 low = 2.0
             elif a < 0.0:

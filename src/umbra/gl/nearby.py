@@ -144,12 +144,14 @@ def find_nearby(
 
     ``near`` lists instances and shells (n, 2) per body, from ``find_near``: only these are tested.
     """
-    ways, places, met = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], []
+    ways: list[NDArray[np.float64]] = []
+    places: list[NDArray[np.int64]] = []
+    met: list[NDArray[np.int64]] = []
     for each, mine in near:
         body = each.body
         reach = REACH * body.size
-        for instance in np.unique(mine[:, 0]).tolist():
-            some = body.list_faces(mine[mine[:, 0] == instance, 1])
+        for instance, shells in body.split(mine):
+            some = body.list_faces(shells)
             faces = find_near_faces(body.caster, body.blocks, each.lights[instance], reach, some)[
                 :_MOST
             ]
@@ -165,9 +167,9 @@ def find_nearby(
             ways.append(found[:n])
             places.append(which[:n])
             met.append(numbers.ravel())
-    found = np.concatenate(ways)
-    if not len(found):
+    if not any(len(some) for some in ways):
         return None
+    found = np.concatenate(ways)
     units = found / np.sqrt((found * found).sum(1, keepdims=True))
     stacked = np.stack([found + light[:3], units], 1)
     return Nearby(stacked, np.concatenate(places), np.unique(np.concatenate(met)))

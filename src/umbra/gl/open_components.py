@@ -11,6 +11,7 @@ the light or is wound inward; most scenes have none, and nothing is done.
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
@@ -49,7 +50,7 @@ def find_near(
     reach = REACH * max(body.size * body.stretch for body in bodies)
     rows, shells = tree.find_holding(lights[lamps, :3] / lights[lamps, 3:], reach)
     owners = np.searchsorted(starts, shells, "right") - 1
-    for row, owner in np.unique(np.stack([rows, owners], 1), axis=0).tolist():
+    for row, owner in sorted(set(zip(rows.tolist(), owners.tolist(), strict=True))):
         mine = shells[(rows == row) & (owners == owner)] - starts[owner]
         found[lamps[row]][owner] = np.stack(np.divmod(mine, bodies[owner].n_shells), 1)
     return found
@@ -82,15 +83,16 @@ def find_held(
     held: list[NDArray[np.intp]] = []
     if not len(near):
         return near
-    for instance in np.unique(near[:, 0]).tolist():
-        transform = body.transforms[instance]
-        coarse = np.abs(origin) + np.abs(transform[:3, 3])  # magnitude of the model's coordinates
-        moved = np.abs(np.linalg.inv(transform[:3, :3])) @ coarse
-        shells = near[near[:, 0] == instance, 1]
+    for instance, shells in body.split(near):
+        coarse = np.abs(origin)  # magnitude of the model's coordinates
+        if not body.is_still:
+            transform = body.transforms[instance]
+            coarse = np.abs(np.linalg.inv(transform[:3, :3])) @ (coarse + np.abs(transform[:3, 3]))
         some = body.list_faces(shells)
-        faces = find_holders(body.caster, body.blocks, lights[instance], moved, some)
-        held.append(np.stack([np.full(len(faces), instance), faces], 1))
-    return np.concatenate([np.zeros((0, 2), np.intp), *held])
+        faces = find_holders(body.caster, body.blocks, lights[instance], coarse, some)
+        if len(faces):
+            held.append(np.stack([np.full(len(faces), instance), faces], 1))
+    return np.concatenate([near[:0], *held]) if held else near[:0]
 
 
 def find_opened(
@@ -106,56 +108,52 @@ def find_opened(
 
     Parameters as in ``find_held``, which returns ``held``.
     """
-    opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
-    if not len(near) and not body.any_inward:
-        return opened
-    apex = camera.apex(origin)
-    forward = camera.axes()[2]
-    asked = range(len(lights)) if body.any_inward else np.unique(near[:, 0]).tolist()
-    for instance in asked:
-        light = lights[instance]
-        shells = near[near[:, 0] == instance, 1]
-        shells = shells[_hold(body.bounds[shells], light)]
-        if not len(shells) and not body.any_inward:
+    found: dict[int, NDArray[np.bool_]] = {}
+    inward = np.flatnonzero(body.is_inward) if body.any_inward else near[:0, 0]
+    nearby = dict(body.split(near))
+    for instance in range(len(lights)) if body.any_inward else nearby:
+        light, shells = lights[instance], nearby.get(instance, near[:0, 1])
+        shells = shells[_hold(body.bounds[shells], light[:3])]
+        mine = body.list_components(shells)
+        mine = mine[_hold(body.component_bounds[mine], light[:3])]
+        suspects = np.append(inward, mine[body.caster.is_closed[mine]])
+        if not len(suspects):
             continue
-        suspects = body.is_inward | (body.caster.is_closed & _hold_components(body, shells, light))
-        if not suspects.any():
-            continue
-        transform = body.transforms[instance]
-        eye = np.linalg.solve(transform, apex)
+        apex, forward = camera.apex(origin), camera.axes()[2]
+        eye = body.to_mesh(instance, apex)
         eye[3] = apex[3]
         caster = body.caster.without(held[held[:, 0] == instance, 1])
-        found = _enclose(body, caster, eye, light)
+        found[instance] = _enclose(body, caster, eye, light)
         # Beyond a wall cut away by the near plane the winding number is not the eye's.
-        depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
+        depth = np.append(forward, -forward @ (camera.eye - origin)) @ body.transforms[instance]
         cut = _reach_before(body, depth, camera.near, suspects)
-        if cut.any():
-            found |= cut & (find_around(caster, body.blocks, light) | body.is_inward)
-        opened[instance] = found | (body.caster.is_closed & ~caster.is_closed)
+        if len(cut):
+            around = find_around(caster, body.blocks, light) | body.is_inward
+            found[instance][cut] |= around[cut]
+        found[instance] |= body.caster.is_closed & ~caster.is_closed
+    if not any(each.any() for each in found.values()):
+        return body.none_opened
+    opened = np.zeros_like(body.none_opened)
+    for instance, which in found.items():
+        opened[instance] = which
     return opened
 
 
-def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find the boxes (n, 2, 3) that hold a lamp."""
-    margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
-    place = light[:3]
-    inside = (place >= bounds[:, 0] - margin) & (place <= bounds[:, 1] + margin)
-    return np.asarray(inside.all(1))
-
-
-def _hold_components(
-    body: Body, shells: NDArray[np.intp], light: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Find the components of the shells whose boxes hold a lamp, (n_components,)."""
-    found = np.zeros(len(body.component_shell), np.bool_)
-    some = np.flatnonzero(np.isin(body.component_shell, shells))
-    found[some] = _hold(body.component_bounds[some], light)
+@njit(cache=True, nogil=True)
+def _hold(bounds, place):
+    """Find the boxes (n, 2, 3) that hold a lamp, about."""
+    found = np.ones(bounds.shape[0], np.bool_)
+    for i in range(bounds.shape[0]):
+        margin = 1e-6 * (bounds[i, 1] - bounds[i, 0]).max()
+        for axis in range(3):
+            low, high = bounds[i, 0, axis] - margin, bounds[i, 1, axis] + margin
+            found[i] &= low <= place[axis] <= high
     return found
 
 
 def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
     """Find the components with a larger winding number at the light than at the eye."""
-    size = 1.0 + max(np.abs(eye[:3]).max(), np.abs(body.bounds).max())
+    size = 1.0 + max(np.abs(eye[:3]).max(), body.blocks.largest)
     if eye[3] == 0:
         size = 1.0
     for attempt in range(_ATTEMPTS):  # an eye in a volume's side is moved slightly
@@ -167,19 +165,18 @@ def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArra
 
 
 def _reach_before(
-    body: Body, depth: NDArray[np.float64], near: float, suspects: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Find the suspected components with a face in front of the near plane."""
-    found = np.zeros(len(suspects), np.bool_)
-    boxes = body.component_bounds
+    body: Body, depth: NDArray[np.float64], near: float, suspects: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Find the components, of the suspected, with a face in front of the near plane."""
+    boxes = body.component_bounds[suspects]
     nearest = np.minimum(boxes[:, 0] * depth[:3], boxes[:, 1] * depth[:3]).sum(1) + depth[3]
-    asked = suspects & (nearest < near)
-    if asked.any():
-        faces = np.flatnonzero(asked[body.caster.component])
-        corners = body.caster.vertices[body.caster.faces[faces]]
-        reaches = (corners @ depth[:3] + depth[3]).min(1) < near
-        found[body.caster.component[faces[reaches]]] = True
-    return found
+    asked = suspects[nearest < near]
+    if not len(asked):
+        return asked
+    faces = np.flatnonzero(np.isin(body.caster.component, asked))
+    corners = body.caster.vertices[body.caster.faces[faces]]
+    reaches = (corners @ depth[:3] + depth[3]).min(1) < near
+    return np.unique(body.caster.component[faces[reaches]]).astype(np.intp)
 
 
 def find_start(
@@ -232,10 +229,10 @@ def _end_rays(
     for each, instance, mine in list_drawn(volumes, chosen):
         body, light = each.body, each.lights[instance]
         if light[3]:
-            inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
-            end = np.append(inside[:3], 0.0)
+            end = body.to_mesh(instance, np.append(way, 0.0))
+            end[3] = 0.0
             anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
-            adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
-            start += int(adds[mine[body.component_shell]].sum())
+            adding = anchor.find_adding(each.is_closed[instance])
+            start += int(mine[body.component_shell[adding]].sum())
             is_clean &= anchor.is_clean
     return start, is_clean

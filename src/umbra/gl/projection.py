@@ -193,7 +193,7 @@ def make_projection(
     matrix[1, :3] = up * scale
     matrix[0] -= 2.0 * camera.offset[0] / cols * matrix[3]
     matrix[1] += 2.0 * camera.offset[1] / rows * matrix[3]
-    return Projection(matrix, eye, replace(camera, near=near), camera, reverses_depth)
+    return Projection(matrix, eye, camera.begin_at(near), camera, reverses_depth)
 
 
 def _find_depths(

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.covered import NearCounts
+from umbra.gl.covered import NearCounts, ask_shell
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.level import is_level
 from umbra.gl.levels import LevelTable, choose_levels
@@ -22,11 +22,10 @@ from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Light
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
 from umbra.volume.box_tree import BoxTree
-from umbra.volume.placement import ask_faces, place_box
+from umbra.volume.placement import place_box
 from umbra.volume.regions import (
     Regions,
     find_many_regions,
-    find_near_rectangle,
     find_view_planes,
 )
 from umbra.volume.scissor import find_cone_planes
@@ -168,7 +167,7 @@ def select_lights(
     scissors = scissors.reshape(-1, 4)
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
     end = floor if choices.cut and projection.lowest > floor else None
-    _, views = find_many_regions(camera, origin, sources, scissors)
+    _, views, _ = find_many_regions(camera, origin, sources, scissors)
     is_shown = np.any(views != 0.0, axis=(1, 2))
     far = np.zeros((n, 1, 4))
     far[is_shown] = find_far_plane(camera, find_view_planes(camera, origin))
@@ -179,7 +178,9 @@ def select_lights(
         )  # fmt: skip
     else:
         found = np.repeat(is_shown[:, None], len(tree.bounds), 1)
-    pyramids, clipped = find_many_regions(projection.clipping, origin, sources, scissors, MARGIN)
+    pyramids, clipped, rectangles = find_many_regions(
+        projection.clipping, origin, sources, scissors, MARGIN
+    )
     shape = (n, len(tree.bounds))
     flags, case = np.zeros(shape, np.uint8), np.zeros(shape, np.int8)
     is_coarse = np.zeros(shape[1], np.bool_) if levels is None else levels.is_coarse
@@ -200,17 +201,14 @@ def select_lights(
             camera.eye - origin, find_pixel(camera), detail, levels.chain, levels.moves,
             flags, case, undecided,
         )  # fmt: skip
-    starts = [0] * n
+    starts, slacks = [0] * n, MARGIN * np.abs(rectangles).max((1, 2))
     if choices.ask_triangles and method != "z-fail":
         for k in np.flatnonzero(undecided.any(1)).tolist():
             regions = Regions(pyramids[k], clipped[k], sources[k])
-            near = None
-            if method == "auto":
-                corners = find_near_rectangle(projection.clipping, origin, scissors[k])
-                near = NearCounts(corners, MARGIN * float(np.abs(corners).max()))
+            near = NearCounts(rectangles[k]) if method == "auto" else None
             starts[k] = _ask_triangles(
-                volumes[k], np.flatnonzero(undecided[k]), regions, near, method == "lengyel",
-                flags[k], case[k],
+                volumes[k], np.flatnonzero(undecided[k]), regions, near, slacks[k],
+                method == "lengyel", flags[k], case[k],
             )  # fmt: skip
     return [VolumeSelection(*each, moved) for each in zip(flags, case, starts, strict=True)]
 
@@ -262,6 +260,7 @@ def _ask_triangles(
     shells: NDArray[np.intp],
     regions: Regions,
     near: NearCounts | None,
+    slack: float,
     keeps_cap: bool,
     flags: NDArray[np.uint8],
     case: NDArray[np.int8],
@@ -285,17 +284,17 @@ def _ask_triangles(
         if left < 0:
             break
         mine = regions if body.is_still else regions.within(body.transforms[instance])
-        caster = each.caster_of(instance)
         faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
-        blocks, is_seen = ask_faces(
-            caster.vertices, caster.faces, faces, caster.planes, caster.component,
-            each.is_closed[instance], each.lights[instance], mine.pyramid, mine.view,
+        edges = body.edge_starts[shell], body.edge_starts[shell + 1]
+        blocks, is_seen, is_apart = ask_shell(
+            each.list_arrays(instance), faces, edges, each.is_closed[instance],
+            each.lights[instance], mine.pyramid, mine.view, slack,
         )  # fmt: skip
         needs_cap = case[place] == 3 and is_seen
         case[place] = 1 if not blocks else 3 if needs_cap else 2
         count = 0 if not blocks else None
-        if blocks and near is not None and not is_coarse and flags[place] & Z_FAILS:
-            count = near.find(each, instance, shell, mine)
+        if is_apart and near is not None and not is_coarse and flags[place] & Z_FAILS:
+            count = near.find(each, instance, shell)
         if count is not None:
             flags[place] &= _NOT_FAILS | (LIGHT_CAPS if is_coarse else 0)
             start += count

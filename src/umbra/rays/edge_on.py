@@ -104,7 +104,7 @@ def recount_edge_on(
     size = 1.0 + max(blocks.largest, np.abs(light[:3]).max())
     points += _BESIDE * size * frame.normal[where]
     found = np.zeros(len(points), np.int32)
-    is_open = (~caster.is_closed)[caster.component].astype(caster.component.dtype)
+    is_open = (~caster.is_closed)[caster.component]
     _count(
         points, caster.vertices, caster.faces, caster.planes, is_open, blocks.bounds, light, found
     )
@@ -115,13 +115,13 @@ def recount_edge_on(
 
 @njit(cache=True, nogil=True)
 def _count(points, vertices, faces, planes, is_open, boxes, light, counts):
-    lit, unlit = np.zeros(2, np.int64), np.zeros(2, np.int64)  # of closed and open components
+    crossed = np.empty(faces.shape[0], np.int32)
     start = np.ones(4)
     for i in range(points.shape[0]):
         start[:3] = points[i]
-        lit[:], unlit[:] = 0, 0
-        pierce(
-            vertices, faces, planes, is_open, boxes, points[i],
-            light[:3] - light[3] * points[i], light[3] > 0.0, start, light, lit, unlit,
+        n, _ = pierce(
+            vertices, faces, planes, boxes, points[i], light[:3] - light[3] * points[i],
+            light[3] > 0.0, start, light, crossed,
         )  # fmt: skip
-        counts[i] = lit.sum() + unlit[1]
+        for k in range(n):
+            counts[i] += crossed[k] >= 0 or is_open[~crossed[k]]

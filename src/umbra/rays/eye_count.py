@@ -86,37 +86,66 @@ class Anchor:
 
     Parameters
     ----------
-    lit, unlit : (n_components,) int64
-        Crossed faces of each component that are lit or unlit.
+    faces : (n,) int32
+    is_lit : (n,) bool
+        Which of them are lit.
+    components : (n,) int32
+        The component of each.
+    n_components : int
+        Of the caster.
     is_clean : bool
         Whether the ray neither passes an edge within rounding nor starts in a face: the eye is in
         no volume's side.
     """
 
-    lit: NDArray[np.int64]
-    unlit: NDArray[np.int64]
+    faces: NDArray[np.int32]
+    is_lit: NDArray[np.bool_]
+    components: NDArray[np.int32]
+    n_components: int
     is_clean: bool
+
+    def find_adding(self, is_closed: NDArray[np.bool_]) -> NDArray[np.int32]:
+        """Return the component of each face that adds to the count, under each one's rule."""
+        return self.components[self.is_lit | ~is_closed[self.components]]
 
     def count(self, is_closed: NDArray[np.bool_]) -> int:
         """Return the eye's shadow count under each component's rule."""
-        return int(self.lit.sum() + self.unlit[~is_closed].sum())
+        return len(self.find_adding(is_closed))
 
     @property
     def enclosed(self) -> NDArray[np.bool_]:
         """
-        Components that enclose the light more often than the eye.
+        Components that enclose the light more often than the eye, (n_components,).
 
-        Lit minus unlit faces is the winding number at the eye minus that at the light; where it is
-        negative, the closed rule could miss a shadow.
+        There the closed rule could miss a shadow.
         """
-        return self.lit < self.unlit
+        if self.is_lit.all():  # as nearly always
+            return np.zeros(self.n_components, np.bool_)
+        which, winding = self._wind()
+        return self._mark(which[winding < 0])
+
+    @property
+    def around(self) -> NDArray[np.bool_]:
+        """Components that enclose either the light or the eye more often, (n_components,)."""
+        which, winding = self._wind()
+        return self._mark(which[winding != 0])
+
+    def _wind(self) -> tuple[NDArray[np.int32], NDArray]:
+        """Find components, and their winding numbers at the eye minus at the light; others: 0."""
+        which, place = np.unique(self.components, return_inverse=True)
+        return which, np.bincount(place, np.where(self.is_lit, 1, -1), len(which))
+
+    def _mark(self, components: NDArray[np.int32]) -> NDArray[np.bool_]:
+        found = np.zeros(self.n_components, np.bool_)
+        found[components] = True
+        return found
 
 
 def find_anchor(
     caster: Caster, blocks: FaceBlocks, eye: NDArray[np.float64], light: NDArray[np.float64]
 ) -> Anchor:
     """
-    Count the faces between two homogeneous points.
+    Find the faces between two homogeneous points.
 
     Parameters
     ----------
@@ -129,16 +158,17 @@ def find_anchor(
     -------
     anchor : Anchor
     """
-    n = len(caster.is_closed)
-    lit, unlit = np.zeros((2, n), np.int64)
-    if eye[3] == 0 and light[3] == 0:
-        return Anchor(lit, unlit, True)  # both beyond everything
-    start, end = (eye, light) if eye[3] else (light, eye)
-    is_clean = pierce(
-        caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
-        start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit,
-    )  # fmt: skip
-    return Anchor(lit, unlit, is_clean)
+    n, is_clean = 0, True
+    crossed = np.empty(len(caster.faces), np.int32)
+    if eye[3] or light[3]:  # else both are beyond everything
+        start, end = (eye, light) if eye[3] else (light, eye)
+        n, is_clean = pierce(
+            caster.vertices, caster.faces, caster.planes, blocks.bounds, start[:3],
+            end[:3] - end[3] * start[:3], bool(end[3]), eye, light, crossed,
+        )  # fmt: skip
+    is_lit = crossed[:n] >= 0
+    faces = np.where(is_lit, crossed[:n], ~crossed[:n])
+    return Anchor(faces, is_lit, caster.component[faces], len(caster.is_closed), is_clean)
 
 
 @njit(cache=True, nogil=True)
@@ -193,9 +223,13 @@ def _lies_on(point, a, b, c, normal):
 
 
 @njit(cache=True, nogil=True)
-def pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
-    """Count crossed faces; False if the ray passes an edge or starts in a face, within rounding."""
-    clean = True
+def pierce(vertices, faces, planes, boxes, start, way, finite, eye, light, crossed):
+    """
+    List the crossed faces, inverted (``~face``) if unlit; ``crossed`` has room for all faces.
+
+    Returns their number, and False if the ray passes an edge or starts in a face, within rounding.
+    """
+    clean, n = True, 0
     end = light[:3] if eye[3] else eye[:3]
     inverse = np.zeros(3)
     for k in range(3):
@@ -244,11 +278,9 @@ def pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, l
             if flat > 0 and (ahead == 0 or behind == 0):
                 clean = False
             if positive in (0, 3):
-                if at_light > 0.0:
-                    lit[component[f]] += 1
-                else:
-                    unlit[component[f]] += 1
-    return clean
+                crossed[n] = f if at_light > 0.0 else ~f
+                n += 1
+    return n, clean
 
 
 @njit(cache=True, nogil=True)
@@ -348,8 +380,7 @@ def find_around(
     caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """Find the components that enclose a light, (4,) in the caster's frame."""
-    anchor = find_anchor(caster, blocks, _SKY, light)
-    return np.asarray(anchor.lit != anchor.unlit)
+    return find_anchor(caster, blocks, _SKY, light).around
 
 
 def find_cut_open(

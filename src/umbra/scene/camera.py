@@ -7,6 +7,7 @@ Pictures on every device have the same colours of ground and sky, and exposure o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
@@ -146,6 +147,12 @@ class Camera:
         axes = np.stack([right, np.cross(right, forward), forward])
         axes.setflags(write=False)
         return axes
+
+    def begin_at(self, near: float) -> Camera:
+        """Return the same view with another near plane [m], of which nothing is checked again."""
+        other = copy(self)
+        object.__setattr__(other, "near", near)
+        return other
 
     @property
     def center(self) -> tuple[float, float]:

@@ -218,7 +218,7 @@ def find_many_regions(
     lights: NDArray[np.float64],
     scissors: NDArray[np.int64],
     margin: float = 0.0,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """
     Find the occlusion pyramids and the views of many lights at once, as ``make_regions``.
 
@@ -238,27 +238,31 @@ def find_many_regions(
     pyramids : (n, 6, 4) float64
         Rows of fewer planes are filled by planes that hold everything.
     views : (n, 5, 4) float64
+    rectangles : (n, 4, 3) float64
+        In the near plane, as ``find_near_rectangle``.
     """
     pyramids, views = np.zeros((len(lights), 6, 4)), np.zeros((len(lights), 5, 4))
+    rectangles = np.zeros((len(lights), 4, 3))
     eye = camera.eye - np.asarray(origin, np.float64)
     plane = _measure_near_plane(camera, origin)
     _write_many(
         *plane, eye, camera.is_perspective, lights, scissors.astype(np.float64), margin,
-        pyramids, views,
+        pyramids, views, rectangles,
     )  # fmt: skip
-    return pyramids, views
+    return pyramids, views, rectangles
 
 
 @njit(cache=True, nogil=True)
 def _write_many(
-    middle, axes, pixel, center, eye, is_perspective, lights, scissors, margin, pyramids, views
-):
+    middle, axes, pixel, center, eye, is_perspective, lights, scissors, margin, pyramids, views,
+    rectangles,
+):  # fmt: skip
     """Write the regions of ``find_many_regions``."""
-    corners = np.zeros((4, 3))
     for k in range(lights.shape[0]):
         scissor = scissors[k]
         if not (scissor[2] > scissor[0] and scissor[3] > scissor[1]):
             continue
+        corners = rectangles[k]
         _write_rectangle(middle, axes, pixel, center, scissor, corners)
         _write_view(corners, eye, axes[2], is_perspective, views[k])
         used = _write_pyramid(corners, axes[2], lights[k], pyramids[k])
