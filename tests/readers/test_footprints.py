@@ -319,3 +319,35 @@ def test_a_column_of_names_is_chosen(write):
     assert [part.name for part in umbra.read(path, name_column="Plot").parts] == ["12", "13"]
     with pytest.raises(InputError, match=r"there is no column 'plots'.*did you mean 'plot'"):
         umbra.read(path, name_column="plots")
+
+
+def turn_houses(*, is_swapped, angle=0.4):
+    """Make houses of 20 x 9 m in Vienna in degrees, turned by an angle."""
+    east, north = 1 / (111_320 * np.cos(np.radians(48.2))), 1 / 111_320
+    corners = np.array([(0, 0), (20, 0), (20, 9), (0, 9), (0, 0)])
+    turned = corners @ [(np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))]
+    houses = []
+    for k in range(5):
+        ring = turned * (east, north) + (16.37 + 0.0005 * k, 48.2)
+        ring = ring[:, ::-1] if is_swapped else ring
+        houses.append(feature(ring.tolist(), properties={"height": 9}))
+    return houses
+
+
+def test_swapped_degrees_are_told_by_corners_that_are_not_square(write):
+    def read(**how):
+        scene = umbra.read(write(*turn_houses(**how), crs=None))
+        return [note for note in scene.notes if "may be swapped" in note]
+
+    (note,) = read(is_swapped=True)
+    assert "100 % of the corners would be square if they were, and 0 % are" in note
+    assert "longitude 48.2000, latitude 16.3700" in note
+    assert not read(is_swapped=False)
+    assert not read(is_swapped=True, angle=0.0)  # square either way: nothing tells
+
+
+@pytest.mark.parametrize("crs", [None, "urn:ogc:def:crs:OGC:1.3:CRS84"])
+def test_latitudes_that_can_be_none_are_refused(write, crs):
+    ring = [[35.5 + y / 1e4, 139.7 + x / 1e4] for x, y in [(0, 0), (1, 0), (1, 1), (0, 0)]]
+    with pytest.raises(InputError, match=r"latitudes where .* longitudes \(first: 35.5000, 139"):
+        umbra.read(write(feature(ring, properties={"height": 9}), crs=crs))

@@ -1,6 +1,7 @@
 """Which format a file is, what is said of a bad one, and what is imported."""
 
 import hashlib
+import os
 import subprocess
 import sys
 
@@ -31,11 +32,35 @@ def test_source_has_the_files_hash(save):
 
 
 @pytest.mark.parametrize(
-    ("width", "height", "is_told"), [(9, 900, 0), (90, 1100, 1), (30000, 1400, 0)]
+    ("width", "height", "is_told"),
+    [(9, 900, 0), (90, 1100, 1), (30000, 1400, 0), (500_000, 15_000, 1)],
 )
 def test_a_model_as_high_as_no_building_is_told(save, width, height, is_told):
     scene = umbra.read(save(f"v 0 0 0\nv {width} 0 {height}\nv 0 1 0\nf 1 2 3\n", "a.obj"))
     assert sum("in millimetres or feet" in note for note in scene.notes) == is_told
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pipe with a name")
+@pytest.mark.parametrize("start", ["", "# made by hand\r\nmtllib a.mtl\no one\n", "\ufeff"])
+def test_an_obj_comes_from_a_pipe(start):
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb"):
+        with os.fdopen(writing, "wb") as file:
+            file.write((start + "\n" + TRIANGLE.replace(" 0 0\n", " 0. -0e0\n", 1)).encode())
+        scene = umbra.read(f"/dev/fd/{reading}")
+    assert scene.sources[0].format == "OBJ"
+    assert scene.parts[0].triangles == 1
+
+
+def test_a_dash_is_no_file_and_the_pipe_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="no such file; to read from a pipe, name /dev/stdin"):
+        umbra.read("-")
+
+
+def test_words_with_a_v_are_no_obj(save):
+    with pytest.raises(InputError, match="format is unknown"):
+        umbra.read(save("a table\nv is the speed, v 1 2\n", "notes"))
 
 
 def test_several_files_become_one_scene(save):

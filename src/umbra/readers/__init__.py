@@ -29,6 +29,7 @@ FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 HIGHEST = 1000.0
 """Height of a model that is more than a building's [m]."""
 STEEP = 0.05  # share of its length that is more than most mountains'
+LONGEST = 1e5  # [m]; no model without a CRS is as long
 
 UPS = ("x", "y", "z")
 
@@ -253,7 +254,8 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
 def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
     """Report a model without a CRS that is as high as no building, as one in millimetres is."""
     *_, height = size = np.ptp(bounds, axis=0).tolist()
-    if scene.crs is not None or height < HIGHEST or height < STEEP * max(size):
+    is_flat = height < STEEP * max(size) and max(size) < LONGEST
+    if scene.crs is not None or height < HIGHEST or is_flat:
         return []
     told = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
     return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
@@ -291,6 +293,8 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
     """Return the error for a file that cannot be opened, with the remedy."""
     if isinstance(error, FileNotFoundError):
         reason, remedy = "no such file", "check the name"
+        if str(path) == "-":
+            remedy = "to read from a pipe, name /dev/stdin"
     elif isinstance(error, IsADirectoryError):
         reason, remedy = "is a folder", f"name a file in it ({FORMATS})"
     else:

@@ -21,6 +21,9 @@ from umbra.scene import Source
 
 __all__ = ["find_polygons", "read_geojson", "read_vectors"]
 
+_SQUARE, _CLEARLY = 2.0, 0.3  # angle off 90 degrees, and share of corners more: it is no chance
+_CORNERS = 12  # fewer tell nothing
+
 
 def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
     """Read parsed GeoJSON: a collection, a feature, or a feature a line."""
@@ -115,16 +118,50 @@ def _flatten(polygons: list[Any], owner: list[int]) -> Rings:
 def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str, ...]]:
     """Return the named CRS, else degrees, GeoJSON's default, if the numbers allow."""
     named = head.get("crs")
+    crs = None
     if isinstance(named, dict):
         properties = named.get("properties")
         crs = name_crs(properties.get("name")) if isinstance(properties, dict) else None
-        if crs is not None:
+        if crs is not None and not crs.startswith("OGC:CRS84"):
             return crs, ()
+    size = np.abs(rings.points)
+    if len(size) and (size[:, 0] <= 90).all() and ((size[:, 1] > 90) & (size[:, 1] <= 180)).all():
+        first, second = rings.points[0].tolist()
+        msg = (
+            f"has latitudes where GeoJSON has longitudes (first: {first:.4f}, {second:.4f}); swap "
+            "the two numbers of every corner"
+        )
+        raise InputError(msg)
     # NaN is neither; `make_scene` reports it.
-    if not (np.abs(rings.points) > [180.0, 90.0]).any():
-        return "OGC:CRS84", ()
+    if crs is not None or not (size > [180.0, 90.0]).any():
+        return crs or "OGC:CRS84", _tell_swapped(rings)
     note = "the coordinates are not degrees and no CRS is named, so they are taken as metres"
     return None, (note,)
+
+
+def _tell_swapped(rings: Rings) -> tuple[str, ...]:
+    """Report degrees whose corners are square only if the first of two is a latitude."""
+    points = rings.points
+    if len(points) < _CORNERS:
+        return ()
+    preceding = np.argsort(rings.following)
+    sides = np.stack([points[preceding] - points, points[rings.following] - points])
+    squares = []
+    for latitude in (1, 0):
+        metres = sides.copy()
+        metres[..., 1 - latitude] *= np.cos(np.radians(points[:, latitude]))
+        before, after = np.degrees(np.arctan2(metres[..., 1], metres[..., 0]))
+        off = np.abs((after - before + 45.0) % 90.0 - 45.0)
+        squares.append(float((off < _SQUARE).mean()))
+    if squares[1] < squares[0] + _CLEARLY:
+        return ()
+    east, north = points[0].tolist()
+    note = (
+        f"latitude and longitude may be swapped: {100 * squares[1]:.0f} % of the corners would be "
+        f"square if they were, and {100 * squares[0]:.0f} % are; the first corner is taken as "
+        f"longitude {east:.4f}, latitude {north:.4f}"
+    )
+    return (note,)
 
 
 def _gather_columns(features: list[Any]) -> dict[str, list[Any]]:

@@ -1,6 +1,7 @@
 """Which format a file is in: by its first bytes, its name's ending and, in JSON, its type."""
 
 import gzip
+import re
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -128,6 +129,8 @@ def find_kind(content: FileContent) -> str:
         kind = "json"
     elif kind is None and start.startswith(b"OFF"):
         kind = "off"
+    elif kind is None and _OF_OBJ.search(data):
+        kind = "obj"
     if kind is None:
         unread = find_unread(data, path, by_ending=True)
         if unread is not None:
@@ -287,6 +290,7 @@ class UnreadFormat:
     holds: bytes = b""  # A word among the first bytes, besides them
 
 
+_OF_OBJ = re.compile(rb"^v[ \t]+[-+.\d]+[-+.\deE]*[ \t]+[-+.\d]", re.MULTILINE)  # from a pipe
 _BLENDER = "open it in Blender and export glTF"
 _OGR = "ogr2ogr FILE.geojson FILE{} makes footprints of it"
 _XML = (b"<?xml", b"<")
