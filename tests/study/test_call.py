@@ -131,3 +131,12 @@ def test_slips_in_what_a_scene_is_made_of():
     ):
         with pytest.raises(umbra.InputError, match=words):
             make()
+
+
+def test_months_without_a_day_are_warned_of(recwarn):
+    scene = umbra.make_scene(*box((0, 0, 0), (2, 2, 3)))
+    how = {"every": "4h", "cell": 2.0}
+    umbra.shadow_study(scene, umbra.Site(48.2, 16.37), date="2026-*-31", **how)
+    assert "left out are February, April, June, September, November" in str(recwarn.pop().message)
+    umbra.shadow_study(scene, umbra.Site(48.2, 16.37), date="2026-*-21", **how)
+    assert not recwarn

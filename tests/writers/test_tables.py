@@ -79,8 +79,8 @@ def test_names_of_parts_surfaces_and_points_are_guarded(tmp_path):
 @pytest.mark.parametrize(("cell", "told"), [((0, 2), True), ((3, 4), True), ((2, 2), False)])
 def test_shadows_that_the_edge_of_a_default_plan_cuts_are_told(cell, told):
     hours = np.zeros((4, 5), np.float32)
-    hours[cell] = 1.5
+    hours[cell] = 0.5
     said = []
     note_cut(SimpleNamespace(study=SimpleNamespace(shadow_hours=hours), say=said.append))
     assert len(said) == told
-    assert all("1.5 h" in line and "extent=" in line for line in said)
+    assert all("0.5 h" in line and "extent=" in line for line in said)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -17,6 +18,7 @@ from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
 from umbra.study.study import check_names, run
 from umbra.sun import Site
+from umbra.sun.local_time import tell_skipped
 
 __all__ = ["shadow_study"]
 
@@ -176,6 +178,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
     options = StudyOptions(**given)
+    for note in tell_skipped(options.date):
+        warnings.warn(note, stacklevel=2)
     if chunks is not None:
         return ChunkedStudy(scene, site, options, chunks)
     return ShadowStudy(run(scene, site, options), options)

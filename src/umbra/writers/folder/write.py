@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
-_CUT = 1.0
+_CUT = 0.25
 """Time in shadow at the edge of a plan from which the cut is told [h]."""
 _MOST_DARK = 1000
 """Points without sun that are looked for in bodies."""
