@@ -12,9 +12,12 @@ from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.levels import make_levels
+from umbra.gl.renderer import Renderer
 from umbra.gl.selection import VolumeOptions
+from umbra.methods import SOFT, Softness
 from umbra.scene import Camera, Scene, directional_light, make_scene, point_light
 from umbra.scene.mesh import Mesh, Part, transform_points
+from umbra.soft import ball_light
 from umbra.volume.silhouette import find_silhouettes
 
 LIGHTS = {"sun": directional_light((0.4, 0.3, 0.7)), "lamp": point_light((10, 10, 18))}
@@ -173,6 +176,36 @@ def test_levels_of_instances_follow_them_in_place_and_size(device):
                         for vertices in (body.caster.vertices, level.caster.vertices[used])
                     )
                     assert find_farthest(points, left) <= moves[row, number] + 1e-9
+
+
+def test_instances_are_taken_as_long_as_their_transforms_make_them(device):
+    sphere = make_sphere(3)
+    ball, stretches = Mesh(sphere.vertices, sphere.faces), ((1, 1, 1), (0.5, 0.25, 2), (8, 8, 8))
+    turned = [np.linalg.qr(np.random.default_rng(k).normal(size=(3, 3)))[0] for k in range(3)]
+    places = [np.eye(4) for _ in range(3)]
+    for matrix, turn, stretch in zip(places, turned, stretches, strict=True):
+        matrix[:3, :3] = turn * stretch
+    parts = [Part(f"rock {k}", "", ball, transform=m) for k, m in enumerate(places)]
+    with GlFrameCounter(Scene(tuple(parts), np.zeros(3)), device=device, detail=30.0) as ours:
+        view, _ = ours.see(CAMERAS["air"])
+        ours.count(view, CAMERAS["air"], LIGHTS["sun"])
+        moves, levels = ours.planner.table.moves, ours.planner._levels[0]
+    for row, level in enumerate(levels):
+        np.testing.assert_allclose(moves[row], level.moves[0] * np.array([1.0, 2.0, 8.0]))
+
+
+@pytest.mark.parametrize("kind", ["alpha", *SOFT])
+def test_levels_of_an_earlier_picture_are_not_in_those_that_do_without(device, rocks, kind):
+    camera, lamp = CAMERAS["air"], LIGHTS["lamp"]
+    lights = [lamp] if kind == "alpha" else [ball_light(lamp, 0.5)]
+    options = {"method": kind} if kind == "alpha" else {"soft": kind}
+    given = {"device": device, "softness": Softness(samples=4, spots=4)}
+    with Renderer(rocks, 0.0, **given) as renderer:
+        exact = renderer.render(camera, lights, **options)
+    with Renderer(rocks, 0.0, choices=VolumeOptions(detail=8.0), **given) as renderer:
+        renderer.render(camera, [lamp])
+        assert renderer.statistics[0].coarse > 0
+        np.testing.assert_array_equal(renderer.render(camera, lights, **options), exact)
 
 
 def test_options_say_where_there_are_no_levels():

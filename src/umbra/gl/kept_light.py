@@ -15,7 +15,7 @@ from umbra.gl.selection import VolumeSelection
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
 
-__all__ = ["KeptLight"]
+__all__ = ["FineVolumes", "KeptLight"]
 
 _STEPS = 8  # of a lamp's motion that a bound covers
 _NO_SHELLS = np.zeros((0, 2), np.intp)
@@ -130,3 +130,17 @@ class KeptLight(Sequence[BodyVolumes]):
             self, bounds, most, self.source, selection.sides, self._bounded, _STEPS * self._step
         )
         return bound
+
+
+@dataclass(frozen=True, eq=False)
+class FineVolumes(Sequence[BodyVolumes]):
+    """The volumes of the first n bodies of a light: those that are no level of detail."""
+
+    kept: KeptLight
+    n: int
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __getitem__(self, index: int) -> BodyVolumes:  # type: ignore[override]
+        return self.kept[range(self.n)[index]]

@@ -147,9 +147,10 @@ class LevelTable:
         moves = np.full((depth, fine), np.inf)
         first = 0
         for body, count, mine in zip(bodies, counts, levels, strict=True):
+            n = len(body.groups)
+            stretches = np.linalg.norm(body.transforms[:, :3, :3], 2, axis=(1, 2))
             for row, level in enumerate(mine):
-                n = len(body.groups)
-                moves[row, first : first + count] = np.tile(body.stretch * level.moves, n)
+                moves[row, first : first + count] = np.outer(stretches, level.moves).ravel()
                 places = first + np.arange(n)[:, None] * body.n_shells + level.shells
                 chain[row, places.ravel()] = total + np.arange(places.size)
                 total += places.size

@@ -114,7 +114,7 @@ class VolumePlan:
         By how much the volumes of levels of detail begin behind their casters: [m], and more for
         each metre from the eye.
     volumes : sequence of BodyVolumes
-        Volumes from which the draws were selected, made when they are looked up.
+        Those of the casters themselves, not of their levels of detail; made when looked up.
     """
 
     projection: Projection

@@ -16,7 +16,7 @@ from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
 from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.geometry import Geometry, Group
-from umbra.gl.kept_light import KeptLight
+from umbra.gl.kept_light import FineVolumes, KeptLight
 from umbra.gl.level import find_level_points, is_level, split_level
 from umbra.gl.levels import DetailLevel, LevelTable, make_levels
 from umbra.gl.nearby import Nearby
@@ -301,7 +301,7 @@ class Planner:
             depth_bounds=depths,
             slack=slack,
             selection=selection,
-            volumes=kept,
+            volumes=FineVolumes(kept, len(self.bodies)),
         )
 
     def _find_statistics(

@@ -16,7 +16,6 @@ uniform float n_spots;
 layout(location = 0) out float share;
 
 const float BETTER = 0.1;
-const float ENOUGH = 5.0;  // pixels of eight
 const float ALIKE = 0.9;   // normals of one surface
 const float APART = 2e-3;  // of its depth: how far from its plane what is near may lie
 
@@ -52,21 +51,21 @@ void main() {
     // No count is below 0: one more only where some are, one less only where none would be.
     int more = counted.z < n_spots ? 1 : counted.y < n_spots ? 0 : -1;
     vec4 here = texelFetch(keys, pixel, 0);
-    float near = 0.0, weight = 0.0;
+    float other = find_coverage(pixel, more), own = 1.0, its = 1.0;
     for (int k = 0; k < 9; ++k) {
-        ivec2 other = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
-        vec4 there = texelFetch(keys, other, 0);
-        vec3 seen = find_seen(gl_FragCoord.xy + vec2(other - pixel), there.r);
+        ivec2 beside = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        vec4 there = texelFetch(keys, beside, 0);
+        vec3 seen = find_seen(gl_FragCoord.xy + vec2(beside - pixel), there.r);
         vec3 apart = seen - find_seen(gl_FragCoord.xy, here.r);
-        if (k != 4 && there.r != 0.0 && dot(here.gba, there.gba) > ALIKE
+        if (there.r != 0.0 && texelFetch(parts, beside, 0).g == 0.0
+            && dot(here.gba, there.gba) > ALIKE
             && abs(dot(here.gba, apart)) < APART * length(seen)) {
-            near += find_coverage(other, 0);
-            weight += 1.0;
+            float near = find_coverage(beside, 0);
+            own = min(own, abs(coverage - near));
+            its = min(its, abs(other - near));
         }
     }
-    near = weight >= ENOUGH ? near / weight : coverage;
-    float other = find_coverage(pixel, more);
-    share = 1.0 - (abs(other - near) < abs(coverage - near) - BETTER ? other : coverage);
+    share = 1.0 - (its < own - BETTER ? other : coverage);
 #else
     share = 1.0 - find_coverage(pixel, 0);
 #endif

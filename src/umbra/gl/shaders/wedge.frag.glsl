@@ -22,6 +22,7 @@ flat in int edge;
 layout(location = 0) out vec4 taken;
 
 const float PIXELS = 0.0625;  // a rasteriser's rounding, and some more on slopes
+const float CONTACT = 2.0;  // radii; an edge that a pixel's side moves by more touches what is seen
 const float NEAREST = 1e-6;  // of the way to the light: nearer edges touch what is seen
 
 #ifdef HAS_SPOTS
@@ -129,10 +130,13 @@ void main() {
     if (part <= 0.0) {
         discard;
     }
-    // A pixel's side, as the light's plane sees it move.
-    float wide = length(across) * (is_perspective ? 1.0 / key : 1.0);
-    float slack = PIXELS * wide / (unit * max(min(from.z, to.z), NEAREST));
-    bool passes = abs(line.z) <= slack * length(line.xy);
+    // How far a pixel's side moves the edge, where it passes nearest to the middle. Pixels beside
+    // one that the edge touches may see all of the light or none, and tell nothing.
+    vec2 run = b - a;
+    float there = clamp(-dot(a, run) / max(dot(run, run), 1e-30), 0.0, 1.0);
+    float away = 1.0 / mix(1.0 / max(from.z, NEAREST), 1.0 / max(to.z, NEAREST), there);
+    float wide = length(across) * (is_perspective ? 1.0 / key : 1.0) / (unit * away);
+    bool passes = wide < CONTACT && abs(line.z) <= PIXELS * wide * length(line.xy);
 #ifdef HAS_SPOTS
     // Wound along the faces that the surface sees, not those that the light does.
     times *= line.z > 0.0 ? 1.0 : -1.0;
