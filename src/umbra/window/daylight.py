@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Light, directional_light
-from umbra.sun import Site, SunPath, find_sun
+from umbra.sun import Site, SunPath, find_daylight, find_sun
 
-__all__ = ["DAY", "ProfilePeriod", "Sun", "Suns", "find_day", "find_rise", "find_suns"]
+__all__ = ["DAY", "ProfilePeriod", "Sun", "Suns", "find_day", "find_suns", "tell_daylight"]
 
 DAY = 24 * 60
 """Minutes of a day's clock."""
@@ -162,20 +162,10 @@ def find_day(site: Site, date: dt.date) -> tuple[NDArray[np.float64], SunPath]:
     return minutes, find_sun(site, [_find_moment(site, date, float(m)) for m in minutes])
 
 
-def find_rise(site: Site, date: dt.date) -> tuple[str, str] | None:
-    """Return sunrise and sunset as HH:MM; None if the sun never or always is up."""
-    minutes, path = find_day(site, date)
-    up = path.is_up
-    rises = np.flatnonzero(up[1:] & ~up[:-1])
-    sets = np.flatnonzero(~up[1:] & up[:-1])
-    if not len(rises) or not len(sets):
-        return None
-    found = []
-    for before in (int(rises[0]), int(sets[-1])):
-        low, high = path.altitude[before], path.altitude[before + 1]
-        found.append(minutes[before] + _PATH_STEP * float(-low / (high - low)))
-    rise, fall = (Sun(minutes=m).clock() for m in found)
-    return rise, fall
+@lru_cache(maxsize=8)
+def tell_daylight(site: Site, date: dt.date) -> str:
+    """Tell sunrise and sunset as almanacs, pages and reports do."""
+    return str(find_daylight(site, date))
 
 
 def _find_moment(site: Site | None, date: dt.date, minutes: float) -> dt.datetime:

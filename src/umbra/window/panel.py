@@ -14,7 +14,7 @@ from umbra.methods import MASK_FILTERS, MASK_SCALES
 from umbra.scene import Light, Part
 from umbra.sun import Site
 from umbra.window.controls import Controls
-from umbra.window.daylight import DAY, Sun, find_rise
+from umbra.window.daylight import DAY, Sun, tell_daylight
 from umbra.window.hud import grow
 from umbra.window.model_panel import draw_animation, draw_parts
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
@@ -148,9 +148,8 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
         sun = replace(sun, minutes=float(round(minutes)))
     azimuth, altitude = sun.place()
     imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
-    rise = find_rise(site, sun.date)
-    up = f"up {rise[0]} to {rise[1]}" if rise else ("up all day" if altitude > 0 else "never up")
-    imgui.text_colored(DIM, f"{up}, {site.zone}")
+    imgui.text_colored(DIM, tell_daylight(site, sun.date))
+    imgui.text_colored(DIM, site.zone)
     return sun
 
 
