@@ -5,11 +5,12 @@ import pytest
 from support.gl_judge import Judge
 from support.judge import Verdicts
 from support.lamps import PLACES, RIMS, hang, look_at
-from support.shapes import HOUSE, merge, rewound, sheet
+from support.shapes import HOUSE, box, merge, moved, rewound, sheet
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
+from umbra.gl.resources import Indices
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 
 METHODS = ("auto", "z-fail", "lengyel", "mcguire")
@@ -82,3 +83,25 @@ def test_instances_that_a_lamp_nearly_touches(device):
         frame = plain.see(camera)[1]
         assert (frame.lit(counts, lamp) != frame.lit(expected, lamp)).mean() < 0.01
         assert expected.any()
+
+
+def test_points_near_a_lamp_widen_the_numbers_where_they_must(device):
+    # 4,096 boxes have 32,768 corners, which two bytes just tell apart, with their far ends.
+    boxes = [
+        moved(box((0, 0, 0), (1, 1, 2)), (4 * (k % 64), 4 * (k // 64), 0)) for k in range(4096)
+    ]
+    beyond = moved(box((0, 0, 0), (1, 1, 2)), (-900, -900, -3))
+    lamp = point_light((101.0005, 101.0004, 2.0003))  # beside a corner
+    camera = Camera((92, 88, 30), (101, 101, 0), size=(96, 72))
+    shown = []
+    for mesh, first in ((merge(*boxes), 2), (merge(*boxes, beyond), 4)):
+        with Renderer(make_scene(*mesh), 0.0, device=device) as renderer:
+            assert renderer.planner.indices.dtype.itemsize == first
+            shown.append(renderer.render(camera, [lamp]))
+            assert renderer.planner.indices.nearby is not None
+            assert renderer.planner.indices.dtype.itemsize == 4
+    assert len(np.unique(shown[0])) > 10
+    np.testing.assert_array_equal(*shown)
+    one = Indices(device, 2 * 32_760)
+    assert one.widen(8).itemsize == 2
+    assert one.widen(9).itemsize == 4
