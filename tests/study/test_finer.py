@@ -6,9 +6,10 @@ from matplotlib.collections import LineCollection
 from support.shapes import box
 
 from umbra.scene import make_scene
-from umbra.study import count_finer, preview, run_study
+from umbra.study import count_finer, make_preview, preview, refine_preview, run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
+from umbra.writers.folder.captions import describe_smooth
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DayMap, Plan
 from umbra.writers.sheet import lay_out
@@ -159,3 +160,45 @@ def test_maps_have_more_cells_than_their_lines():
     )  # fmt: skip
     assert len(preview.make_preview(study).x) == 1600
     assert count_finer(study).shadow_hours.shape[1] == 800
+
+
+LOW = {"date": "2026-12-21", "start": "09:00", "end": "10:00", "cell": 4.0}
+
+
+def test_outlines_of_a_low_sun_are_no_staircases():
+    study = study_tower(**LOW)
+    coarse = make_preview(study)
+    fine = refine_preview(study, coarse)
+    times = fine.shadows.shape[1] // coarse.shadows.shape[1]
+    assert times > 5
+    # What is drawn is what a study of such cells counts.
+    direct = make_preview(study_tower(**{**LOW, "cell": 4.0 / times}))
+    np.testing.assert_array_equal(fine.shadows, direct.shadows)
+    np.testing.assert_allclose(fine.x, direct.x)
+    teeth, smooth = (
+        sum(count_teeth(trace(lay_out(Plan(one.x, one.y), 0.55), mask)) for mask in one.shadows)
+        for one in (coarse, fine)
+    )
+    assert teeth > 20 * max(smooth, 10)
+
+
+def test_the_profile_tells_the_size_of_its_cells():
+    study = study_tower(**LOW)
+    coarse = make_preview(study)
+    plan = Plan(coarse.x, coarse.y, note="cells of 4 m")
+    fine = describe_smooth(plan, study, refine_preview(study, coarse))
+    assert fine.note == f"cells of 4 m · shadows in cells of {320 / len(fine.x):.3g} m"
+    assert fine.building_height.shape == fine.shape
+    assert describe_smooth(plan, study, coarse).note == "cells of 4 m"
+
+
+@pytest.mark.parametrize(
+    ("options", "work"),
+    [({"cell": 0.2}, None), ({"canopy": ["*"]}, None), ({}, 1)],
+)
+def test_a_profile_is_counted_anew_only_where_it_shows_and_costs_little(options, work, monkeypatch):
+    study = study_tower(**{**LOW, "every": "1h", **options})
+    if work is not None:
+        monkeypatch.setattr(preview, "FREE", work)
+    coarse = make_preview(study)
+    assert refine_preview(study, coarse) is coarse

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from umbra.study.options import StudyOptions
-    from umbra.study.preview import FinerHours, Preview, count_finer, make_preview
+    from umbra.study.preview import FinerHours, Preview, count_finer, make_preview, refine_preview
     from umbra.study.result import Study, split_dates, tell_dates
     from umbra.study.study import run, run_study
 
@@ -16,6 +16,7 @@ _HOMES = {
     "StudyOptions": "options",
     "count_finer": "preview",
     "make_preview": "preview",
+    "refine_preview": "preview",
     "run": "study",
     "run_study": "study",
     "split_dates": "result",
@@ -29,6 +30,7 @@ __all__ = [
     "StudyOptions",
     "count_finer",
     "make_preview",
+    "refine_preview",
     "run",
     "run_study",
     "split_dates",

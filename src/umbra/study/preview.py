@@ -27,6 +27,7 @@ __all__ = [
     "count_finer",
     "find_moments",
     "make_preview",
+    "refine_preview",
 ]
 
 LONGEST = 1600
@@ -185,7 +186,9 @@ class Preview:
         return bool(np.quantile(inside, 0.1) < LOW * inside.max())
 
 
-def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = None) -> Preview:
+def make_preview(
+    study: Study, longest: int = LONGEST, steps: Stamps | None = None, *, finer: int = 1
+) -> Preview:
     """
     Prepare the shadows at each stamp of a study's day.
 
@@ -196,6 +199,8 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
         Most cells along a side.
     steps : Stamps, optional
         Clock times of a day; the study's first day by default.
+    finer : int
+        Number of cells a side into which each is cut.
 
     Returns
     -------
@@ -203,7 +208,8 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     """
     stamps = (steps or study.steps).stamps
     most = math.isqrt(MOST // len(stamps))
-    grid = study.grid.coarser(min(longest, most))
+    own = study.grid.coarser(min(longest, most))
+    grid = own.finer(finer) if finer > 1 else own
     tile = study.model.make_tile(grid)
     path = find_sun(study.site, stamps, refraction=study.refraction)
 
@@ -307,6 +313,32 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
     total = add_up(tile.make_counter(), tile.shape, lights)[0]
     total[tile.nothing] = np.nan
     return FinerHours(total, float(length[path.is_up].sum()), 3600 * float(length[0]))
+
+
+SMOOTH = 1_200_000
+"""Most cells of a preview that is counted anew: as many as a plan has by default."""
+
+
+def refine_preview(
+    study: Study, preview: Preview, longest: int = LONGEST, steps: Stamps | None = None
+) -> Preview:
+    """
+    Count shadows in cells as fine as a picture's pixels where the study's are larger.
+
+    Outlines of long shadows would be the staircases of large cells. Takes at most as much work as
+    the study, or ``FREE``; rays, which canopies and views of some parts need, take more than that.
+    Parameters and result as of ``make_preview``, which made ``preview``.
+    """
+    rows, cols = preview.heights.shape
+    stamps = len((steps or study.steps).stamps)
+    times = min(longest // max(rows, cols), math.isqrt(SMOOTH // (rows * cols)))
+    faces = FACE * len(study.model.caster.faces)
+    own = int(study.period.sun.is_up.sum()) * (len(study.y) * len(study.x) + faces)
+    takes_rays = "canopy_transmissivity" in study.facts or getattr(study.model, "shown", None)
+    is_much = stamps * (times * times * rows * cols + faces) > max(own, FREE)
+    if times <= 1 or rows < len(study.y) or takes_rays or is_much:
+        return preview
+    return make_preview(study, longest, steps, finer=times)
 
 
 def _choose_parts(period: Period, most: int) -> int:

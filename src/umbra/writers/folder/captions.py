@@ -26,6 +26,7 @@ __all__ = [
     "describe_finer",
     "describe_making",
     "describe_method",
+    "describe_smooth",
     "find_maps",
     "find_together",
     "list_few",
@@ -215,6 +216,17 @@ def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
     minutes = finer.seconds / 60
     step = f"{minutes:g}min" if minutes >= 1 else f"{finer.seconds:g}s"
     return replace(plan, note=f"{plan.note} · contours from steps of {step}")
+
+
+def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
+    """Return a plan with the cells of a profile, whose size is told if they are finer."""
+    x, y, _ = _find_axes(study, view)
+    heights = view.heights.astype(np.float32)
+    smooth = replace(plan, x=x, y=y, building_height=heights)
+    if len(view.x) <= len(study.x):
+        return smooth
+    size = f" of {smooth.cell[0]:.3g} m" if study.kind.has_scale else ""
+    return replace(smooth, note=f"{plan.note} · shadows in cells{size}")
 
 
 def describe_method(study: Study, options: StudyOptions) -> list[str]:

@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from umbra.receivers.view import SurfacesFromAbove
 from umbra.receivers.zenith import find_surface
 from umbra.scene.grid import Grid
-from umbra.study import Preview, Study, count_finer, make_preview, run, split_dates, tell_dates
+from umbra.study import (
+    Preview,
+    Study,
+    count_finer,
+    make_preview,
+    refine_preview,
+    run,
+    split_dates,
+    tell_dates,
+)
 from umbra.study.preview import LONGEST, choose_stamps
 from umbra.sun import find_daylight
 from umbra.sun.clock import Stamps
@@ -26,6 +35,7 @@ from umbra.writers.folder.captions import (
     describe,
     describe_finer,
     describe_method,
+    describe_smooth,
     find_maps,
     find_together,
     list_few,
@@ -183,13 +193,16 @@ def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
     study, plan = job.study, sheets.plan
     steps = [choose_stamps(each, job.outputs.at) for each in study.period.steps]
     if len(steps) == 1:
-        _draw_profile(job, "profile.png", plan, [(0, steps[0], sheets.preview)])
+        view = refine_preview(study, sheets.preview, steps=steps[0])
+        _draw_profile(job, "profile.png", describe_smooth(plan, study, view), [(0, steps[0], view)])
         return
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
-    views = [(k, steps[k], make_preview(study, longest, steps[k])) for k in shown]
-    first = views[0][2]
-    whole = replace(plan, x=first.x, y=first.y, building_height=first.heights)  # type: ignore[arg-type]
+    views = []
+    for k in shown:
+        view = make_preview(study, longest, steps[k])
+        views.append((k, steps[k], refine_preview(study, view, longest, steps[k])))
+    whole = describe_smooth(plan, study, views[0][2])
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
 
 
@@ -204,7 +217,9 @@ def _draw_each_date(job: FolderJob, sheets: Sheets) -> list[str]:
         of_day = sheets.preview if k == 0 else make_preview(study, steps=stamps)
         own = describe(job, of_day, range(k, k + 1))
         own = replace(own, appearance=sheets.plan.appearance)
-        _draw_profile(job, f"profile_{day}.png", own, [(k, stamps, of_day)])
+        view = refine_preview(study, of_day, steps=stamps)
+        smooth = describe_smooth(own, study, view)
+        _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
         _draw_hours(job, f"hours_{day}.png", own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
