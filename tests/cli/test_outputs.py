@@ -126,6 +126,14 @@ def test_rules_give_verdicts_in_csv_and_report(study, tmp_path):
     assert "An example, 0: all pass" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_a_share_of_a_plan_that_nobody_chose_is_told(study, tmp_path):
+    (tmp_path / "rules.yaml").write_text(RULES)
+    said = study("--rules", tmp_path / "rules.yaml")
+    assert "note: check 'ground' judges a share of the whole plan" in said.err
+    chosen = study("--rules", tmp_path / "rules.yaml", "--extent", "-20,-20,20,20")
+    assert "whole plan" not in chosen.err
+
+
 def test_a_place_inside_a_building_is_told(study, tmp_path):
     check = "{name: bench, dates: 03-21, at_least: 2h, where: [{name: seat, x: 1, y: 0}]}"
     (tmp_path / "rules.yaml").write_text(RULES + f"  - {check}\n")

@@ -90,7 +90,7 @@ def test_areas_are_judged_by_the_cells_that_meet_the_limit(study, tmp_path):
         share = 100 * np.mean(alone.sun_hours[is_open] >= 2 - 1e-3)
         assert verdict.measured == f"{share:.1f} % of the area"
         assert verdict.passes == (share >= 50)
-        assert f"of {is_open.sum() * 0.25:,.0f} m²" in verdict.evidence
+        assert f"of {is_open.sum() * 0.25:,.0f} m² in a plan of 60 x 60 m" in verdict.evidence
         assert verdict.wanted == "at least 2 h of sun on 50 % of the area"
 
 

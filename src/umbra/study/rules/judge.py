@@ -97,7 +97,8 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
     share = 100 * float(meets_limit(check, found).mean())
     worst = np.flatnonzero(counts.ravel())[found.argmin() if check.is_least else found.argmax()]
     row, col = divmod(int(worst), counts.shape[1])
-    area = found.size * study.grid.dx * study.grid.dy
+    grid = study.grid
+    wide, deep, area = grid.cols * grid.dx, grid.rows * grid.dy, found.size * grid.dx * grid.dy
     return Verdict(
         check.name,
         period.days[0],
@@ -105,7 +106,8 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
         f"{say_limit(check)} on {check.share:g} % of the area",
         f"{share:.1f} % of the area",
         share >= check.share - 1e-9,
-        f"{share * area / 100:,.0f} of {area:,.0f} m²; mean {say_hours(float(found.mean()))}, "
+        f"{share * area / 100:,.0f} of {area:,.0f} m² in a plan of {wide:,.0f} x {deep:,.0f} m; "
+        f"mean {say_hours(float(found.mean()))}, "
         f"{'least' if check.is_least else 'most'} {say_hours(float(hours[row, col]))} "
         f"at x {study.x[col]:.1f}, y {study.y[row]:.1f}; {say_how(check)}",
     )

@@ -222,6 +222,7 @@ def _write_files(job: FolderJob, plan: Plan) -> list[str]:
 
         tables.append(_write_verdicts(job, judge(study, outputs.rules)))
         _note_standing(tables[0].pins, job.say)
+        _note_area(job)
         names.append(VERDICTS)
     if outputs.report:
         from umbra.writers.report import write_report  # noqa: PLC0415
@@ -284,6 +285,21 @@ def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
         say(
             f"note: places of the rules that are not in the open: {some}; each is judged where it "
             "is; move it in the rule file if that is not meant"
+        )
+
+
+def _note_area(job: FolderJob) -> None:
+    """Report shares of an area that nobody chose: a default plan is as large as its shadows."""
+    broad = [
+        check.name
+        for check in job.outputs.rules.checks
+        if not check.places and check.area in {"open_ground", "everywhere"}
+    ]
+    if broad and job.study.is_plan and job.options.extent is None:
+        job.say(
+            f"note: check '{broad[0]}' judges a share of the whole plan, which reaches as far as "
+            "shadows do, with all that lies around the model; extent= chooses what is meant, such "
+            "as one garden"
         )
 
 
