@@ -2,12 +2,14 @@
 
 import ast
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import click
 import pytest
 
 import umbra
+from umbra.calls.options import RenderOptions
 from umbra.cli.inspect import command as inspect
 from umbra.cli.render import command as render
 from umbra.cli.study import command as study
@@ -63,6 +65,11 @@ def test_each_option_that_messages_may_name_is_one_of_the_command_line():
     }
     assert {write_for_shell(f"{name}=") for name in OPTIONS} <= typed
     assert write_for_shell("by_day=False") in typed
+
+
+def test_options_of_pictures_are_named_as_the_command_spells_them():
+    for one in fields(RenderOptions):
+        assert write_for_shell(f"{one.name}=") == f"--{one.name.replace('_', '-')}"
 
 
 def find_texts(path):

@@ -19,6 +19,7 @@ from PIL import Image
 from support.shapes import box
 
 import umbra
+from umbra.errors import InputError
 from umbra.window.file import from_json
 from umbra.writers.live import clear_ground
 from umbra.writers.pixels import paint_shares
@@ -475,6 +476,15 @@ def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(page, quarter, tmp
     direction = page.ask("umbra.sun.direction")
     assert direction[0] > 0.1
     assert abs(direction[1]) < 1e-9
+
+
+def test_pages_refuse_what_only_other_devices_know(quarter, tmp_path):
+    out = tmp_path / "refused.html"
+    for given in ({"soft": "wedges"}, {"method": "max"}, {"device": "cpu"}, {"mask_scale": 2},
+                  {"detail": 2.0}, {"layer_gap": 0.3}):  # fmt: skip
+        with pytest.raises(InputError, match=f"{next(iter(given))}= is for umbra's own devices"):
+            umbra.show(quarter, out=out, **given)
+    assert not out.exists()
 
 
 def ask_server(url, path=None, **headers):

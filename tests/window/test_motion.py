@@ -62,6 +62,16 @@ def scene(path):
     return umbra.read(path)
 
 
+def test_a_page_shows_the_pose_of_a_time_and_plays_nothing(scene, tmp_path):
+    pages = []
+    for given, options in ((scene, {}), (scene, {"time": 2.0}), (pose(scene, 2.0), {})):
+        umbra.show(given, out=tmp_path / "page.html", **options)
+        pages.append((tmp_path / "page.html").read_bytes())
+    assert pages[1] == pages[2] != pages[0]
+    with pytest.raises(InputError, match="a page plays no animation"):
+        umbra.show(scene, out=tmp_path / "page.html", animation=0)
+
+
 def test_a_view_shows_its_pose_on_both_devices(device, scene):
     painter = ViewPainter(device, scene, 0.0)
     view = replace(make_view(scene, SIZE), animation=0)

@@ -120,9 +120,22 @@ def _draw_poster(scene: Scene, site: Site | None, options: ViewOptions) -> str:
 def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str:
     """Make the page of a scene; parameters as in `make_config`."""
     from umbra import __version__  # noqa: PLC0415
+    from umbra.scene import pose  # noqa: PLC0415
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.page import make_page  # noqa: PLC0415
 
+    for name in options.list_own():
+        msg = (
+            f"{name}= is for umbra's own devices, and a page is drawn by the browser, with hard "
+            "shadows; leave it out"
+        )
+        raise InputError(msg, option=name)
+    if options.time is not None:
+        scene = pose(scene, options.time, 0 if options.animation is None else options.animation)
+        options = replace(options, animation=None, time=None)
+    elif options.animation is not None:
+        msg = "a page plays no animation; give the time of one pose, too"
+        raise InputError(msg, option="animation")
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
     surface = find_face_surfaces(_find_study(options.study), scene)

@@ -334,6 +334,12 @@ class ViewOptions:
         metavar="FILE.png",
     )
 
+    def list_own(self) -> list[str]:
+        """List what is given that only umbra's own devices know; a browser draws in its own way."""
+        own = ("device", "method", "soft", "layer_length", "layer_gap", "mask_scale",
+               "mask_filter", "detail")  # fmt: skip
+        return [name for name in own if getattr(self, name) is not None]
+
     def __post_init__(self) -> None:
         check_types(self)
         Softness(

@@ -183,7 +183,6 @@ def _is_notebook() -> bool:
 
 def _is_live(options: ViewOptions) -> bool:
     """Return whether a notebook can show a view as a widget that moves."""
-    own = ("method", "soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "detail",
-           "device", "animation", "time", "out")  # fmt: skip
-    has_own = any(getattr(options, name) is not None for name in own)
+    poses = (options.animation, options.time, options.out)
+    has_own = options.list_own() or any(one is not None for one in poses)
     return not has_own and importlib.util.find_spec("anywidget") is not None
