@@ -154,7 +154,7 @@ def test_pictures_name_their_ground_and_what_they_leave_out(study, street, monke
     assert "ground at z = -1.5 m" in seen["hours.png"][3].note
     where = ["--receivers", "surfaces", "--on", "house", "--spacing", "2"]
     assert study(*HALF_DAY, *where, files=[street], cell=None).status == 0
-    assert "only house and the ground are drawn" in seen["hours.png"][3].note
+    assert "hours of house alone" in seen["hours.png"][3].note
 
 
 def test_pictures_of_several_dates_show_each_with_its_daylight(study, street, monkeypatch):
