@@ -88,3 +88,19 @@ def test_what_is_kept_goes_with_the_view_the_scene_and_other_lights(device):
         assert not renderer.still.is_stored
         for _ in range(3):
             assert find_worst(draw(renderer, CAMERA, [sun]), draw_anew(device, moved, sun)) <= 1
+
+
+def test_marks_of_smooth_surfaces_give_way_to_high_counts(device):
+    """Of 8 bits one marks smooth surfaces: 140 sheets above one another need it."""
+    sheets = [
+        Part(f"{k}", "", Mesh(*box((-9, 0, k / 4), (-3, 6, 0.1 + k / 4)))) for k in range(140)
+    ]
+    scene = make_scene([*make_still(is_plain=True).parts, *sheets])
+    aside, above = point_light((22, 5, 14), range=18.0), directional_light((0.01, 0.01, 1.0))
+    marked = []
+    with Renderer(scene, 0.0, device=device) as renderer:
+        for light in (aside, aside, above, aside, above):
+            shown = draw(renderer, CAMERA, [light])
+            assert find_worst(shown, draw_anew(device, scene, light)) <= 1
+            marked.append((renderer.still.is_marked, renderer.statistics[0].deepest > 127))
+    assert marked == [(False, False), (True, False), (False, True), (False, False), (False, True)]

@@ -20,13 +20,13 @@ from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program, Programs
 from umbra.gl.resources import Indices
 from umbra.gl.samples import draw_samples
-from umbra.gl.state import Pass, State, Stencil, one_sided
+from umbra.gl.state import ALL_BITS, Pass, State, Stencil, one_sided
 from umbra.gl.target import SharedDepthTarget, Target
 
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
 
-__all__ = ["Stack", "VolumeCounter", "mark_shadow"]
+__all__ = ["COUNT_BITS", "Stack", "VolumeCounter", "mark_shadow"]
 
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
@@ -41,6 +41,13 @@ IN_STENCIL = {
     LIGHT_CAP: replace(_VOLUME, depth_test="never", stencil=_BEHIND),
 }
 """Passes that count in the stencil."""
+COUNT_BITS = 0x7F
+"""Of a stencil whose highest bit is kept."""
+_BESIDE_KEPT = {
+    kind: replace(how, stencil=replace(how.stencil, bits=COUNT_BITS))
+    for kind, how in IN_STENCIL.items()
+    if how.stencil is not None
+}
 
 IN_FLOATS = {
     kind: replace(_VOLUME, depth_test=test, color_write=True, blend="add")
@@ -90,7 +97,13 @@ class VolumeCounter:
         self._floats = SharedDepthTarget(device, "r32f")
 
     def count(
-        self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
+        self,
+        state: State,
+        target: Target,
+        plan: VolumePlan,
+        *,
+        is_clear: bool = False,
+        bits: int = ALL_BITS,
     ) -> None:
         """
         Count, in the stencil, the shadow volumes that hold each visible surface.
@@ -107,6 +120,8 @@ class VolumeCounter:
         plan : VolumePlan
         is_clear : bool
             The target is in use and its stencil is 0.
+        bits : int
+            Of the stencil: all, or `COUNT_BITS`, for counts in it that these can hold.
         """
         if plan.statistics.counts_in == "float":
             floats = self.count_in_floats(state, target, plan)
@@ -118,9 +133,10 @@ class VolumeCounter:
         start = plan.start & 0xFF
         if start or not is_clear:
             target.use()
-            state.clear(stencil=start, scissor=plan.scissor)
+            state.clear(stencil=start, scissor=plan.scissor, bits=bits)
         if plan.draws:
-            self._draw(state, self._in_stencil, IN_STENCIL, [plan])
+            passes = IN_STENCIL if bits == ALL_BITS else _BESIDE_KEPT
+            self._draw(state, self._in_stencil, passes, [plan])
 
     def count_apart(
         self, state: State, plans: Sequence[VolumePlan], *, is_ready: bool = False

@@ -122,7 +122,7 @@ class Renderer(DeviceUser):
             self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
             self.passes = LightPasses(self.shading, self.lamps, self._timed)
-            self.layers, self.still = TransparentLayers(self.device), StillView(self.device)
+            self.layers, self.still = TransparentLayers(self.device), StillView(self.shading)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -301,7 +301,7 @@ class Renderer(DeviceUser):
         target = targets.both if lights and shadows and not is_still else targets.drawn
         with self._timed("surfaces"):
             if is_still:
-                self.still.show(state, targets, self.shading, self.draw_surface)
+                self.still.show(state, targets, self.draw_surface, self.surfaces.has_normals)
             else:
                 target.begin(state)
                 lamp, cull = lamps[0] if lamps else None, projection.sees_all
@@ -314,16 +314,16 @@ class Renderer(DeviceUser):
             if scissor is not None and 0 in scissor[2:]:
                 return
             with self._timed("shadows"):
+                if is_still:
+                    self.still.count(state, target, plan, counter, keeps=spares)
+                    continue
                 counter.count(state, target, plan, is_clear=True)
-            if not is_still:
-                with self._timed("light"):
-                    targets.drawn.use()
-                    self.shading.darken(state, targets.both, scissor, spares_turned=spares)
-        if is_still:
             with self._timed("light"):
                 targets.drawn.use()
-                given = (state, targets.surface, projection, lamps[0], scissor)
-                self.shading.show_light(*given, spares_turned=spares)
+                self.shading.darken(state, targets.both, scissor, spares_turned=spares)
+        if is_still:
+            with self._timed("light"):
+                self.still.show_light(state, targets, projection, lamps[0], scissor, spares)
 
     def _draw_in_turn(
         self,

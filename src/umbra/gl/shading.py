@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
+from umbra.gl.count import COUNT_BITS
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Texture
 from umbra.gl.samples import draw_samples
-from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.state import ALL_BITS, Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
 from umbra.scene import Light
 
@@ -122,6 +123,12 @@ _ADD = Pass(color_write=True, blend="add")
 _ADD_LIT, _ADD_ONCE = (
     replace(_ADD, stencil=Stencil(test="equal", reference=count)) for count in (0, 1)
 )
+_SMOOTH = ALL_BITS ^ COUNT_BITS
+_MARK = Pass(
+    stencil=Stencil(
+        reference=_SMOOTH, front_depth_pass="replace", back_depth_pass="replace", bits=_SMOOTH
+    )
+)
 _BEHIND = Pass(depth_test="lequal", color_write=True)
 
 MOST_LAMPS = 32
@@ -140,9 +147,9 @@ class Shading:
 
     def __init__(self, device: Device, *, is_glossy: bool = False, is_plain: bool = False) -> None:
         self._needs = ("HAS_GLOSSY",) if is_glossy else ("IS_PLAIN",) if is_plain else ()
-        self._light, self._finish, self._sky, self._dark = (
+        self._light, self._finish, self._sky, self._dark, self._smooth = (
             Programs(device, "picture.vert.glsl", f"{what}.frag.glsl")
-            for what in ("light", "finish", "sky", "dark")
+            for what in ("light", "finish", "sky", "dark", "smooth")
         )
         self._over = Program(device, "picture.vert.glsl", "lay.frag.glsl")
 
@@ -241,6 +248,7 @@ class Shading:
         scissor: Scissor | None = None,
         *,
         spares_turned: bool = False,
+        is_marked: bool = False,
     ) -> None:
         """
         Draw what the only light reaches, as it is shown.
@@ -248,14 +256,31 @@ class Shading:
         Before: the picture is in use, all in shadow; inside the scissor the stencil counts
         shadows, and ``surface`` holds what is before any light. After: where the stencil is 0
         it shows surfaces in that light; with ``spares_turned`` also where ``darken`` spares them.
+        If ``is_marked``, the count has `COUNT_BITS`, and the bit beside them is that of
+        ``mark_smooth``: a software device takes every branch of every pixel that the stencil lets
+        pass.
         """
         surface.bind(_SHARES, LIGHT)
         lamp.bind()
-        for count, more in ((0, ()), (1, ("IS_TURNED",)))[: 2 if spares_turned else 1]:
-            lit = Stencil(test="equal", reference=count)
+        bits, mark = (COUNT_BITS, _SMOOTH) if is_marked else (ALL_BITS, 0)
+        passes: tuple[tuple[int, int, tuple[str, ...]], ...] = ((0, bits, ()),)
+        if spares_turned:
+            passes += ((1 + mark, ALL_BITS, ("IS_TURNED",)),)
+        for count, compared, more in passes:
+            lit = Stencil(test="equal", reference=count, bits=compared)
             how = Pass(color_write=True, scissor=scissor, stencil=lit, depth_test="greater")
             needs = (*lamp.needs, "IS_SHOWN", "IS_FAR", *more)  # nothing where nothing is seen
             self._draw_light(state, how, surface, projection, needs, extent=0.0, **lamp.uniforms)
+
+    def mark_smooth(self, state: State, surface: Target) -> None:
+        """
+        Set the bit beside `COUNT_BITS` where a surface has a smooth normal.
+
+        Before: a target with the depth and stencil of ``surface`` is in use.
+        """
+        surface.bind(_PLACES, PLACE)
+        surface.bind(_FACES, FACE)
+        draw_samples(state, _MARK, self._smooth, (), surface.samples, places=_PLACES, faces=_FACES)
 
     def _draw_light(
         self,
@@ -332,3 +357,4 @@ class Shading:
     def release(self) -> None:
         """Free the programs."""
         release_all(self._light, self._over, self._finish, self._sky, self._dark)
+        self._smooth.release()

@@ -13,7 +13,7 @@ from typing import Any
 from umbra.errors import UmbraError
 from umbra.gl.context import Device
 
-__all__ = ["DEFAULT", "Pass", "State", "Stencil", "one_sided"]
+__all__ = ["ALL_BITS", "DEFAULT", "Pass", "State", "Stencil", "one_sided"]
 
 _FUNCTIONS = {
     "never": 0x0200, "less": 0x0201, "equal": 0x0202, "lequal": 0x0203, "greater": 0x0204,
@@ -36,6 +36,10 @@ _SAMPLE_MASK, _ALL_SAMPLES = 0x8E51, 0xFFFFFFFF
 _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
 
 
+ALL_BITS = 0xFF
+"""Of the stencil."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Stencil:
     """
@@ -49,6 +53,8 @@ class Stencil:
     front_depth_fail, front_depth_pass, back_depth_fail, back_depth_pass : str
         ``keep``, ``zero``, ``replace``, ``up``, ``down`` or ``invert``; a fragment that
         fails the stencil test keeps.
+    bits : int
+        Bits that are compared and written.
     """
 
     test: str = "always"
@@ -57,6 +63,7 @@ class Stencil:
     front_depth_pass: str = "keep"
     back_depth_fail: str = "keep"
     back_depth_pass: str = "keep"
+    bits: int = ALL_BITS
 
     @property
     def is_written(self) -> bool:
@@ -173,26 +180,27 @@ class State:
         depth: float | None = None,
         stencil: int | None = None,
         scissor: tuple[int, int, int, int] | None = None,
+        bits: int = ALL_BITS,
     ) -> None:
         """
-        Clear depth, stencil or both of the bound framebuffer, within an optional scissor.
+        Clear depth, ``bits`` of the stencil or both of the bound framebuffer, within a scissor.
 
         The pass in use stays; neither its write masks nor its scissor matter.
         """
-        gl, now, bits = self._device.gl, self._now or DEFAULT, 0
+        gl, now, buffers = self._device.gl, self._now or DEFAULT, 0
         self._set_scissor(scissor)
         if depth is not None:
             gl.ClearDepth(1.0 - depth if self._device.reverses_depth else depth)
             gl.DepthMask(1)
-            bits |= 0x0100
+            buffers |= 0x0100
         if stencil is not None:
             gl.ClearStencil(stencil)
-            gl.StencilMask(0xFF)
-            bits |= 0x0400
-        gl.Clear(bits)
+            gl.StencilMask(bits)
+            buffers |= 0x0400
+        gl.Clear(buffers)
         gl.DepthMask(now.depth_write)
         if now.stencil is not None and stencil is not None:
-            gl.StencilMask(0xFF if now.stencil.is_written else 0)
+            gl.StencilMask(now.stencil.bits if now.stencil.is_written else 0)
         self._set_scissor(now.scissor)
         self._is_limited = False
 
@@ -210,7 +218,7 @@ class State:
         gl.PolygonOffset(0.0, 0.0)
         gl.SampleMaski(0, _ALL_SAMPLES)
         self._set_stencil(Stencil())
-        gl.StencilMask(0xFF)
+        gl.StencilMask(ALL_BITS)
         gl.Disable(_STENCIL_TEST)
         self._control_clip(_BOTH_WAYS)
 
@@ -260,8 +268,9 @@ class State:
         if stencil is None:
             return
         # Where a pass only tests, a software device need not write all of it back.
-        gl.StencilMask(0xFF if stencil.is_written else 0)
-        gl.StencilFuncSeparate(_BOTH, _FUNCTIONS[stencil.test], stencil.reference, 0xFF)
+        gl.StencilMask(stencil.bits if stencil.is_written else 0)
+        test = _FUNCTIONS[stencil.test]
+        gl.StencilFuncSeparate(_BOTH, test, stencil.reference, stencil.bits)
         for side, depth_fail, depth_pass in (
             (_FRONT, stencil.front_depth_fail, stencil.front_depth_pass),
             (_BACK, stencil.back_depth_fail, stencil.back_depth_pass),

@@ -8,10 +8,13 @@ An eye that moves pays nothing for it.
 
 from collections.abc import Callable
 
-from umbra.gl.context import Device, release_all
+from umbra.gl.context import release_all
+from umbra.gl.count import COUNT_BITS, VolumeCounter
+from umbra.gl.masks import Counts
+from umbra.gl.plan import VolumePlan
 from umbra.gl.projection import Projection
-from umbra.gl.shading import Shading
-from umbra.gl.state import Pass, State
+from umbra.gl.shading import Lamp, Scissor, Shading
+from umbra.gl.state import ALL_BITS, Pass, State
 from umbra.gl.target import PictureTargets, Target
 
 __all__ = ["StillView"]
@@ -25,13 +28,15 @@ class StillView:
     ----------
     is_stored : bool
         The surface target and the picture in shadow hold the view.
+    is_marked : bool
+        The stencil's highest bit still marks smooth surfaces.
     """
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
+    def __init__(self, shading: Shading) -> None:
+        self._shading = shading
         self._view: tuple[PictureTargets, bytes] | None = None
         self._dark: Target | None = None
-        self.is_stored = False
+        self.is_stored = self.is_marked = False
 
     def is_same(self, targets: PictureTargets, projection: Projection) -> bool:
         """Return whether these targets were last asked for this view; remember it."""
@@ -50,26 +55,54 @@ class StillView:
         self,
         state: State,
         targets: PictureTargets,
-        shading: Shading,
         draw_surface: Callable[[State], None],
+        is_smooth: bool,
     ) -> None:
         """
         Show the view in shadow, stored before if need be.
 
         After: ``targets.surface`` holds the surfaces, ``targets.drawn`` is in use and holds the
-        view in shadow, and the stencil is 0.
+        view in shadow, and the stencil is 0; if it ``is_marked``, in `COUNT_BITS`, and if any
+        surface ``is_smooth``, the bit beside these marks its pixels.
         """
         if self._dark is None or self._dark.depth_of is not targets.both:
             release_all(self._dark)
-            self._dark = Target(self._device, targets.size, ("rgba8",), depth_of=targets.both)
+            self._dark = Target(targets.device, targets.size, ("rgba8",), depth_of=targets.both)
         if not self.is_stored:
             draw_surface(state)
             self._dark.use()
-            shading.finish(state, targets.surface)
-            self.is_stored = True
+            self._shading.finish(state, targets.surface)
+            if is_smooth:
+                self._shading.mark_smooth(state, targets.surface)
+            self.is_stored = self.is_marked = True
         state.use(Pass(color_write=True))
         targets.drawn.copy(self._dark)
-        state.clear(stencil=0)
+        state.clear(stencil=0, bits=COUNT_BITS if self.is_marked else ALL_BITS)
+
+    def count(
+        self, state: State, target: Target, plan: VolumePlan, counter: Counts, *, keeps: bool
+    ) -> None:
+        """Count shadows as a counter does; if it ``keeps`` marks, only where both find room."""
+        self.is_marked &= keeps and plan.statistics.deepest <= COUNT_BITS
+        if self.is_marked:
+            assert isinstance(counter, VolumeCounter)
+            counter.count(state, target, plan, is_clear=True, bits=COUNT_BITS)
+        else:
+            counter.count(state, target, plan)
+
+    def show_light(
+        self,
+        state: State,
+        targets: PictureTargets,
+        projection: Projection,
+        lamp: Lamp,
+        scissor: Scissor | None,
+        spares_turned: bool,
+    ) -> None:
+        """Draw what the only light reaches, as `Shading.show_light` does, by the last count."""
+        targets.drawn.use()
+        given = (state, targets.surface, projection, lamp, scissor)
+        self._shading.show_light(*given, spares_turned=spares_turned, is_marked=self.is_marked)
 
     def release(self) -> None:
         """Free the picture."""
