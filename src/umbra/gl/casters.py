@@ -102,6 +102,7 @@ class Body:
     none_opened: NDArray[np.bool_] = field(init=False)
     n_faces: NDArray[np.intp] = field(init=False)
     _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
+    _radii: NDArray[np.float64] | None = field(init=False, default=None)
     _welds: NDArray[np.int64] | None = field(init=False, default=None)
     _shell_order: NDArray[np.intp] = field(init=False)
     _shell_starts: NDArray[np.intp] = field(init=False)
@@ -143,6 +144,7 @@ class Body:
             ],
             1,
         )
+        self._radii = None
         whole = self.bounds[:, 1].max(0) - self.bounds[:, 0].min(0)
         self.size = float(whole.max())
         adds = np.where(self.is_convex, 1, self.n_faces)
@@ -177,6 +179,16 @@ class Body:
     def n_shells(self) -> int:
         """Number of shells of one instance."""
         return len(self.face_starts) - 1
+
+    @property
+    def radii(self) -> NDArray[np.float64]:
+        """How far each shell reaches from the middle of its box, (n_shells,) [m], in its frame."""
+        if self._radii is None:
+            middles = np.repeat(self.bounds.mean(1), np.diff(self.face_starts), axis=0)
+            corners = self.caster.vertices[self.caster.faces[self.faces]]
+            squares = ((corners - middles[:, None]) ** 2).sum(2).max(1)
+            self._radii = np.sqrt(np.maximum.reduceat(squares, self.face_starts[:-1]))
+        return self._radii
 
     def list_faces(self, shells: NDArray[np.intp]) -> NDArray[np.intp]:
         """List the faces of some shells."""

@@ -195,7 +195,7 @@ class VolumeCounter:
             if plan is not last:
                 program.set(**plan.uniforms())
                 last = plan
-            program.set(is_cut=draw.is_cut, slack=_find_slack(plan, draw))
+            program.set(is_cut=draw.is_cut, is_low=draw.is_low, slack=_find_slack(plan, draw))
             if programs is self._in_floats:
                 program.set(front=_FRONT[draw.kind])
             for how in self._list_passes(self._find_pass(passes, plan, draw)):

@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "COARSE", "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS",
+    "COARSE", "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "LOW", "SIDES", "Z_FAILS",
     "VolumeSelection",
 ]  # fmt: skip
 
-SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS, COARSE = (np.uint8(1 << bit) for bit in range(7))
+SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS, COARSE, LOW = (
+    np.uint8(1 << bit) for bit in range(8)
+)
 """Bits of `VolumeSelection.flags`."""
 
 DRAWS = (
@@ -20,6 +22,7 @@ DRAWS = (
     ("light_cap", False),
     ("coarse_z_pass", False), ("coarse_z_fail", False),
     ("coarse_z_pass", True), ("coarse_z_fail", True),
+    ("low", True),
 )  # fmt: skip
 """Kinds of faces, and whether their volumes are cut, in the order in which they are drawn."""
 
@@ -35,19 +38,23 @@ class VolumeSelection:
         Bits: ``SIDES`` in view; ``Z_FAILS``, counted behind the visible surface rather than in
         front of it; ``CUT``, ends at the floor rather than at infinity; ``FAN``, a fan over the
         silhouette closes the far end; ``DARK_CAP`` and ``LIGHT_CAPS``, drawn;
-        ``COARSE``, a level of detail, in no depth buffer: its caps are drawn as its sides.
+        ``COARSE``, a level of detail, in no depth buffer: its caps are drawn as its sides;
+        ``LOW``, begins just above the receivers below all casters, closed by a fan.
     case : (n_shells,) int8
         McGuire's; 0 where culled.
     moved : float
         How far any corner of the levels of detail moves at most [m].
     start : int
         Count at the near rectangle of the shells counted from there, though of case 2 or 3.
+    top : float
+        z, relative to the scene's origin, at which ``LOW`` volumes begin [m].
     """
 
     flags: NDArray[np.uint8]
     case: NDArray[np.int8]
     start: int = 0
     moved: float = 0.0
+    top: float = 0.0
 
     def find(self, bit: np.uint8) -> NDArray[np.bool_]:
         """Return the shells (n_shells,) whose bit is set."""

@@ -5,13 +5,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS
+from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, LOW, SIDES, Z_FAILS
 from umbra.gl.sides import find_ends
 from umbra.kernels import inlined
 
 __all__ = ["count_draws", "list_cap", "write_draws"]
 
-_LIGHT_CAP, _COARSE = 6, 7  # places in ``DRAWS`` of light caps, and of levels of detail
+_LIGHT_CAP, _COARSE, _LOW = 6, 7, 11
+"""Places in ``DRAWS`` of light caps, levels of detail, and volumes that begin low."""
 
 
 def list_cap(
@@ -91,8 +92,16 @@ def _find_draw(flags):
     if flags & COARSE:
         draw = _COARSE + (2 if flags & CUT else 0) + (1 if flags & Z_FAILS else 0)
         return draw, draw, draw
+    if flags & LOW:
+        return _LOW, _LOW, _LIGHT_CAP
     first = 3 if flags & CUT else 0
     return first + (1 if flags & Z_FAILS else 0), first + 2, _LIGHT_CAP
+
+
+@inlined
+def _has_fan(flags):
+    """Return whether a fan over the silhouette closes a volume."""
+    return flags & LOW or (flags & DARK_CAP and flags & FAN)
 
 
 @njit(cache=True, nogil=True)
@@ -113,7 +122,7 @@ def count_draws(sides, shape, cap, flags, is_point, counts):
             continue
         draw, dark, _ = _find_draw(mine)
         counts[draw] += (6 if is_point or mine & CUT else 3) * (ends[shell] - starts[shell])
-        if mine & DARK_CAP and mine & FAN:
+        if _has_fan(mine):
             hub = np.int64(-1)
             first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
             for i in range(starts[shell], ends[shell]):
@@ -159,14 +168,18 @@ def write_draws(sides, shape, cap, flags, is_point, places, numbers):
                 _add_triangle(numbers, place + np.uint64(3), b, a + 1, b + 1)
             place += columns
         places[draw] = place
-        if mine & DARK_CAP and mine & FAN:
+        if _has_fan(mine):
             hub = np.int64(-1)
             for i in range(starts[shell], ends[shell]):
                 b, a = find_ends(listed[i], edges, first, is_mirrored)
                 hub = a if hub < 0 else hub
-                if hub not in (a, b):
+                if hub in (a, b):
+                    continue
+                if mine & LOW:  # where it begins, turned to the light
+                    _add_triangle(numbers, np.uint64(places[dark]), hub, a, b)
+                else:
                     _add_triangle(numbers, np.uint64(places[dark]), hub + 1, b + 1, a + 1)
-                    places[dark] += 3
+                places[dark] += 3
     faces, shells = cap
     for i in range(shells.size):
         mine = flags[shells[i]]

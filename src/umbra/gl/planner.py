@@ -19,6 +19,7 @@ from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import FineVolumes, KeptLight
 from umbra.gl.level import find_level_points, is_level, split_level
 from umbra.gl.levels import DetailLevel, LevelTable, make_levels
+from umbra.gl.lone import LoneCasters
 from umbra.gl.nearby import Nearby
 from umbra.gl.open_components import find_near, find_start
 from umbra.gl.plan import Draw, Statistics, VolumePlan
@@ -92,6 +93,7 @@ class Planner:
     _list: IndexList = field(default_factory=IndexList)
     _levels: list[list[DetailLevel]] = field(default_factory=list)
     table: LevelTable | None = None
+    _lone: LoneCasters | None = None
     tree: BoxTree = field(init=False)
     _has_moved: bool = False
     _idle_boxes: dict[int, tuple[Part, NDArray[np.float64]]] = field(default_factory=dict)
@@ -126,24 +128,29 @@ class Planner:
             self.tree = BoxTree(self.bounds)
         whole = self._whole = self._find_whole()
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
-        self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self._slack = _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self.floor = low - self._slack
         self._moves += 1
-        self._last = None
+        self._last = self._lone = None
 
     def _find_whole(self) -> NDArray[np.float64]:
         """Bound all parts, (2, 3), relative to the origin; moving parts by their bodies' boxes."""
         if not self._has_moved:
             return self.scene.bounds() - self.scene.origin
-        boxes = [self.bounds]
-        for index in self._idle:
+        found = np.concatenate([self.bounds, self._bound_idle()])
+        return np.stack([found[:, 0].min(0), found[:, 1].max(0)])
+
+    def _bound_idle(self) -> NDArray[np.float64]:
+        """Bound the parts that do not cast, (n, 2, 3), relative to the origin."""
+        boxes = np.zeros((len(self._idle), 2, 3))
+        for row, index in enumerate(self._idle):
             part, box = self._idle_boxes.get(index, (None, None))
             if part is not self.scene.parts[index] or box is None:
                 part = self.scene.parts[index]
                 box = part.bounds
                 self._idle_boxes[index] = part, box
-            boxes.append(box[None])
-        found = np.concatenate(boxes)
-        return np.stack([found[:, 0].min(0), found[:, 1].max(0)])
+            boxes[row] = box
+        return boxes
 
     def move(self, scene: Scene, groups: Sequence[Group] = ()) -> None:
         """
@@ -231,6 +238,8 @@ class Planner:
                 FoundLights.of(lights, sources, ranges, choices), method=method, choices=choices,
                 floor=self.floor, levels=self.table, ground=self.ground,
             )  # fmt: skip
+            if choices.shorten and method == "auto":
+                selections = self._shorten(selections)
             near_slack, slack = (
                 _BEHIND * choices.detail * s for s in find_pixel(projection.camera)
             )
@@ -253,6 +262,18 @@ class Planner:
             )
             self._last = key, plans
         return self._last[1]
+
+    def _shorten(self, selections: Sequence[VolumeSelection]) -> list[VolumeSelection]:
+        """Let the volumes of lone casters begin low; depths must tell them from the ground."""
+        if self.table is not None or not self.device.reverses_depth:
+            return list(selections)
+        if self._lone is None:
+            below = self._bound_idle()[:, 1, 2].tolist()
+            below += [] if self.ground is None else [self.ground]
+            top = max(below, default=np.inf) + self._slack
+            self._lone = LoneCasters.of(self.bodies, self.bounds, top)
+        pairs = zip(self._kept, selections, strict=True)
+        return [self._lone.shorten(selection, kept) for kept, selection in pairs]
 
     @staticmethod
     def _warn(selection: VolumeSelection, method: str, warn: Callable[[str], object]) -> None:
@@ -288,11 +309,13 @@ class Planner:
                 start, tilt = find_start(kept, projection.camera, source, uncut)
             start += selection.start
             deepest = kept.bound(selection, self.bounds, self._most)
-        statistics = self._find_statistics(selection, draws, drawn, deepest)
+        size = self.indices.dtype.itemsize
+        statistics = Statistics.of(selection, self._n_shells, drawn, size, deepest)
         return VolumePlan(
             projection=projection.tilted(tilt),
             light=np.append(source[:3] - source[3] * projection.eye, source[3]),
             bottom=float(self.floor - projection.eye[2]),
+            top=float(selection.top - projection.eye[2]),
             draws=tuple(draws),
             start=start,
             case=selection.case,
@@ -302,27 +325,6 @@ class Planner:
             slack=slack,
             selection=selection,
             volumes=FineVolumes(kept, len(self.bodies)),
-        )
-
-    def _find_statistics(
-        self, selection: VolumeSelection, draws: list[Draw], drawn: dict[str, int], deepest: int
-    ) -> Statistics:
-        """Sum up one light's plan."""
-        seen = len(selection.shells)
-        cases = np.bincount(selection.case, minlength=4).tolist() if seen else [0] * 4
-        return Statistics(
-            shells=self._n_shells,
-            culled=self._n_shells - seen,
-            cut=int(np.count_nonzero(selection.flags & CUT)) if seen else 0,
-            cases=(cases[1], cases[2], cases[3]),
-            sides=drawn.get("sides_z_pass", 0) + drawn.get("sides_z_fail", 0),
-            sides_z_pass=drawn.get("sides_z_pass", 0),
-            dark_caps=drawn.get("dark_cap", 0),
-            light_caps=drawn.get("light_cap", 0),
-            coarse=drawn.get("coarse_z_pass", 0) + drawn.get("coarse_z_fail", 0),
-            moved=selection.moved,
-            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
-            deepest=deepest,
         )
 
     def _list_draws(

@@ -384,9 +384,9 @@ class Renderer(DeviceUser):
         self, projection: Projection, lights: Sequence[Light], method: str, *, exact: bool
     ) -> list[VolumePlan]:
         """Plan lights; ``exact`` where their volumes are not for the stencil alone."""
-        choices = self.choices
-        if exact and choices is not None:
-            choices = replace(choices, detail=0.0)
+        choices = self.choices or VolumeOptions(shorten=True)
+        if exact:
+            choices = replace(choices, detail=0.0, shorten=False)
         plans = self.planner.plan(projection, lights, method, choices=choices, warn=self.warn)
         self.plans, self.statistics = plans, [plan.statistics for plan in plans]
         return plans

@@ -62,7 +62,10 @@ class VolumeOptions:
         Counts elsewhere are undefined, for the light does not shine there.
     detail : float
         By how many pixels shadows may be off, cast from coarser meshes (``umbra.gl.levels``);
-        0: none are. This alone changes counts.
+        0: none are. This alone changes counts where the light shines.
+    shorten : bool
+        Begin the volumes of casters that are alone just above what they fall on
+        (``umbra.gl.lone``): their faces turned from the light then count 0.
     """
 
     cull: bool = True
@@ -71,6 +74,7 @@ class VolumeOptions:
     ask_triangles: bool = True
     narrow: bool = True
     detail: float = 0.0
+    shorten: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,6 +179,7 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
             "out of view": f"{found.culled:,}",
             "case 1, 2, 3": ", ".join(f"{n:,}" for n in found.cases),
             "sides": f"{found.sides:,}",
+            "begun low": f"{found.low:,}",
             "light caps": f"{found.light_caps:,}",
             "dark caps": f"{found.dark_caps:,}",
             "index bytes": f"{found.index_bytes:,}",

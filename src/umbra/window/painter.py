@@ -198,7 +198,7 @@ class ViewPainter:
         else:
             lights = list(shining.values()) if view.soft == "none" else view.size_lights()
             self.renderer.soft.refine(view.soften(SAMPLES))
-            self.renderer.choices = VolumeOptions(detail=view.detail)
+            self.renderer.choices = VolumeOptions(detail=view.detail, shorten=True)
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,

@@ -14,6 +14,8 @@ uniform mat4 projection;           // from coordinates relative to the eye to th
 uniform vec4 light;                // homogeneous, relative to the eye
 uniform float bottom;              // z relative to the eye at which volumes end
 uniform bool is_cut;               // at the bottom, or else at infinity
+uniform float top;                 // z relative to the eye at which volumes begin
+uniform bool is_low;               // at the top, or else at the points
 
 const int FAR_END = 1;
 const int BLOCK_BITS = 6;
@@ -43,6 +45,12 @@ uniform int first_nearby;      // point from which on they are meant
 uniform vec2 slack;  // how far behind a level of detail its volume begins; for each metre more
 #endif
 
+// Where the ray from a point that goes down is at a height.
+vec4 cut_at(float height, vec3 at, vec3 away) {
+    // at + away * (height - at.z) / away.z, times -away.z, which is positive
+    return vec4(-away.z * at + (at.z - height) * away, -away.z);
+}
+
 vec4 find_place(int vertex) {
 #ifdef HAS_NEARBY
     int row = 2 * ((vertex >> 1) - first_nearby);
@@ -59,14 +67,16 @@ vec4 find_place(int vertex) {
     vec3 away = light.w * at - light.xyz;
 #endif
     if ((vertex & FAR_END) == 0) {
+        if (is_low) {
+            return cut_at(top, at, away);
+        }
 #ifdef HAS_LEVELS
         at += (slack.x + slack.y * length(at)) * normalize(away);
 #endif
         return vec4(at, 1.0);
     }
     if (is_cut) {
-        // at + away * (bottom - at.z) / away.z, times -away.z, which is positive
-        return vec4(-away.z * at + (at.z - bottom) * away, -away.z);
+        return cut_at(bottom, at, away);
     }
     return vec4(away, 0.0);
 }
