@@ -112,6 +112,24 @@ def test_a_mesh_that_turns_inside_out_shows_its_other_side(device):
     assert count_differences(ours, render(device, turned, [SUN], near)) == 0
 
 
+def test_what_is_kept_of_moving_instances_does_not_grow(device, still):
+    _, second, _ = still.parts
+    kept = []
+    with Renderer(still, 0.0, device=device) as renderer:
+        for frame in range(6):
+            turn = np.eye(4)
+            turn[:2, :2] = [[np.cos(frame), -np.sin(frame)], [np.sin(frame), np.cos(frame)]]
+            moved = replace(second, transform=second.transform @ turn)
+            parts = still.parts[0], moved, still.parts[2]
+            renderer.move(replace(still, parts=parts))
+            renderer.render(CAMERA, [SUN])
+            volumes = renderer.plans[0].volumes
+            nothing = [np.zeros(len(each.shells), bool) for each in volumes]
+            sides = [each.find(none).sides for each, none in zip(volumes, nothing, strict=True)]
+            kept.append(sum(map(len, sides)))
+    assert 0 < max(kept[1:]) < 2 * kept[0]
+
+
 @pytest.mark.parametrize("light", [SUN, LAMP])
 def test_instances_that_keep_their_place_under_the_light_keep_their_sides(
     device, still, light, monkeypatch
