@@ -1,5 +1,7 @@
 """Coarser casters: every pixel that differs is within the bound of an exact shadow's edge."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.gl_judge import ROUNDING
@@ -206,6 +208,23 @@ def test_levels_of_an_earlier_picture_are_not_in_those_that_do_without(device, r
         renderer.render(camera, [lamp])
         assert renderer.statistics[0].coarse > 0
         np.testing.assert_array_equal(renderer.render(camera, lights, **options), exact)
+
+
+def test_levels_of_what_bends_are_made_anew(device, rocks):
+    camera, lights = CAMERAS["air"], [LIGHTS["sun"]]
+    (part,) = rocks.parts
+    bent = part.mesh.vertices * (1.0 + 0.05 * np.sin(part.mesh.vertices[:, 2:]))
+    posed = replace(rocks, parts=(replace(part, mesh=part.mesh.moved(bent)),))
+    given = {"device": device, "choices": VolumeOptions(detail=8.0)}
+    with Renderer(posed, 0.0, **given) as renderer:
+        expected = renderer.render(camera, lights)
+        coarse = renderer.statistics[0].coarse
+    with Renderer(rocks, 0.0, **given) as renderer:
+        renderer.render(camera, lights)
+        renderer.move(posed)
+        picture = renderer.render(camera, lights)
+        assert renderer.statistics[0].coarse == coarse > 0
+    assert (picture != expected).any(-1).sum() <= 3
 
 
 def test_options_say_where_there_are_no_levels():

@@ -24,6 +24,7 @@ from umbra.window.view import SUN, find_ground
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
 TIME_SLIDER = (105, 276, 118)  # left, right and middle of the panel's slider
+DETAIL = (190, 386)  # the middle of the slider in a row of its own, below the size of masks
 
 
 @pytest.fixture
@@ -166,10 +167,14 @@ def test_edges_are_smooth_once_nothing_moves(display, model):
 
 
 def test_the_part_under_the_mouse_casts_or_not(display, model):
-    with open_desk(display, model, "--no-cast", "hut", "--detail", "1.5") as desk:
+    with open_desk(display, model, "--no-cast", "hut", "--detail", "1.25") as desk:
         first = desk.view()
         assert first.no_cast == {1}
-        assert first.detail == 1.5
+        assert first.detail == 1.25
+        desk.drag((DETAIL[0] - 20, DETAIL[1]), DETAIL, slowly=True)
+        coarse = desk.view()
+        assert coarse.detail == pytest.approx(4.0, abs=1.0)
+        assert coarse.mask_scale == 1
         (place,) = project(first.viewpoint.camera(SIZE), np.array([[1.0, 1, 3]]))
         display.do("mousemove", round(PANEL + place[0]), round(place[1]))
         desk.press("x")

@@ -226,12 +226,12 @@ def _draw_counting(view: ViewState) -> ViewState:
     view = view.choose_method(methods[choose("method", methods.index(view.method), methods)])
     if DEVICES[view.device].enlarges_masks and view.soft == "none":
         put_label("mask")
-        place = MASK_SCALES.index(view.mask_scale)
-        place = choose("scale", place, ("whole", "half", "quarter"), grow(72))
+        place, is_whole = MASK_SCALES.index(view.mask_scale), view.mask_scale == 1
+        place = choose("scale", place, ("whole", "half", "quarter"), -1.0 if is_whole else grow(72))
         view = replace(view, mask_scale=MASK_SCALES[place])
-        imgui.same_line()
-        if view.mask_scale == 1:
+        if is_whole:
             return _draw_detail(view)
+        imgui.same_line()
         place = choose("filter", MASK_FILTERS.index(view.mask_filter), MASK_FILTERS)
         view = replace(view, mask_filter=MASK_FILTERS[place])
     return view
@@ -240,11 +240,10 @@ def _draw_counting(view: ViewState) -> ViewState:
 def _draw_detail(view: ViewState) -> ViewState:
     """Draw by how many pixels shadows may be off, if the method can cast from coarser meshes."""
     imgui.begin_disabled(view.method not in DEVICES[view.device].methods.volumes)
-    text = "%.1f px" if view.detail else "exact"
-    imgui.set_next_item_width(-1)
-    changed, detail = imgui.slider_float("##detail", view.detail, 0.0, 8.0, text)
+    label = f"off by {view.detail:.1f} px" if view.detail else "exact"
+    detail = slide(label, "detail", view.detail, 0.0, 8.0)
     imgui.end_disabled()
-    return replace(view, detail=round(detail, 1)) if changed else view
+    return view if detail == view.detail else replace(view, detail=round(detail, 1))
 
 
 def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
