@@ -91,6 +91,7 @@ def main(folder):
               f"wrong by more than half {100 * (apart > HALF).mean():.2f} %")  # fmt: skip
     linear = np.concatenate(pictures, axis=1) / 255
     Image.fromarray((255 * linear**0.45).astype(np.uint8)).save(folder / "masks.png")
+    print(folder / "masks.png")
 
 
 if __name__ == "__main__":

@@ -136,6 +136,7 @@ def main() -> None:
     for name in ("hard", *SOFT[1:]):
         error = np.abs(visibility[name] * faces_light - truth)[partial].mean()
         print(f"{name:10} off by {error:.3f} in the penumbra")
+    print(options.folder / "soft_shadows.png", options.folder / "soft_errors.png", sep="\n")
 
 
 if __name__ == "__main__":

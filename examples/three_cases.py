@@ -62,6 +62,7 @@ def main(folder):
         pixels = draw(renderer, above, lamp_inside, "volumes")
         Image.fromarray(pixels).save(folder / "volumes.png")
     print(f"cubes of case 1, 2 and 3 in view: {cases[0]}, {cases[1]} and {cases[2]}")
+    print(folder / "three_cases.png", folder / "volumes.png", sep="\n")
 
 
 if __name__ == "__main__":

@@ -93,7 +93,9 @@ def _has_gl():
 
 @pytest.mark.usefixtures("_has_gl")
 def test_three_cases(tmp_path):
-    assert "46, 1 and 1" in run("three_cases.py", tmp_path)
+    said = run("three_cases.py", tmp_path)
+    assert "46, 1 and 1" in said
+    assert said.split()[-2:] == [str(tmp_path / "three_cases.png"), str(tmp_path / "volumes.png")]
     with Image.open(tmp_path / "three_cases.png") as picture:
         colors = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
     red, green, blue = colors.T
@@ -121,7 +123,9 @@ def test_soft_shadows(tmp_path):
     said = run("soft_shadows.py", tmp_path, "--samples", 64, "--size", "140x100")
     names = {f"soft_{name}.png" for name in ("hard", *SOFT)}
     assert {p.name for p in tmp_path.iterdir()} == names | {"soft_shadows.png", "soft_errors.png"}
-    error = {line.split()[0]: float(line.split()[3]) for line in said.splitlines()}
+    *lines, sheet, apart = said.splitlines()
+    assert [sheet, apart] == [str(tmp_path / f"soft_{name}.png") for name in ("shadows", "errors")]
+    error = {line.split()[0]: float(line.split()[3]) for line in lines}
     assert error["wedges"] < 0.3 * error["hard"]
     assert error["complexity"] < 0.1 * error["hard"]
     with Image.open(tmp_path / "soft_shadows.png") as sheet:
@@ -131,7 +135,9 @@ def test_soft_shadows(tmp_path):
 @pytest.mark.usefixtures("_has_gl")
 def test_shadow_masks(tmp_path):
     said = run("shadow_masks.py", tmp_path)
-    error = {tuple(line.split()[:2]): float(line.split()[4]) for line in said.splitlines()}
+    *lines, made = said.splitlines()
+    assert made == str(tmp_path / "masks.png")
+    error = {tuple(line.split()[:2]): float(line.split()[4]) for line in lines}
     for scale in "1/2", "1/4":
         assert 0 < error[scale, "joint:"] < 0.7 * error[scale, "bilinear:"]
     with Image.open(tmp_path / "masks.png") as picture:
