@@ -101,7 +101,7 @@ def test_files_of_the_whole_are_written_while_no_other_run_may_use_the_folder(ci
     seen = []
 
     def write(study):
-        with pytest.raises(umbra.InputError, match="another run .* writes into"):
+        with pytest.raises(umbra.InputError, match=r"another run .* writes into"):
             study.write("map")
         seen.append(study)
 

@@ -53,10 +53,13 @@ class LoneCasters:
         for body in bodies:
             count = np.bincount(body.component_shell, minlength=body.n_shells)
             dented = np.bincount(body.component_shell, ~body.is_convex, body.n_shells)
-            convex.append(np.tile((count == 1) & (dented == 0), len(body.transforms)))
-            axes = body.transforms[:, :3, :3]
-            stretch = np.sqrt(np.abs(axes.transpose(0, 2, 1) @ axes).sum(2).max(1))  # or less
-            reach.append(np.outer(stretch, body.radii).ravel())
+            is_convex = (count == 1) & (dented == 0)
+            convex.append(np.tile(is_convex, len(body.transforms)))
+            reach.append(np.full(len(convex[-1]), np.inf))
+            if is_convex.any() and not body.poses:  # of what bends, boxes tell
+                axes = body.transforms[:, :3, :3]
+                stretch = np.sqrt(np.abs(axes.transpose(0, 2, 1) @ axes).sum(2).max(1))  # or less
+                reach[-1] = np.outer(stretch, body.radii).ravel()
         middle, half = bounds.mean(1), (bounds[:, 1] - bounds[:, 0]) / 2
         radius = np.minimum(np.linalg.norm(half, axis=1), np.concatenate(reach))
         can_be = np.concatenate(convex) & (bounds[:, 0, 2] > top)

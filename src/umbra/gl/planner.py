@@ -254,7 +254,9 @@ class Planner:
             # Points near a light are numbered beyond all others, which may take wider numbers.
             self._list.begin(self.indices.widen(sum(len(some) for some in points)))
             plans, first = [], self.geometry.n_points
-            for each in zip(self._kept, selections, touched, ranges, strict=True):
+            places = sources.copy()  # relative to the eye
+            places[:, :3] -= sources[:, 3:] * projection.eye
+            for each in zip(self._kept, selections, touched, ranges, places, strict=True):
                 plans.append(self._plan(projection, *each, first, (near_slack, slack)))
                 first += 0 if each[2] is None else len(each[2].points)
             self.indices.write(
@@ -272,6 +274,8 @@ class Planner:
             below += [] if self.ground is None else [self.ground]
             top = max(below, default=np.inf) + self._slack
             self._lone = LoneCasters.of(self.bodies, self.bounds, top)
+        if not self._lone.can_be.any():
+            return list(selections)
         pairs = zip(self._kept, selections, strict=True)
         return [self._lone.shorten(selection, kept) for kept, selection in pairs]
 
@@ -292,6 +296,7 @@ class Planner:
         selection: VolumeSelection,
         touched: Nearby | None,
         clip_range: tuple[Rectangle | None, tuple[float, float] | None],
+        lamp: NDArray[np.float64],
         first: int,
         slack: tuple[float, float],
     ) -> VolumePlan:
@@ -313,7 +318,7 @@ class Planner:
         statistics = Statistics.of(selection, self._n_shells, drawn, size, deepest)
         return VolumePlan(
             projection=projection.tilted(tilt),
-            light=np.append(source[:3] - source[3] * projection.eye, source[3]),
+            light=lamp,
             bottom=float(self.floor - projection.eye[2]),
             top=float(selection.top - projection.eye[2]),
             draws=tuple(draws),
@@ -368,7 +373,7 @@ class Planner:
         if (
             old is not None
             and old.moves == self._moves
-            and np.array_equal(old.source, source)
+            and (old.source == source).all()
             and (old.camera is camera or not old.is_special)
         ):
             return

@@ -292,10 +292,11 @@ def find_clip_ranges(
     places = sources[some, :3]
     reaches = np.array([lights[number].range for number in some])
     corners = find_sphere_scissors(camera, places, reaches, origin)
-    bounds = None
+    spans: list[tuple[float, float] | None] = [None] * len(some)
     if camera.is_perspective:
-        depths = find_sphere_depths(camera, places, reaches, origin)
-        bounds = find_depth_bounds(camera, depths)
+        bounds = find_depth_bounds(camera, find_sphere_depths(camera, places, reaches, origin))
+        spans = [(low, high) for low, high in bounds.bounds.tolist()]
+        corners[bounds.is_empty & np.isfinite(reaches)] = 0
     for row, number in enumerate(some):
         light, mine = lights[number], corners[row]
         if light.axis is not None:
@@ -303,11 +304,7 @@ def find_clip_ranges(
                 camera, places[row], light.axis, light.half_angle, light.range, origin
             )
             mine = _meet(mine, cone)
-        span = None
-        if bounds is not None and light.range < np.inf:
-            low, high = bounds.bounds[row].tolist()
-            mine, span = mine * ~bounds.is_empty[row], (low, high)
-        found[number] = mine, span
+        found[number] = mine, spans[row] if light.range < np.inf else None
     return found
 
 

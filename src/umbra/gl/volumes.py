@@ -10,6 +10,7 @@ light.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,14 +184,16 @@ def find_together(
             if missing.any():
                 touched.setdefault(index, []).append((each, missing))
     for group in touched.values():
-        alike = [
-            (each, mine) for each, mine in group if not len(each.held) and not each.opened.any()
-        ]
-        if len(alike) > 1 and len(group[0][0].body.caster.edges) < _LARGE:
+        is_plain = [not len(each.held) and not each.opened.any() for each, _ in group]
+        if sum(is_plain) < 2 or len(group[0][0].body.caster.edges) >= _LARGE:
+            is_plain = [False] * len(group)
+        alike = list(compress(group, is_plain))
+        if alike:
             for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
                 each.add(found, mine)
-        for each, mine in group:
-            each.find(mine)
+        for (each, mine), is_done in zip(group, is_plain, strict=True):
+            if not is_done:
+                each.find(mine)
 
 
 @dataclass(eq=False)

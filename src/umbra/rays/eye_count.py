@@ -121,24 +121,18 @@ class Anchor:
         """
         if self.is_lit.all():  # as nearly always
             return np.zeros(self.n_components, np.bool_)
-        which, winding = self._wind()
-        return self._mark(which[winding < 0])
+        return self._wind() < 0
 
     @property
     def around(self) -> NDArray[np.bool_]:
         """Components that enclose either the light or the eye more often, (n_components,)."""
-        which, winding = self._wind()
-        return self._mark(which[winding != 0])
+        return self._wind() != 0
 
-    def _wind(self) -> tuple[NDArray[np.int32], NDArray]:
-        """Find components, and their winding numbers at the eye minus at the light; others: 0."""
-        which, place = np.unique(self.components, return_inverse=True)
-        return which, np.bincount(place, np.where(self.is_lit, 1, -1), len(which))
-
-    def _mark(self, components: NDArray[np.int32]) -> NDArray[np.bool_]:
-        found = np.zeros(self.n_components, np.bool_)
-        found[components] = True
-        return found
+    def _wind(self) -> NDArray[np.int32]:
+        """Find each component's winding number at the eye minus that at the light."""
+        winding = np.zeros(self.n_components, np.int32)
+        np.add.at(winding, self.components, np.where(self.is_lit, 1, -1))
+        return winding
 
 
 def find_anchor(
