@@ -114,11 +114,7 @@ class Anchor:
 
     @property
     def enclosed(self) -> NDArray[np.bool_]:
-        """
-        Components that enclose the light more often than the eye, (n_components,).
-
-        There the closed rule could miss a shadow.
-        """
+        """Components with more winding at the light, where the closed rule could miss a shadow."""
         if self.is_lit.all():  # as nearly always
             return np.zeros(self.n_components, np.bool_)
         return self._wind() < 0
@@ -141,16 +137,7 @@ def find_anchor(
     """
     Find the faces between two homogeneous points.
 
-    Parameters
-    ----------
-    caster : Caster
-    blocks : FaceBlocks
-    eye, light : (4,) float64
-        In the caster's frame; w = 0 is infinitely far.
-
-    Returns
-    -------
-    anchor : Anchor
+    ``eye`` and ``light`` are (4,) float64 in the caster's frame; w = 0 is infinitely far.
     """
     n, is_clean = 0, True
     crossed = np.empty(len(caster.faces), np.int32)
