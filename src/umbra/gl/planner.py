@@ -304,7 +304,7 @@ class Planner:
         source, (corners, depths) = kept.source, clip_range
         draws: list[Draw] = []
         drawn: dict[str, int] = {}
-        start, tilt, deepest = 0, np.zeros(2), 0
+        start, deepest = 0, 0
         if len(selection.shells):
             for name, is_cut, place, count in self._list_draws(kept, selection, touched, first):
                 draws.append(Draw.of(name, is_cut, place, count))
@@ -312,12 +312,13 @@ class Planner:
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
                 start, tilt = find_start(kept, projection.camera, source, uncut)
+                projection = projection.tilted(tilt)
             start += selection.start
             deepest = kept.bound(selection, self.bounds, self._most)
         size = self.indices.dtype.itemsize
         statistics = Statistics.of(selection, self._n_shells, drawn, size, deepest)
         return VolumePlan(
-            projection=projection.tilted(tilt),
+            projection=projection,
             light=lamp,
             bottom=float(self.floor - projection.eye[2]),
             top=float(selection.top - projection.eye[2]),
@@ -373,7 +374,7 @@ class Planner:
         if (
             old is not None
             and old.moves == self._moves
-            and (old.source == source).all()
+            and old.source.tobytes() == source.tobytes()
             and (old.camera is camera or not old.is_special)
         ):
             return
