@@ -158,8 +158,12 @@ def make_sides_alike(
     lights = np.concatenate([each.lights for each, _ in alike])
     rows = np.concatenate([mine for _, mine in alike]).reshape(-1, body.n_shells)
     found = _find_sides(body, body.caster, lights, rows)
-    starts, ends = (spans.reshape(len(alike), -1) for spans in (found.starts, found.ends))
-    return [ShellSides(found.sides, *spans) for spans in zip(starts, ends, strict=True)]
+    spans = zip(*(each.reshape(len(alike), -1) for each in (found.starts, found.ends)), strict=True)
+    # Each keeps its own: a lamp that stands still must not hold what others had long ago.
+    return [
+        ShellSides(found.sides, *mine).keep(wanted)
+        for (_, wanted), mine in zip(alike, spans, strict=True)
+    ]
 
 
 def _find_sides(
