@@ -54,7 +54,7 @@ def city_study(
     memory : str or float, optional
         Most memory of the run: ``"4GB"``, or a number [byte]; by default half of what there is.
     min_altitude : float
-        Leave out the suns below this altitude, as if they were not up; none by default [degrees].
+        Ignore the sun below this altitude; by default none is ignored [degrees].
     reading : dict, optional
         Options of ``umbra.read``.
     workers : int, optional

@@ -2,7 +2,7 @@
 Temporary folders inside a results folder: made, locked, sealed, cleaned up.
 
 A lock file distinguishes a live run's folder from a killed run's: the system releases the
-lock when the process ends. A second run is refused while the first lives. A seal, written when
+lock when the process ends. A second run is refused while the first is running. A seal, written when
 every file is complete, marks the files to be moved: the next run finishes the renames of a
 killed one, and folders without a seal are dropped.
 
