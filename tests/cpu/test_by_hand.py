@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.judge import look_down
 from support.shapes import box, merge, nested_boxes, rewound, sheet
+from support.weights import count_suns
 
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.height_field import HeightFieldSweep
@@ -128,9 +129,7 @@ def test_nothing_at_all_casts_nothing():
     grid = Grid(0.0, 0.0, 1.0, 1.0, 4, 3)
     for sweep in PlaneSweep(caster, grid, 0.0), HeightFieldSweep(caster, grid, np.zeros((3, 4))):
         assert not sweep.counts(SOUTH_45).any()
-        steps = np.zeros((3, 4), np.int32)
-        sweep.add_steps(SOUTH_45, steps)
-        assert not steps.any()
+        assert not count_suns(sweep, SOUTH_45, (3, 4)).any()
 
 
 def test_an_eye_counts_the_layers_between_it_and_the_light():

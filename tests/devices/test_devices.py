@@ -87,7 +87,7 @@ class ToyTiles(TileCounters):
     def make(self, tile):
         return self
 
-    def add_steps(self, suns, steps, progress=lambda _: None):
+    def add_weights(self, suns, weights, sums, progress=lambda _: None):
         time.sleep(self.seconds)
 
     def release(self):
@@ -126,13 +126,13 @@ def test_auto_takes_what_counts_faster(town, monkeypatch, toy, toys, cpus, faste
 
     def make(self, tile):
         counter = real(self, tile)
-        add_steps = counter.add_steps
+        add_weights = counter.add_weights
 
         def slowly(*arguments):
             time.sleep(cpus)
-            add_steps(*arguments)
+            add_weights(*arguments)
 
-        counter.add_steps = slowly
+        counter.add_weights = slowly
         return counter
 
     monkeypatch.setattr(type(DEVICES["cpu"].open_tiles([])), "make", make)

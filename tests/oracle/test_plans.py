@@ -18,6 +18,7 @@ from support.shapes import (
     staircase,
     turned,
 )
+from support.weights import check_weights
 
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
@@ -152,9 +153,7 @@ def check_steps(sweep, layers):
     suns = np.array([(0.001, 0.002, 1), (0.0, 0.001, 1)])
     counts = sweep.counts(suns)
     assert counts.max() == layers
-    steps = np.zeros(counts.shape[1:], np.int32)
-    sweep.add_steps(suns, steps)
-    np.testing.assert_array_equal(steps, (counts > 0).sum(0))
+    check_weights(sweep, suns, counts > 0)
 
 
 @pytest.mark.parametrize("layers", [127, 128, 255, 256, 300])
@@ -171,9 +170,7 @@ def test_boxes_in_the_ground_that_wrap_around_in_few_bits(layers):
     rng = np.random.default_rng(1)
     for _ in range(3):  # what a sun leaves behind is no other's
         order = rng.permutation(40)
-        steps = np.zeros(wanted.shape[1:], np.int32)
-        sweep.add_steps(suns[order], steps)
-        np.testing.assert_array_equal(steps, (wanted > 0).sum(0))
+        check_weights(sweep, suns[order], wanted[order] > 0)
 
 
 def test_deep_suns_do_not_disturb_the_others_in_a_batch():
@@ -184,10 +181,8 @@ def test_deep_suns_do_not_disturb_the_others_in_a_batch():
     heights, _ = look_down(mesh, grid, ground=0.0)
     for sweep in PlaneSweep(caster, grid, 0.0), HeightFieldSweep(caster, grid, heights):
         counts = sweep.counts(suns)
-        steps = np.zeros((9, 12), np.int32)
-        sweep.add_steps(suns, steps)
-        np.testing.assert_array_equal(steps, (counts > 0).sum(0))
-        assert steps.max() == 2 - isinstance(sweep, HeightFieldSweep)
+        check_weights(sweep, suns, counts > 0)
+        assert (counts > 0).sum(0).max() == 2 - isinstance(sweep, HeightFieldSweep)
 
 
 @pytest.mark.parametrize("name", ["turned boxes", "jumble", "wound inward"])
@@ -204,11 +199,9 @@ def test_results_do_not_depend_on_threads(name):
             PlaneSweep(caster, GRID, 0.5, threads),
             HeightFieldSweep(caster, GRID, heights, threads),
         ):
-            steps = np.zeros((GRID.rows, GRID.cols), np.int32)
-            sweep.add_steps(suns, steps)
             counts = sweep.counts(suns)
-            np.testing.assert_array_equal(steps, (counts != 0).sum(0))
-            found += [steps, counts]
+            check_weights(sweep, suns, counts != 0)
+            found.append(counts)
         found.append(look_down(mesh, GRID, threads=threads)[1])
         results.append(found)
     for other in results[1:]:

@@ -105,13 +105,13 @@ def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
 
     def watch(self):
         counter = make(self)
-        add = counter.add_steps
+        add = counter.add_weights
 
-        def add_steps(suns, steps, *more):
-            done.append(len(suns) * (steps.size + face))
-            add(suns, steps, *more)
+        def add_weights(suns, weights, sums, *more):
+            done.append(len(suns) * (sums.size + face))
+            add(suns, weights, sums, *more)
 
-        counter.add_steps = add_steps
+        counter.add_weights = add_weights
         return counter
 
     monkeypatch.setattr(tile, "make_counter", watch)

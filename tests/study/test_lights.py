@@ -33,8 +33,8 @@ class Fixed:
     def masks(self, suns):
         return self.known[np.argmax(suns @ LEANING.T, 1)]
 
-    def add_steps(self, suns, steps, progress=lambda _: None):
-        steps += self.masks(suns).sum(0, dtype=np.int32)
+    def add_weights(self, suns, weights, sums, progress=lambda _: None):
+        sums += weights.T @ self.masks(suns).astype(np.int32)
         progress(len(suns))
 
 
@@ -62,8 +62,21 @@ def test_many_unequal_weights_give_what_equal_ones_would():
     told = []
     found = add_up(Fixed(MASKS), (3,), Lights.of(LEANING[which], weights), told.append)
     expected = weights.T @ np.array(MASKS)[which]
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    np.testing.assert_allclose(found, expected, rtol=2.0**-24, atol=100 * 2.0**-32 * 100)
     assert sum(told) == 100
+
+
+def test_sums_of_distinct_weights_do_not_depend_on_the_order():
+    rng = np.random.default_rng(4)
+    which, weights = rng.integers(0, 4, 2305), rng.normal(size=(2305, 3))
+    found = []
+    for order in (np.arange(2305), rng.permutation(2305)):
+        lights = Lights.of(LEANING[which[order]], weights[order])
+        found.append(add_up(Fixed(MASKS), (3,), lights))
+    np.testing.assert_array_equal(*found)
+    expected = weights.T @ np.array(MASKS)[which]
+    whole = np.abs(weights).sum(0)[:, None]
+    assert (np.abs(found[0] - expected) / whole).max() < 1e-6
 
 
 class Watch(Accumulator):

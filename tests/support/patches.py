@@ -4,6 +4,7 @@ import numpy as np
 
 from support.raycaster import RayCaster
 from support.shapes import sheet
+from support.weights import check_weights
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
@@ -39,9 +40,7 @@ def check(mesh, suns, spacing):
     """Compare with rays and the ray caster; give how many are in cast shadow, and lit."""
     samples, _, counter, tree, scene = prepare(mesh, spacing)
     masks = counter.masks(suns)
-    steps = np.zeros(len(samples.points), np.int32)
-    counter.add_steps(suns, steps)
-    np.testing.assert_array_equal(steps, masks.sum(0, dtype=np.int32))
+    check_weights(counter, suns, masks)
     soup = scene.triangles()
     rays, open_rule = RayCaster(soup.vertices, soup.faces), np.zeros(len(soup.faces), bool)
     compare_with_rays(samples, masks, tree, rays, suns)

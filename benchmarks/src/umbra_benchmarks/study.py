@@ -185,5 +185,6 @@ def _count_differences(sweep: Sweep, rays: _Rays) -> tuple[int, int]:
 
 
 def _count(sweep: Sweep, suns: NDArray[np.float64]) -> Contender:
-    steps = np.zeros((sweep.grid.rows, sweep.grid.cols), np.int32)
-    return timed(lambda: sweep.add_steps(suns, steps))
+    once = np.ones((len(suns), 1), np.int32)
+    steps = np.zeros((1, sweep.grid.rows, sweep.grid.cols), np.int32)
+    return timed(lambda: sweep.add_weights(suns, once, steps))

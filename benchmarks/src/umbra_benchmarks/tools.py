@@ -361,8 +361,9 @@ class _Ours:
         )  # fmt: skip
 
     def _run(self, sweep: Sweep, receivers: str) -> ToolSeconds:
-        steps = np.zeros((self.grid.rows, self.grid.cols), np.int32)
-        counted = timed(lambda: sweep.add_steps(self.suns, steps), at_least=0.05)()
+        once = np.ones((len(self.suns), 1), np.int32)
+        steps = np.zeros((1, self.grid.rows, self.grid.cols), np.int32)
+        counted = timed(lambda: sweep.add_weights(self.suns, once, steps), at_least=0.05)()
         scene = make_scene(self.model.vertices, self.model.faces)
         return ToolSeconds(counted, timed(lambda: self.study(scene, receivers))())
 

@@ -129,8 +129,9 @@ class _Walls:
     def count(self, suns: NDArray[np.float64]) -> None:
         """Count the suns that leave each sample in shadow; find their silhouettes first."""
         self.binner.forget()
+        once = np.ones((len(suns), 1), np.int32)
         for counter in self.counters:
-            counter.add_steps(suns, np.zeros(counter.size, np.int32))
+            counter.add_weights(suns, once, np.zeros((1, counter.size), np.int32))
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Tell which samples are in shadow."""

@@ -139,8 +139,8 @@ def _time_kernel(
     soup, cell = scene.triangles(), model.side / cells
     grid = Grid(cell / 2 - scene.origin[0], cell / 2 - scene.origin[1], cell, cell, cells, cells)
     sweep = PlaneSweep(make_caster(soup.vertices, soup.faces), grid, -scene.origin[2], 1)
-    steps = np.zeros((cells, cells), np.int32)
-    return timed(partial(sweep.add_steps, suns, steps))
+    once, steps = np.ones((len(suns), 1), np.int32), np.zeros((1, cells, cells), np.int32)
+    return timed(partial(sweep.add_weights, suns, once, steps))
 
 
 def _type(path: Path, model: SquareModel, cells: int) -> list[str]:

@@ -137,21 +137,41 @@ def _find_turned(planes, is_open, sun, states, held, codes):
 
 
 @partial(borrowing, boundscheck=False)
-def _sum_up(diff, base, first, last, level, is_count, out):
-    """
-    Sum columns of ``diff`` and ``base`` over some rows; reset ``diff`` to 0.
-
-    Writes the counts, or adds 1 to every cell in shadow; then sums may wrap around: only 0 must
-    differ from the rest.
-    """
+def _sum_up(diff, base, first, last, level, counts):
+    """Write the sums of columns of ``diff`` and ``base`` over some rows; reset ``diff`` to 0."""
     for r in range(first, last):
         d = diff[r]
         b = base[r]
-        o = out[r]
+        o = counts[r]
         for c in range(o.size):
             level[c] += d[c] + b[c]
             d[c] = 0
-            o[c] = level[c] if is_count else o[c] + (level[c] != 0)
+            o[c] = level[c]
+    diff[last] = 0
+
+
+@partial(borrowing, boundscheck=False)
+def _add_up(diff, base, first, last, level, weights, sums):
+    """
+    Add a sun's ``weights`` (k,) to the ``sums`` (k, rows, cols) of every cell in shadow.
+
+    Columns are summed as in ``_sum_up``, but may wrap around: only 0 must differ from the rest.
+    """
+    nothing = weights[0] - weights[0]
+    for r in range(first, last):
+        d = diff[r]
+        b = base[r]
+        o = sums[0, r]
+        w = weights[0]
+        for c in range(o.size):
+            level[c] += d[c] + b[c]
+            d[c] = 0
+            o[c] += w if level[c] != 0 else nothing
+        for k in range(1, weights.size):
+            o = sums[k, r]
+            w = weights[k]
+            for c in range(o.size):
+                o[c] += w if level[c] != 0 else nothing
     diff[last] = 0
 
 
@@ -162,20 +182,21 @@ def count_winding(ends, weight, corner, diff, counts):
     codes = (np.arange(ends.shape[0]) << 2 | 1).astype(np.int32)
     first, last, _ = _cross(ends, weight, codes, 0.0, 0.0, corner, diff, south, loads)
     level = np.cumsum(south[:-1]).astype(np.int32)
-    _sum_up(diff, np.zeros_like(diff), first, last, level, True, counts)
+    _sum_up(diff, np.zeros_like(diff), first, last, level, counts)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def sweep(sides, codes, starts, suns, which, rims, corner, kept, out, counts, too_deep):
+def sweep(sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep):
     """
     Count ``which`` suns, in each thread's buffers.
 
-    Steps in shadow are added to ``out[thread]``; if there are as many ``counts`` as suns, counts
-    are written there instead. ``suns`` are directions, and their slopes in cells. ``sides`` are
-    ends and weights of edges; ``rims``, edges in the plane: ends, weights of 2, planes of their
-    faces, whether these are open, loads of columns, first row and end row. ``kept`` holds by
-    thread: a sun's crossings; those of the rims, and south of the raster; multiplicities of the
-    rims, and a sun's; which of them it changes; whether a crossing of the rims ever overflowed.
+    Where a sun leaves cells in shadow, its ``weights`` (suns, k) are added to ``out[thread]`` (k,
+    rows, cols); if there are as many ``counts`` as suns, counts are written there instead. ``suns``
+    are directions, and their slopes in cells. ``sides`` are ends and weights of edges; ``rims``,
+    edges in the plane: ends, weights of 2, planes of their faces, whether these are open, loads of
+    columns, first row and end row. ``kept`` holds by thread: a sun's crossings; those of the rims,
+    and south of the raster; multiplicities of the rims, and a sun's; which of them it changes;
+    whether a crossing of the rims ever overflowed.
     """
     keep = counts.shape[0] == suns.shape[0]
     rim_ends, rim_weight, planes, is_open, rim_loads, first_rim, last_rim = rims
@@ -205,8 +226,8 @@ def sweep(sides, codes, starts, suns, which, rims, corner, kept, out, counts, to
             too_deep[s] = True
             diff[t, :, :] = 0
         elif keep:
-            _sum_up(diff[t], base[t], first, last, level, True, counts[s])
+            _sum_up(diff[t], base[t], first, last, level, counts[s])
         elif is_narrow:
-            _sum_up(diff[t], base[t], first, last, narrow, False, out[t])
+            _add_up(diff[t], base[t], first, last, narrow, weights[s], out[t])
         else:
-            _sum_up(diff[t], base[t], first, last, level, False, out[t])
+            _add_up(diff[t], base[t], first, last, level, weights[s], out[t])

@@ -79,7 +79,7 @@ class HeightFieldSweep(Sweep):
         z of the topmost surface, ``ASIDE`` from the centres [m]; no caster may lie above it.
     threads : int
     slopes : Slopes
-        Cells in attached shadow count as in shadow in ``add_steps`` and ``masks``.
+        Cells in attached shadow count as in shadow in ``add_weights`` and ``masks``.
     """
 
     narrow = np.int16
@@ -109,6 +109,7 @@ class HeightFieldSweep(Sweep):
         found: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
+        weights: NDArray,
         out: NDArray,
         counts: NDArray,
         count_type: type,
@@ -122,7 +123,7 @@ class HeightFieldSweep(Sweep):
         _sweep(
             self.ends, self.caster.weight, found.codes, found.starts, away, which,
             self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
-            self.slopes.face, self._face_sun(suns), level, out, counts, too_deep,
+            self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -358,23 +359,35 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level
 
 
 @partial(borrowing, boundscheck=False)
-def _add_steps(level, out, cells, face, lit, sun):
-    """Add 1 to every cell in shadow, cast or attached; reset ``level`` to 0."""
+def _add_up(level, weights, sums, cells, face, lit, sun):
+    """
+    Add a sun's ``weights`` (k,) to the ``sums`` (k, rows, cols) of every cell in shadow.
+
+    Shadow is cast, a ``level`` of not 0, or attached. Resets ``level`` to 0.
+    """
+    width = sums.shape[2]
     for q in range(cells.size):
         if (lit[face[q]] >> np.uint64(sun)) & np.uint64(1) == 0:
-            level[cells[q] // out.shape[1], cells[q] % out.shape[1]] = 1
-    for r in range(out.shape[0]):
+            level[cells[q] // width, cells[q] % width] = 1
+    nothing = weights[0] - weights[0]
+    for r in range(sums.shape[1]):
         n = level[r]
-        o = out[r]
+        for k in range(1, weights.size):
+            o = sums[k, r]
+            w = weights[k]
+            for c in range(o.size):
+                o[c] += w if n[c] != 0 else nothing
+        o = sums[0, r]
+        w = weights[0]
         for c in range(o.size):
-            o[c] += n[c] != 0
+            o[c] += w if n[c] != 0 else nothing
             n[c] = 0
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _sweep(
     ends, weight, codes, starts, away, which, heights, lowest, floor, corner, cells, face, lit,
-    level, out, counts, too_deep,
+    level, weights, out, counts, too_deep,
 ):  # fmt: skip
     """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
     keep = counts.shape[0] == away.shape[0]
@@ -391,4 +404,4 @@ def _sweep(
         if keep or too_deep[s]:
             level[t, :, :] = 0
         else:
-            _add_steps(level[t], out[t], cells, face, lit, s)
+            _add_up(level[t], weights[s], out[t], cells, face, lit, s)

@@ -84,57 +84,64 @@ class PatchCounter:
         """
         where = self._patches.where
         masks = np.zeros((len(suns), len(where)), np.uint8)
+        nothing = np.zeros((0, 0), np.int32)
         for first in range(0, len(suns), _SUNS):
             some = suns[first : first + _SUNS]
             found = np.zeros((len(some), len(where)), np.uint8)
-            self._run(some, found)
+            self._run(some, found, (nothing, nothing))
             masks[first : first + len(some), where] = found
         return masks
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Add to each sample the number of suns that leave it in shadow.
+        Add to each sample the weights of the suns that leave it in shadow.
 
         Parameters
         ----------
         suns : (n, 3) float64
-        steps : (n_samples,) int32
+        weights : (n, k) int32
+        sums : (k, n_samples) int32
             Added to.
         progress : callable
             Called now and then with the number of suns done.
         """
         nothing = np.zeros((0, 0), np.uint8)
         for first in range(0, len(suns), _SUNS):
-            some = suns[first : first + _SUNS]
-            steps[self._patches.where] += self._run(some, nothing)
-            progress(len(some))
+            some = slice(first, min(first + _SUNS, len(suns)))
+            found = np.zeros((len(self._patches.where), len(sums)), np.int32)
+            self._run(suns[some], nothing, (np.ascontiguousarray(weights[some]), found))
+            sums[:, self._patches.where] += found.T
+            progress(some.stop - first)
 
-    def _run(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """Fill in masks, if any; otherwise return each sample's number of suns in shadow."""
+    def _run(
+        self,
+        suns: NDArray[np.float64],
+        masks: NDArray[np.uint8],
+        sums: tuple[NDArray[np.int32], NDArray[np.int32]],
+    ) -> None:
+        """Fill in masks, if any; otherwise the sums of weights, given as in ``darken``."""
         use_threads(self._threads)
-        suns = np.ascontiguousarray(suns)
-        change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
-        bins = self._binner.bin(suns)
-        run_blocks(_count, self._patches, bins, self._binner.edges, self._tree, change, masks)
-        return change
+        bins = self._binner.bin(np.ascontiguousarray(suns))
+        run_blocks(_count, self._patches, bins, self._binner.edges, self._tree, sums, masks)
 
 
 @njit(cache=True, nogil=True)
-def _count(patches, bins, edges, tree, change, masks, taken):
+def _count(patches, bins, edges, tree, sums, masks, taken):
     """Count blocks of patches until all are taken."""
     n = patches.size.shape[0]
     work = make_patch_work(patches, bins, 0, n)
     last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
-    _count_blocks(patches, bins, edges, tree, change, masks, work, last, known, taken, n)
+    _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n)
 
 
 @borrowing
-def _count_blocks(patches, bins, edges, tree, change, masks, work, last, known, taken, n):
+def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n):
     """
     Count blocks of patches until all ``n`` patches are taken.
 
@@ -155,21 +162,23 @@ def _count_blocks(patches, bins, edges, tree, change, masks, work, last, known, 
             for i in range(p0, p1):
                 is_few = patches.graze[i] == np.inf
                 if is_few and s < 0:
-                    ask_all(patches, bins, tree, work.stack, change, masks, i, 0, n_suns, -1)
+                    ask_all(patches, bins, tree, work.stack, sums, masks, i, 0, n_suns, -1)
                 elif not is_few and s >= 0:
                     look += 1
                     last[i - p0], known[i - p0] = _count_patch(
-                        patches, bins, edges, tree, change, masks, work, s, i, look, last[i - p0],
+                        patches, bins, edges, tree, sums, masks, work, s, i, look, last[i - p0],
                         known[i - p0],
                     )  # fmt: skip
         if masks.size == 0:
+            change = sums[1]
             for i in range(p0, p1):
                 for k in range(patches.first[i] + 1, patches.first[i + 1]):
-                    change[k] += change[k - 1]
+                    for c in range(change.shape[1]):
+                        change[k, c] += change[k - 1, c]
 
 
 @inlined
-def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, last, k):
+def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last, k):
     """
     Count a patch for one sun.
 
@@ -180,7 +189,7 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
     first, end = patches.first[i], patches.first[i + 1]
     if sine <= -patches.graze[i]:
-        darken(change, masks, s, first, end, end)
+        darken(sums, masks, s, first, end, end)
         return last, k
     face, changes, n_asked = np.int64(-1), 0, -1
     if sine >= patches.graze[i]:
@@ -200,12 +209,12 @@ def _count_patch(patches, bins, edges, tree, change, masks, work, s, i, look, la
             n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window)
         changes, n_asked = _add_rims(patches, work, i, n_rims, error)
     if n_asked < 0:
-        return ask_all(patches, bins, tree, work.stack, change, masks, i, s, s + 1, last), k
+        return ask_all(patches, bins, tree, work.stack, sums, masks, i, s, s + 1, last), k
     if changes == 0 and n_asked == 0:
         if face >= 0:
-            darken(change, masks, s, first, end, end)
+            darken(sums, masks, s, first, end, end)
         return last, k
-    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, k, face < 0)
+    return _settle(patches, tree, sums, masks, work, s, i, d, n_asked, last, k, face < 0)
 
 
 @inlined
@@ -236,7 +245,7 @@ def _add_rims(patches, work, i, n_rims, error):
 
 
 @inlined
-def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, is_lit):
+def _settle(patches, tree, sums, masks, work, s, i, d, n_asked, last, known, is_lit):
     """
     Find the samples in shadow by crossings and one ray; cast rays for doubtful samples.
 
@@ -268,9 +277,9 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
             if is_lit:
                 for t in range(n):
                     if runs[t, 2] != least:
-                        darken(change, masks, s, first + runs[t, 0], first + runs[t, 1], end)
+                        darken(sums, masks, s, first + runs[t, 0], first + runs[t, 1], end)
             else:
-                darken(change, masks, s, first, end, end)
+                darken(sums, masks, s, first, end, end)
             continue
         work.is_doubt[k] = False
         was = 1
@@ -280,9 +289,12 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last, known, i
         if masks.size > 0:
             masks[s, first + k] = now
         else:
-            change[first + k] += now - was
-            if first + k + 1 < end:
-                change[first + k + 1] -= now - was
+            weights, change = sums
+            for c in range(weights.shape[1]):
+                more = np.int32(now - was) * weights[s, c]
+                change[first + k, c] += more
+                if first + k + 1 < end:
+                    change[first + k + 1, c] -= more
     return last, known
 
 

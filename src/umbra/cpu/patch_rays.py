@@ -15,7 +15,7 @@ def ask(patches, tree, stack, k, d, last):
 
 
 @borrowing
-def ask_all(patches, bins, tree, stack, change, masks, i, s0, s1, last):
+def ask_all(patches, bins, tree, stack, sums, masks, i, s0, s1, last):
     """
     Cast rays from every sample of a patch to the suns from ``s0`` to ``s1``.
 
@@ -32,7 +32,7 @@ def ask_all(patches, bins, tree, stack, change, masks, i, s0, s1, last):
                 if tried < 0:
                     continue
                 last = tried
-            darken(change, masks, s, k, k + 1, end)
+            darken(sums, masks, s, k, k + 1, end)
     return last
 
 
@@ -43,12 +43,19 @@ def get_sun(bins, s):
 
 
 @inlined
-def darken(change, masks, s, a, b, end):
-    """Mark samples from a to b as in shadow, in a patch that ends at ``end``."""
+def darken(sums, masks, s, a, b, end):
+    """
+    Mark samples from a to b as in shadow, in a patch that ends at ``end``.
+
+    ``sums`` holds the weights of the suns (n_suns, k), and the changes of their sums from sample to
+    sample (n_samples, k), which are added to if there are no masks.
+    """
     if masks.size > 0:
         for k in range(a, b):
             masks[s, k] = 1
         return
-    change[a] += 1
-    if b < end:
-        change[b] -= 1
+    weights, change = sums
+    for c in range(weights.shape[1]):
+        change[a, c] += weights[s, c]
+        if b < end:
+            change[b, c] -= weights[s, c]

@@ -119,6 +119,7 @@ class PlaneSweep(Sweep):
         found: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
+        weights: NDArray,
         out: NDArray,
         masks: NDArray,
         count_type: type,
@@ -137,7 +138,7 @@ class PlaneSweep(Sweep):
         )
         sweep(
             (self.ends, self.asked.weight), found.codes, found.starts, np.append(suns, slope, 1),
-            which, self.rims, (grid.row, grid.col), kept, out, masks, too_deep,
+            which, self.rims, (grid.row, grid.col), kept, weights, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
 

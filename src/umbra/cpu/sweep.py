@@ -28,13 +28,14 @@ def bound_counts(load):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _empty_into(steps, out):
-    """Add each thread's counts to ``steps``, and reset ``out`` to 0."""
-    for r in prange(steps.shape[0]):
+def _empty_into(sums, out, weight):
+    """Add ``weight`` times each thread's ``out`` to ``sums``, and reset ``out`` to 0."""
+    for r in prange(sums.shape[1]):
         for t in range(out.shape[0]):
-            for c in range(steps.shape[1]):
-                steps[r, c] += out[t, r, c]
-                out[t, r, c] = 0
+            for k in range(sums.shape[0]):
+                for c in range(sums.shape[2]):
+                    sums[k, r, c] += weight * np.int32(out[t, k, r, c])
+                    out[t, k, r, c] = 0
 
 
 class Sweep(ABC):
@@ -57,34 +58,42 @@ class Sweep(ABC):
         self.asked = caster
         self._buffers: dict[tuple, NDArray] = {}
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Add to each cell the number of suns that leave it in shadow.
+        Add to each cell the weights of the suns that leave it in shadow.
 
         Parameters
         ----------
         suns : (n, 3) float64
             Directions toward the sun, above the horizon.
-        steps : (rows, cols) int32
+        weights : (n, k) int32
+        sums : (k, rows, cols) int32
             Added to.
         progress : callable
             Called now and then with the number of suns done.
         """
-        shape = (self.threads, *steps.shape)
+        if not len(suns):
+            return
+        weight = np.int32(1)
+        if weights.shape[1] == 1 and (weights == weights[0]).all():
+            # Numbers of suns take a quarter of the memory; a batch has at most 64.
+            weight, weights = weights[0, 0], np.ones(weights.shape, np.uint8)
+        shape = (self.threads, *sums.shape)
         at_once = max(8 * self.threads, 16)
         for which, found in self._batches(suns):
-            mine = suns[which]
-            out = self._buffer("out", shape, np.uint8)  # a batch has at most 64 suns
+            mine, of_mine = suns[which], np.ascontiguousarray(weights[which])
+            out = self._buffer("out", shape, weights.dtype.type)
             for first in range(0, len(mine), at_once):
                 some = np.arange(first, min(first + at_once, len(mine)))
-                self._count(found, mine, some, out, np.zeros((0, 1, 1), np.int32))
+                self._count(found, mine, some, of_mine, out, np.zeros((0, 1, 1), np.int32))
                 progress(len(some))
-            _empty_into(steps, out)
+            _empty_into(sums, out, weight)
 
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
@@ -123,9 +132,10 @@ class Sweep(ABC):
         counts : (n, rows, cols) int32
         """
         counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
-        nothing = np.zeros((self.threads, 1, 1), np.uint8)
         for which, found in self._batches(suns):
-            self._count(found, suns[which], np.arange(len(suns[which])), nothing, counts[which])
+            mine = suns[which]
+            none, nothing = np.zeros((len(mine), 1), np.uint8), np.zeros((1, 1, 1, 1), np.uint8)
+            self._count(found, mine, np.arange(len(mine)), none, nothing, counts[which])
         return counts
 
     def _batches(self, suns: NDArray[np.float64]) -> Iterator[tuple[slice, Silhouettes]]:
@@ -137,13 +147,14 @@ class Sweep(ABC):
         found: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
+        weights: NDArray,
         out: NDArray,
         counts: NDArray,
     ) -> None:
         # Suns whose counts might overflow the narrow type are counted again in int32.
-        deep = self._run(found, suns, which, out, counts, self.narrow)
+        deep = self._run(found, suns, which, weights, out, counts, self.narrow)
         if deep.any():
-            self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
+            self._run(found, suns, np.flatnonzero(deep), weights, out, counts, np.int32)
 
     def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:  # noqa: B027
         """Add attached shadow (surfaces facing away from the sun); a horizontal plane has none."""
@@ -154,6 +165,7 @@ class Sweep(ABC):
         found: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
+        weights: NDArray,
         out: NDArray,
         counts: NDArray,
         count_type: type,

@@ -24,6 +24,7 @@ from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.gl.volumes import make_volumes
+from umbra.rays.masks import add_masks
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import ASIDE, Grid
 
@@ -86,31 +87,41 @@ class GlSweep(DeviceUser):
             self._draw_surface()
 
     @on_device
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Add the number of suns that leave each cell in shadow.
+        Add to each cell the weights of the suns that leave it in shadow.
+
+        Suns of equal weight are counted on the device; else each mask is read.
 
         Parameters
         ----------
         suns : (n, 3) float64
             Directions toward the sun, above the horizon.
-        steps : (rows, cols) int32
+        weights : (n, k) int32
+        sums : (k, rows, cols) int32
             Added to.
         progress : callable
             Called occasionally with the number of suns done.
         """
+        if not len(suns):
+            return
+        if (weights != weights[0]).any():
+            add_masks(self.masks, suns, weights, sums, progress)
+            return
         with State(self.device) as state:
             self._steps.fill(state, 0.0)
             for plan in self._plan(suns):
                 self._counter.count(state, self._target, plan)
                 self._add_shadow(state, plan)
                 progress(1)
-        steps += np.rint(self._steps.read()[::-1]).astype(np.int32)
+        steps = np.rint(self._steps.read()[::-1]).astype(np.int32)
+        sums += weights[0][:, None, None] * steps
 
     @on_device
     def masks(

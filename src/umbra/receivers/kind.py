@@ -34,13 +34,18 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 class Counter(Protocol):
     """Counter of suns' shadows on receivers."""
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = ...,
     ) -> None:
-        """Add to each receiver the number of suns that leave it in shadow."""
+        """
+        Add to each receiver the weights (n, k) of the suns that leave it in shadow.
+
+        ``sums`` (k, ...) are added to; ``progress`` is called with the number of suns done.
+        """
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""

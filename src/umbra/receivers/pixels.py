@@ -180,13 +180,14 @@ class PixelCounter:
         masks[:, self._pixels] = self._counter.masks(suns)
         return masks.reshape(-1, *self._shape)
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each pixel the number of suns that leave it in shadow."""
-        found = np.zeros(len(self._pixels), np.int32)
-        self._counter.add_steps(suns, found, progress)
-        steps[np.unravel_index(self._pixels, self._shape)] += found
+        """Add to each pixel the weights (n, k) of the suns that leave it in shadow."""
+        found = np.zeros((len(sums), len(self._pixels)), np.int32)
+        self._counter.add_weights(suns, weights, found, progress)
+        sums[:, *np.unravel_index(self._pixels, self._shape)] += found

@@ -16,6 +16,7 @@ from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
+from umbra.rays.masks import add_masks
 from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid, Places
@@ -328,18 +329,19 @@ class CoveredSweep:
         masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
         return masks
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each cell the number of suns that leave it in shadow."""
-        beneath = steps.ravel()[self.cells]
-        for first in range(0, len(suns), 64):
-            beneath += self._find(suns[first : first + 64]).sum(0, dtype=np.int32)
-        self.sweep.add_steps(suns, steps, progress)
-        steps.reshape(-1)[self.cells] = beneath
+        """Add to each cell the weights (n, k) of the suns that leave it in shadow."""
+        flat = sums.reshape(len(sums), -1)
+        covered = flat[:, self.cells]
+        add_masks(self._find, suns, weights, covered, at_once=64)
+        self.sweep.add_weights(suns, weights, sums, progress)
+        flat[:, self.cells] = covered
 
     def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         where = self.places

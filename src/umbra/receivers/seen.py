@@ -23,6 +23,7 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
+from umbra.rays.masks import add_masks
 from umbra.receivers.kind import Request, Tile, Variables
 from umbra.receivers.pixels import PixelCounter, make_pixel_patches, snap_to_faces
 from umbra.receivers.raster import Raster
@@ -201,16 +202,15 @@ class ViewTile:
             mask[...] = dark[::-1]
         return masks
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each pixel the number of suns that leave it in shadow."""
-        for sun in suns:
-            steps += self.masks(sun[None])[0]
-            progress(1)
+        """Add to each pixel the weights (n, k) of the suns that leave it in shadow."""
+        add_masks(self.masks, suns, weights, sums, progress)
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the pixels in reach, and their masks."""

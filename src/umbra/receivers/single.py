@@ -18,6 +18,7 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
+from umbra.rays.masks import add_masks
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.samples import Samples
 from umbra.scene.derived import derive
@@ -133,17 +134,15 @@ class PointTile:
             self.casting.tree, where.points, where.normals, suns, self.casting.threads
         )
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each point the number of suns that leave it in shadow."""
-        for first in range(0, len(suns), 64):
-            some = suns[first : first + 64]
-            steps += self.masks(some).sum(0, dtype=np.int32)
-            progress(len(some))
+        """Add to each point the weights (n, k) of the suns that leave it in shadow."""
+        add_masks(self.masks, suns, weights, sums, progress, at_once=64)
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the points in reach, and their masks."""

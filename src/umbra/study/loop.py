@@ -192,8 +192,9 @@ def add_up(
     """
     Add the weights of the lights that each receiver does not see.
 
-    Lights of equal weight are counted in integers, so that the sum does not depend on their
-    order; if few weights are equal, each mask is weighted.
+    Lights of equal weight are counted; distinct weights are added in fixed point, as multiples of
+    a number that is at most 2^-30 of a column's whole. Either way sums are of integers: they do not
+    depend on the order of the lights, on tiles or threads.
 
     Parameters
     ----------
@@ -212,21 +213,33 @@ def add_up(
     rows, group = np.unique(lights.weights, axis=0, return_inverse=True)
     group, directions = group.ravel(), lights.directions
     if _FEW * len(rows) > len(lights) > _FEW * lights.weights.shape[1]:
-        weights = lights.weights.astype(np.float32)
-        for first in range(0, len(lights), AT_ONCE):
-            some = slice(first, first + AT_ONCE)
-            masks = counter.masks(directions[some]).astype(np.float32)
-            sums += np.tensordot(weights[some].T, masks, 1)
-            progress(len(masks))
+        unit = find_unit(lights.weights)
+        whole = np.zeros(sums.shape, np.int32)
+        counter.add_weights(
+            directions, np.rint(lights.weights / unit).astype(np.int32), whole, progress
+        )
+        for total, summed, step in zip(sums, whole, unit, strict=True):
+            np.multiply(summed, step, out=total, casting="same_kind")
         return sums
     for k, row in enumerate(rows):
         counts = np.zeros(shape, np.int32)
-        counter.add_steps(directions[group == k], counts, progress)
+        some = directions[group == k]
+        counter.add_weights(some, np.ones((len(some), 1), np.int32), counts[None], progress)
         for column in np.flatnonzero(row):
             total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
             for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
                 total[i] += np.multiply(some, weight, dtype=np.float32)
     return sums
+
+
+def find_unit(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find the unit of each column in which its rounded weights (n, k) fit an int32 sum, (k,) float64.
+
+    Each of n roundings is off by half a unit: together by at most n / 2^32 of the column's sum.
+    """
+    whole = np.abs(weights).sum(0)
+    return np.where(whole > 0, whole, 1.0) / (2.0**31 - 1 - len(weights))
 
 
 def make_advance(

@@ -208,7 +208,8 @@ class Setup:
                 counter = counters.make(tile)
                 if type(counter) not in _warm and len(suns):
                     # Load kernels, untimed: two suns, as a single one has kernels of its own.
-                    counter.add_steps(suns[:2], np.zeros(tile.shape, np.int32))
+                    once = np.ones((len(suns), 1), np.int32)
+                    counter.add_weights(suns[:2], once[:2], np.zeros((1, *tile.shape), np.int32))
                     _warm.add(type(counter))
                 started = time.perf_counter()
                 run = look(tile, self.canopy, where, counter)

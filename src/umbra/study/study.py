@@ -19,6 +19,7 @@ from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.rays.hidden import find_hidden
+from umbra.rays.masks import add_masks
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request, Tile
 from umbra.scene import Scene
@@ -124,16 +125,15 @@ class RayCounter:
         found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
         return found.reshape(-1, *tile.shape)
 
-    def add_steps(
+    def add_weights(
         self,
         lights: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each receiver the number of lights that leave it in shadow."""
-        for light in lights:
-            steps += self.masks(light[None])[0]
-            progress(1)
+        """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
+        add_masks(self.masks, lights, weights, sums, progress)
 
 
 def count_lights(

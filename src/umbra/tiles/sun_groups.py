@@ -32,15 +32,16 @@ class SunGroups:
     def __init__(self, make: Callable[[NDArray[np.float64]], Counter]) -> None:
         self._make = make
 
-    def add_steps(
+    def add_weights(
         self,
         suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Add to each receiver the number of suns that leave it in shadow."""
+        """Add to each receiver the weights (n, k) of the suns that leave it in shadow."""
         for some in group_suns(suns):
-            self._make(suns[some]).add_steps(suns[some], steps, progress)
+            self._make(suns[some]).add_weights(suns[some], weights[some], sums, progress)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""
