@@ -12,9 +12,10 @@ SOURCES := $(shell find src -name '*.py')
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help study test fuzz lint docs bench pictures clean
+.PHONY: help setup study test fuzz lint docs bench pictures clean
 
 help:
+	@echo "make setup     umbra and the packages it needs, in $(VENV)"
 	@echo "make study     a shadow study of an example city quarter, from nothing to pictures"
 	@echo "make test      every test"
 	@echo "make fuzz      damaged files of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
@@ -40,7 +41,7 @@ $(PY):
 	@$(PY) -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
 
 $(VENV)/.umbra: pyproject.toml | $(PY)
-	@echo "installing umbra and the packages it needs into $(VENV) (a minute or two, once)"
+	@echo "installing umbra and the packages it needs into $(VENV) (once; a minute on an idle computer with a fast network)"
 	@$(PY) -m pip install --quiet --editable .
 	@touch $@
 
@@ -61,6 +62,9 @@ $(VENV)/.opengl: $(VENV)/.test
 	@touch $@
 
 $(VENV)/.test: benchmarks/pyproject.toml
+
+setup: $(VENV)/.umbra
+	@echo "umbra is installed: $(UMBRA) --help"
 
 # -- the example -------------------------------------------------------------------------
 
@@ -124,6 +128,8 @@ pictures: study
 	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png \
 	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png $(OUT)/sheet/sheet.png $(OUT)/above.png \
 	  $(OUT)/seasons.png $(OUT)/tower/hours_lost.png docs/pictures
+	$(UMBRA) view $(BLOCK) --date 2026-03-21 --proposed Tower --out $(OUT)/scene.html
+	$(PY) docs/film_page.py $(OUT)/scene.html docs/pictures/live.webp
 	cp $(OUT)/hall_soft.png docs/pictures  # in 256 colours its penumbrae would band
 
 clean:
