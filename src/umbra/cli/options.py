@@ -126,7 +126,7 @@ class HeadedOption(click.Option):
         As ``click.Option`` takes them.
     heading : str
     is_kept : bool
-        Whether ``study.toml`` repeats it.
+        Whether ``study.toml`` repeats it, and any file of options may set it.
     is_file : bool
         Whether its value names a file.
     """
