@@ -1,5 +1,6 @@
 """Studies repeated from their options, and what receives beside plans."""
 
+import os
 import socket
 import subprocess
 import tomllib
@@ -217,3 +218,17 @@ def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monke
         path.write_text(f'tiles = "1km"\n{spelled} = {text}\n')
         assert f" {name} is typed (--{name})" in study("--options", path).refusal()
     assert {one.name for one in tmp_path.iterdir()} == {"mine.toml", "tower.obj"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
+@pytest.mark.parametrize("option", ["points", "rules", "area", "files"])
+def test_a_file_that_names_an_endless_one_is_refused(umbra_here, tmp_path, tower, option):
+    path = tmp_path / "mine.toml"
+    files = "" if option == "files" else f'files = "{tower}"\n'
+    path.write_text(
+        f'{files}date = "2026-09-18"\nlat = 48.2\nlon = 16.37\n{option} = "/dev/zero"\n'
+        + 'receivers = "points"\n' * (option == "points")
+    )
+    said = umbra_here("study", "--options", path, "--out", tmp_path / "out").refusal()
+    assert "/dev/zero" in said
+    assert not (tmp_path / "out").exists()
