@@ -151,7 +151,7 @@ def _write_opener(url: str) -> Path | None:
             handle, name = tempfile.mkstemp(".html", "umbra-view-", folder)  # mode 600
             with os.fdopen(handle, "w", encoding="utf-8") as file:
                 file.write(_OPENER.format(url=html.escape(url)))
-            return Path(name)
+            return Path(name).absolute()
     return None
 
 
