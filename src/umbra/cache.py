@@ -4,7 +4,8 @@ Cache of scenes that are slow to read, stored as arrays.
 The folder stores arrays by name, limited in size and safe to delete: each file is NumPy's ``.npz``
 without pickles, written under another name and renamed, so that concurrent or killed runs leave
 only complete files. An unreadable file is removed and rewritten. Nothing here raises: if the cache
-cannot be written, it is not used.
+cannot be written, it is not used; nor is a folder that others own or may write to, who could put
+another scene in the place of one that was read.
 
 Arrays shared by parts are stored once and shared again after loading. Scenes with lights, motion or
 images are not cached: their formats are as fast to read. A SHA-256 among the arrays detects
@@ -13,6 +14,7 @@ changes, and every index is checked, since compiled kernels check no bounds.
 
 import os
 import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -28,7 +30,17 @@ from numpy.typing import NDArray
 
 from umbra.scene import Material, Mesh, Part, Scene, Source
 
-__all__ = ["LIMIT", "drop", "find_folder", "keep", "keep_scene", "load", "load_scene", "measure"]
+__all__ = [
+    "LIMIT",
+    "drop",
+    "find_doubt",
+    "find_folder",
+    "keep",
+    "keep_scene",
+    "load",
+    "load_scene",
+    "measure",
+]
 
 T = TypeVar("T")
 
@@ -202,6 +214,7 @@ def _with_tuples(facts: dict[str, Any]) -> dict[str, Any]:
 LIMIT = 1_000_000_000
 """Maximum total size of all files, and minimum free space on the disk [byte]."""
 
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _ENDING, _UNFINISHED = ".npz", ".unfinished"
 _ABANDONED = 3600.0  # age at which an unfinished file is that of a killed run [s]
 
@@ -216,8 +229,23 @@ def find_folder() -> Path:
     return user_cache_path("umbra", appauthor=False)
 
 
+def find_doubt(folder: Path) -> str:
+    """Return why a folder cannot be trusted: it is another user's, or others may write there."""
+    try:
+        status = folder.stat()
+    except OSError:  # it is made, for this user alone, when something is kept
+        return ""
+    if os.name != "posix":
+        return ""  # each user's folder is in their profile there
+    if status.st_uid != os.geteuid():
+        return "it belongs to another user"
+    return "others may write into it" if status.st_mode & _OTHERS_WRITE else ""
+
+
 def load(name: str) -> dict[str, NDArray] | None:
-    """Return the arrays stored under a name; None if missing or damaged (CRC-32)."""
+    """Return the arrays stored under a name; None if missing, damaged (CRC-32) or in doubt."""
+    if find_doubt(find_folder()):
+        return None
     try:
         with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as found:
             arrays = {key: found[key] for key in found.files}
@@ -242,6 +270,8 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
         if not folder.is_absolute():
             return  # a user without a home
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if find_doubt(folder):
+            return
         if shutil.disk_usage(folder).free < size + LIMIT:
             return
         handle, unfinished = tempfile.mkstemp(_UNFINISHED, dir=folder)

@@ -48,7 +48,7 @@ class Option:
     attribute : str
         Name of the result's attribute that stores the value unchanged.
     is_kept : bool
-        Whether it changes results, so option files store it.
+        Whether it decides results, so that option files store it, and may set it.
     """
 
     type: str

@@ -17,6 +17,7 @@ import umbra
 from umbra import cache as cache_folder
 from umbra import readers
 from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure
+from umbra.calls.doctor import examine
 from umbra.errors import InputError
 from umbra.readers import kept as readers_cache
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
@@ -357,3 +358,46 @@ def test_the_users_folder_is_the_default(monkeypatch):
     monkeypatch.delenv("UMBRA_CACHE")
     assert cache_folder.find_folder().name.lower() in {"umbra", "cache"}
     assert Path.home() in cache_folder.find_folder().parents
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows keeps each user's folder in their profile")
+@pytest.mark.parametrize("mode", [0o770, 0o702, 0o777, 0o1777])
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path, folder, reads, mode):
+    path = save_city(tmp_path / "town.city.json", HOUSES)
+    plain = umbra.read(path, cache=True)
+    umbra.read(path, cache=True)
+    assert reads.files == ["town.city.json"]
+    folder.chmod(mode)
+    assert measure()[0] == 1
+    check_same(umbra.read(path, cache=True), plain)
+    umbra.read(save_city(tmp_path / "other.city.json", {"one": HOUSES["house 1"]}), cache=True)
+    assert reads.files == ["town.city.json", "town.city.json", "other.city.json"]
+    assert measure()[0] == 1
+    folder.chmod(0o755)
+    umbra.read(path, cache=True)
+    assert len(reads.files) == 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows keeps each user's folder in their profile")
+def test_another_users_folder_is_not_used_and_doctor_says_so(tmp_path, folder, reads, monkeypatch):
+    path = save_city(tmp_path / "town.city.json", HOUSES)
+    umbra.read(path, cache=True)
+    owner = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+    umbra.read(path, cache=True)
+    umbra.read(path, cache=True)
+    assert reads.files == ["town.city.json"] * 3
+    monkeypatch.setattr("umbra.calls.doctor.probe", lambda _: {"reason": "not asked"})
+    assert any(str(folder) in one and "another user" in one for one in examine()["advice"])
+    monkeypatch.undo()
+
+
+def test_a_link_to_a_folder_that_others_may_write_to_is_not_used(tmp_path, folder, reads):
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    folder.symlink_to(tmp_path / "open")
+    path = save_city(tmp_path / "town.city.json", HOUSES)
+    umbra.read(path, cache=True)
+    umbra.read(path, cache=True)
+    assert reads.files == ["town.city.json"] * 2
+    assert list((tmp_path / "open").iterdir()) == []

@@ -1,5 +1,8 @@
 """Studies repeated from their options, and what receives beside plans."""
 
+import os
+import socket
+import subprocess
 import tomllib
 
 import numpy as np
@@ -7,6 +10,8 @@ import pytest
 import xarray as xr
 from support.model_files import save_city, save_obj
 from support.shapes import box, moved
+
+from umbra.cli.study import command
 
 HALF_DAY = ["--from", "10:00", "--to", "14:00", "--every", "1h"]
 HOUSES = {
@@ -50,7 +55,7 @@ def test_what_is_typed_comes_before_the_file(umbra_here, no_pictures, tmp_path):
     given = tmp_path / "mine.toml"
     given.write_text(
         'files = "town.obj"\ndate = 2026-09-18\nlat = 48.2\nlon = 16.37\ncell = 2\n'
-        'every = "1h"\nno_cast = "shed"\nextent = [-10, -10, 10, 10]\nout = "elsewhere"\n'
+        'every = "1h"\nno_cast = "shed"\nextent = [-10, -10, 10, 10]\n'
     )
     out = tmp_path / "out"
     said = umbra_here("study", "--options", given, "--cell", "1", "--lat", "-33", "--out", out)
@@ -174,3 +179,56 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
     assert said.status == 0, said
     kept = tomllib.loads((tmp_path / "out" / "study.toml").read_text(encoding="utf-8"))
     assert kept["rules"] == str(tmp_path / "rules.yaml")
+
+
+NAMES = """
+files lat lon tz north
+date from to every every-days by-day refraction
+receivers spacing on points eye target fov ground extent cell size
+cast no-cast canopy transmissivity leaf-on trunk canopy-heights
+by who proposed under spells exact min-spell masks
+title subtitle show at pictures report sheet write rules
+tiles min-altitude
+up height-column base-column name-column time animation bbox area geometric-error
+device
+"""
+FROM_A_FILE = NAMES.split()
+"""What a file from anybody may set: each was decided. None writes elsewhere than typed, connects to
+a machine, starts processes, or lets models name files outside their folder."""
+TYPED = {
+    "out": "elsewhere", "scheduler": "tcp://127.0.0.1:8786", "workers": 2, "memory": "4GB",
+    "threads": 1, "allow-outside": True, "no-cache": True, "quiet": True, "json": True,
+}  # fmt: skip
+
+
+def test_what_a_file_may_set_was_decided_for_each_option():
+    long = {name for one in command.params for name in one.opts if name.startswith("--")}
+    names = {"files", *(name.removeprefix("--") for name in long)} - {"options"}
+    assert names == {*FROM_A_FILE, *TYPED}
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monkeypatch, name):
+    value = TYPED[name]
+    text = f'"{value}"' if isinstance(value, str) else str(value).lower()
+    monkeypatch.setattr(socket.socket, "connect", None)
+    monkeypatch.setattr(subprocess, "Popen", None)
+    for spelled in {name, name.replace("-", "_")}:
+        path = tmp_path / "mine.toml"
+        path.write_text(f'tiles = "1km"\n{spelled} = {text}\n')
+        assert f" {name} is typed (--{name})" in study("--options", path).refusal()
+    assert {one.name for one in tmp_path.iterdir()} == {"mine.toml", "tower.obj"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
+@pytest.mark.parametrize("option", ["points", "rules", "area", "files"])
+def test_a_file_that_names_an_endless_one_is_refused(umbra_here, tmp_path, tower, option):
+    path = tmp_path / "mine.toml"
+    files = "" if option == "files" else f'files = "{tower}"\n'
+    path.write_text(
+        f'{files}date = "2026-09-18"\nlat = 48.2\nlon = 16.37\n{option} = "/dev/zero"\n'
+        + 'receivers = "points"\n' * (option == "points")
+    )
+    said = umbra_here("study", "--options", path, "--out", tmp_path / "out").refusal()
+    assert "/dev/zero" in said
+    assert not (tmp_path / "out").exists()

@@ -41,12 +41,12 @@ def test_a_killed_workers_tiles_are_counted_again(city, whole, tmp_path):
         def kill_one(job, tiles):
             for outcome in engine(job, tiles):
                 if not killed:
-                    killed.append(next(iter(engine.client.run(os.getpid).values())))
+                    killed.append(engine.processes[0])
                     os.kill(killed[0], signal.SIGKILL)
                 yield outcome
 
         umbra.city_study(city, out=tmp_path, engine=kill_one, **TILES, **GIVEN)
-        now = set(engine.client.run(os.getpid).values())
+        now = set(engine.processes)
     assert killed
     assert not now & set(killed)
     assert read_store(tmp_path) == whole

@@ -2,6 +2,7 @@
 
 import datetime as dt
 import json
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -160,3 +161,15 @@ def test_a_files_own_lights_come_before_the_sun(tower):
     assert list(view.shining()) == [0]
     asked = make_view(lit, SIZE, site=VIENNA, minutes=720)
     assert list(asked.shining()) == [SUN, 0]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
+def test_an_endless_view_is_refused():
+    with pytest.raises(InputError, match="larger than 10 MB"):
+        load_view("/dev/zero")
+
+
+def test_a_view_nested_too_deep_is_refused(tmp_path):
+    (tmp_path / "a.json").write_text("[" * 200_000)
+    with pytest.raises(InputError, match="no JSON"):
+        load_view(tmp_path / "a.json")

@@ -29,7 +29,7 @@ shapely = pytest.importorskip("shapely")
 
 from umbra.writers.vectors import make_line_layer, make_outline_layer  # noqa: E402
 from umbra.writers.vectors import outlines as outlining  # noqa: E402
-from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: E402
+from umbra.writers.vectors.dxf import _unite, find_footprints, write_dxf  # noqa: E402
 from umbra.writers.vectors.gis_files import write_geojson  # noqa: E402
 from umbra.writers.vectors.outlines import find_outlines, resolve_shadow  # noqa: E402
 
@@ -420,3 +420,16 @@ def test_an_elevation_in_cad_is_placed_by_what_is_seen(facade, tmp_path):
     table = (tmp_path / "cells.csv").read_text().splitlines()
     assert table[0].startswith("along,z,sun_hours,shadow_hours")
     assert len(table) == 1 + facade.shadow_hours.size
+
+
+def test_clipper_and_geos_unite_footprints_to_the_same_area():
+    rng = np.random.default_rng(3)
+    corners = rng.uniform(0, 100, (300, 1, 2)) + rng.normal(0, 4, (300, 3, 2))
+    one, two = (corners[:, n] - corners[:, 0] for n in (1, 2))
+    is_turned = one[:, 0] * two[:, 1] < one[:, 1] * two[:, 0]
+    corners[is_turned] = corners[is_turned][:, ::-1]
+    found = _unite(corners, np.zeros(2))
+    whole = shapely.union_all(shapely.polygons(corners))
+    ours = [shapely.Polygon(rings[0], rings[1:]) for rings in found]
+    assert sum(one.area for one in ours) == pytest.approx(whole.area, rel=1e-7)
+    assert shapely.union_all(ours).symmetric_difference(whole).area < 1e-6 * whole.area

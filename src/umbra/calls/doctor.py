@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from umbra import __version__
-from umbra.cache import LIMIT, find_folder, measure
+from umbra.cache import LIMIT, find_doubt, find_folder, measure
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.target import Target
@@ -48,6 +48,11 @@ def examine() -> dict[str, Any]:
         backends = {name: probe(name) for name in BACKENDS}
         if not any("reason" not in found for found in backends.values()):
             advice.append(f"for the gl device {DRIVER}")
+    if doubt := find_doubt(find_folder()):
+        advice.append(
+            f"for the cache, a folder of your own: '{find_folder()}' is not used, as {doubt} "
+            "(UMBRA_CACHE names another; chmod 700 keeps others out of yours)"
+        )
     runs = [found for found in backends.values() if "reason" not in found]
     return {
         "umbra": __version__,

@@ -38,8 +38,11 @@ class DrawnSheet:
         return self.png
 
     def save(self, path: str | Path) -> None:
-        """Write it as a PNG file."""
-        Path(path).write_bytes(self.png)
+        """Write it as a PNG file; an existing file is replaced."""
+        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+
+        with replace_file(path) as beside:
+            beside.write_bytes(self.png)
 
 
 class ShadowStudy:

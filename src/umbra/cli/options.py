@@ -66,15 +66,18 @@ class Numbers(click.ParamType):
 
 
 class NewPath(click.Path):
-    """A file or folder to write; an empty name, as from an unset variable, is refused."""
+    """A file or folder to write; an address is refused, and an empty name (an unset variable)."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Parse text; refuse an empty name."""
+        """Parse text; refuse an address and an empty name."""
+        from umbra.writers.atomic import check_is_here  # noqa: PLC0415  (the help writes nothing)
+
         if value == "":
             self.fail("the name is empty; name what is to be written", param, ctx)
+        check_is_here(value)
         return super().convert(value, param, ctx)
 
 
@@ -126,7 +129,7 @@ class HeadedOption(click.Option):
         As ``click.Option`` takes them.
     heading : str
     is_kept : bool
-        Whether ``study.toml`` repeats it.
+        Whether ``study.toml`` repeats it, and any file of options may set it.
     is_file : bool
         Whether its value names a file.
     """

@@ -1,4 +1,9 @@
-"""A study's options in a TOML file, which ``umbra study`` reads and writes beside its results."""
+"""
+A study's options in a TOML file, which ``umbra study`` reads and writes beside its results.
+
+A file may come from anybody. It sets what decides the results and nothing else: what a run writes,
+whom it trusts and how much of the machine it takes is typed.
+"""
 
 import difflib
 import json
@@ -63,11 +68,14 @@ def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> No
         msg = f"'{key}' is a table; write options one a line, without headings"
     elif any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
         msg = f"'{key}' holds a null character, which no name has; remove it"
-    elif name == "allow-outside":
-        msg = "allow-outside is typed (--allow-outside), not taken from a file"
+    elif name in known and not _is_kept(known[name]):
+        msg = (
+            f"{name} is typed (--{name}), not taken from a file, which sets only what decides the "
+            "results; remove the line"
+        )
     elif name not in known:
         near = difflib.get_close_matches(name, known, n=1)
-        advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+        advice = f"did you mean '{near[0]}'?" if near else "umbra study --help lists them"
         msg = f"there is no option '{key}'; {advice}"
     if msg:
         raise InputError(msg)
@@ -105,7 +113,7 @@ def write_options(path: Path, context: click.Context) -> None:
     values = {**context.params, **read_values(context)}
     for name, parameter in _name_parameters(context.command).items():
         value = values.get(parameter.name or "")
-        if not getattr(parameter, "is_kept", True) or value is None or value == ():
+        if not _is_kept(parameter) or value is None or value == ():
             continue
         if parameter.name == "size":
             value = f"{value[0]}x{value[1]}"
@@ -143,6 +151,11 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
     if name == "files":
         return [_name_in_full(text, path.parent) for text in value]
     return _name_in_full(value, path.parent) if _is_file(parameter, value) else value
+
+
+def _is_kept(parameter: click.Parameter) -> bool:
+    """Return whether a file may set an option; the arguments, FILE, have no such mark."""
+    return getattr(parameter, "is_kept", True)
 
 
 def _is_file(parameter: click.Parameter, value: Any) -> bool:

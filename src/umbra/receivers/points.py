@@ -5,6 +5,7 @@ Given points are windows, sensors or places in a garden, read from tables.
 """
 
 import csv
+import io
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,7 @@ __all__ = [
     "read_points",
 ]
 
+_LARGEST = 200_000_000  # [byte]; millions of points
 _COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 
 
@@ -212,10 +214,13 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
         If the file cannot be read, or a value is not a number.
     """
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            rows = [
-                (n, row) for n, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))
-            ]
+        with Path(path).open("rb") as file:
+            data = file.read(_LARGEST + 1)
+        if len(data) > _LARGEST:
+            msg = f"{path}: is larger than {_LARGEST / 1e6:,.0f} MB; cut it into several tables"
+            raise InputError(msg, path=path)
+        text = io.StringIO(data.decode("utf-8-sig"), newline="")
+        rows = [(n, row) for n, row in enumerate(csv.reader(text), 1) if any(map(str.strip, row))]
     except OSError as error:
         msg = f"{path}: {(error.strerror or str(error)).lower()}; name a table of points"
         raise InputError(msg, path=path) from None

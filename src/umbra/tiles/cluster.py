@@ -1,12 +1,14 @@
 """
-Engines that count tiles by processes of a Dask cluster: of this machine, or of many.
+Engines that count tiles by processes of this machine, or of a Dask cluster that runs.
 
 Workers read files and write results in the run's folder, which all of them must see. What passes
 through the scheduler is the job, once for each worker, and a few bytes for each tile. A tile whose
 worker ends is counted again by another: a tile has no mark before all of it is written.
+
+A cluster's scheduler can run code as everyone who connects to it: who names one trusts it with
+their account.
 """
 
-import logging
 import pickle
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,6 +23,7 @@ from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.run import count_serially
+from umbra.tiles.workers import WorkerEngine
 
 if TYPE_CHECKING:
     from umbra.tiles.run import Engine
@@ -145,30 +148,23 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
         Number of processes of this machine, each with one thread; this process by default.
     scheduler : str, optional
         Address of a running scheduler, such as ``tcp://10.0.0.1:8786``; or the path of its
-        ``scheduler.json``.
+        ``scheduler.json``. It can run code as this user.
 
     Raises
     ------
     InputError
         If Dask is not installed, or nothing answers at the address.
     """
-    if workers is None and scheduler is None:
-        yield count_serially
-        return
-    require(["distributed"], "city", "workers=" if scheduler is None else "scheduler=")
-    from distributed import Client, LocalCluster  # noqa: PLC0415
-
     if scheduler is None:
-        with (
-            # Each process keeps to its own share of memory: Dask must not pause or end it.
-            LocalCluster(
-                n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster) as client,
-        ):  # fmt: skip
-            yield ClusterEngine(client)
+        if workers is None:
+            yield count_serially
+            return
+        with WorkerEngine(workers) as engine:
+            yield engine
         return
+    require(["distributed"], "city", "scheduler=")
+    from distributed import Client  # noqa: PLC0415
+
     given = {"scheduler_file": scheduler} if scheduler.endswith(".json") else {"address": scheduler}
     try:
         client = Client(**given, timeout=_WAIT)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from umbra.errors import InputError
-from umbra.machine import find_memory, name_memory
+from umbra.machine import count_cores, find_memory, name_memory
 from umbra.options import check_types, option
 
 __all__ = ["CityOptions"]
@@ -19,6 +19,8 @@ _SIZE = re.compile(r"\s*([0-9.]+)\s*(kb|mb|gb|tb|kib|mib|gib|tib)?\s*", re.IGNOR
 _BYTES = {"k": 10, "m": 20, "g": 30, "t": 40}
 _LEAST = 1e9
 """Least memory that a process needs, half of it for Python and the kernels [byte]."""
+_WORKERS_PER_CORE = 2
+"""So that one counts while another waits for the disk."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +57,8 @@ class CityOptions:
     scheduler: str | None = _tiles(
         "text",
         "With --tiles: count on a running Dask cluster: its scheduler's address, or the file "
-        "scheduler.json; all workers must see the files and the output folder.",
+        "scheduler.json. The scheduler can run code as you: name only one that you trust. All "
+        "workers must see the files and the output folder.",
         metavar="ADDRESS", is_kept=False,
     )  # fmt: skip
 
@@ -76,11 +79,26 @@ class CityOptions:
         if self.tiles is None and name is not None:
             msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
             raise InputError(msg, option=name)
+        if self.workers is not None:
+            _check_workers(self.workers, self.bytes)
 
     @property
     def bytes(self) -> float:
         """Most memory of the run [byte]."""
         return find_memory() / 2 if self.memory is None else self.memory
+
+
+def _check_workers(workers: int, memory: float) -> None:
+    """Refuse more processes than the machine's cores and the run's memory can serve."""
+    cores = count_cores()
+    most = min(_WORKERS_PER_CORE * cores, int(memory / _LEAST))
+    if workers > most:
+        msg = (
+            f"workers={workers} is too many: {cores} core{'' if cores == 1 else 's'} can be used, "
+            f"and each process needs {_LEAST / 2**30:.2g} GB of the {memory / 2**30:.1f} GB that "
+            f"the run may hold; {f'give at most {most}' if most else 'leave it out'}"
+        )
+        raise InputError(msg, option="workers")
 
 
 def _read_length(given: Any) -> float:

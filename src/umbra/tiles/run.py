@@ -138,7 +138,8 @@ def run_job(
     progress(count, len(tiles))
     for tile, outcome in engine(job, left):
         if isinstance(outcome, BaseException):
-            failed[tile.number] = f"{type(outcome).__name__}: {outcome}"
+            is_told = isinstance(outcome, UmbraError)  # in words, which need no class
+            failed[tile.number] = f"{'' if is_told else f'{type(outcome).__name__}: '}{outcome}"
             write_json(folder / _FAILED, _describe(tiles, failed), orjson.OPT_INDENT_2)
         else:
             count += 1

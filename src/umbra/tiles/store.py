@@ -19,6 +19,7 @@ from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.outside import write_json
+from umbra.writers.atomic import check_is_here
 
 __all__ = ["CityStore", "check_zarr"]
 
@@ -209,7 +210,8 @@ def make_plain(facts: Mapping[str, object]) -> dict[str, Any]:
 
 
 def check_folder(folder: Path) -> None:
-    """Make a folder for results; refuse one that is a file, or cannot be made."""
+    """Make a folder for results; refuse an address, a file, and what cannot be made."""
+    check_is_here(folder)
     if folder.exists() and not folder.is_dir():
         msg = f"'{folder}' is a file, not a folder; name another output folder"
         raise InputError(msg, option="out", path=folder)

@@ -94,6 +94,10 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
         raise InputError(msg) from error
 
 
+_LARGEST = 10_000_000  # [byte]; a view of thousands of lights
+_TOO_LARGE = f"larger than {_LARGEST / 1e6:g} MB"
+
+
 def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
     """Write a view to a file atomically; `InputError` if it cannot be written."""
     with replace_file(path) as beside:
@@ -103,11 +107,15 @@ def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
 def load_view(path: str | os.PathLike[str], images_of: tuple[Light, ...] = ()) -> ViewState:
     """Read a view from a file; parameters, and errors, as in ``from_json``."""
     try:
-        described = json.loads(Path(path).read_text("utf-8"))
+        with Path(path).open("rb") as file:
+            data = file.read(_LARGEST + 1)
+        if len(data) > _LARGEST:
+            raise ValueError(_TOO_LARGE)  # noqa: TRY301  (one message for all that is no view)
+        described = json.loads(data.decode("utf-8"))
     except OSError as error:
         msg = f"cannot read the view '{path}' ({error.strerror or error})"
         raise InputError(msg, path=path) from error
-    except ValueError as error:
+    except (RecursionError, ValueError) as error:
         msg = f"the view '{path}' is no JSON ({error}); save it again with umbra view"
         raise InputError(msg, path=path) from error
     try:

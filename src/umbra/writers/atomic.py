@@ -8,6 +8,7 @@ over the old one at the end.
 
 import errno
 import os
+import re
 import signal
 import tempfile
 import threading
@@ -18,7 +19,28 @@ from pathlib import Path
 from umbra.errors import InputError, UmbraError
 from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
-__all__ = ["NO_LOCKS", "hold_signals", "is_full", "replace_file", "replace_results"]
+__all__ = [
+    "NO_LOCKS",
+    "check_is_here",
+    "hold_signals",
+    "is_full",
+    "replace_file",
+    "replace_results",
+]
+
+_ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+(.*)", re.DOTALL)
+"""Such as s3://bucket/x; a drive of Windows has one letter, and a Path one slash."""
+
+
+def check_is_here(path: str | os.PathLike[str]) -> None:
+    """Refuse the address of a store elsewhere, which would become a folder named ``s3:``."""
+    found = _ADDRESS.fullmatch(os.fspath(path))
+    if found:
+        msg = (
+            f"out='{found[1]}://{found[2]}' is an address, and umbra writes to this machine's "
+            "files; name a file or folder, and copy it there afterwards"
+        )
+        raise InputError(msg, option="out", path=path)
 
 
 def is_full(error: OSError) -> bool:
@@ -33,9 +55,10 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Yield a temporary file beside ``path``, made on entry, that replaces it on success.
 
     Enter before long work: write access is checked on entry. On any exception the new file is
-    dropped and the old one kept. Raises InputError if the path cannot be written, UmbraError if
-    the disk or quota is full.
+    dropped and the old one kept. Raises InputError if the path is an address or cannot be written,
+    UmbraError if the disk or quota is full.
     """
+    check_is_here(path)
     target = Path(path)
     try:
         if target.is_dir():
@@ -90,13 +113,14 @@ def replace_results(
     Raises
     ------
     InputError
-        If ``folder`` is a file, cannot be made or written to, or holds a folder by the
-        name of a new file, or if another run writes into it.
+        If ``folder`` is an address or a file, cannot be made or written to, or holds a folder
+        by the name of a new file, or if another run writes into it.
     UmbraError
         If the disk or quota is full.
     KeyboardInterrupt
         Its text states whether the earlier or the new results are in place.
     """
+    check_is_here(folder)
     target = Path(folder).absolute()
     unfinished, made = _make_unfinished(target)
     is_moved = False

@@ -127,10 +127,12 @@ def load_block(path: Path, keys: Sequence[str]) -> Block:
             return super().compose_node(parent, index)
 
     try:
-        if path.stat().st_size > _LARGEST:
+        with path.open("rb") as file:  # a device has no size
+            data = file.read(_LARGEST + 1)
+        if len(data) > _LARGEST:
             msg = f"the rules '{path}' are larger than {_LARGEST / 1e6:g} MB; give fewer"
             raise InputError(msg, path=path)
-        node = yaml.compose(path.read_text("utf-8"), Loader=Loader)
+        node = yaml.compose(data.decode("utf-8"), Loader=Loader)
     except RecursionError as error:
         msg = f"{path.name}: lists and mappings are nested too deep; rules need four levels"
         raise InputError(msg, path=path) from error
