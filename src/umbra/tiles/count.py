@@ -94,7 +94,7 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
         bare = 0
     write_neighbours(store.find_place(tile.number), neighbours)
     record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
-    store.mark(tile, vars(record))
+    store.mark(tile, vars(record), job.fingerprint)
     return record
 
 

@@ -29,14 +29,14 @@ from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
-from umbra.tiles.outside import write_json
 from umbra.tiles.roles import Roles
+from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
 
 __all__ = ["Preparation", "find_city_site", "prepare_city"]
 
 _STUDY = "city.json"
-_FORMAT = 2  # of the folder
+_FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
 _LISTED = 50  # files that the attribute source names, and notes
 RASTER = "Raster"
@@ -54,17 +54,25 @@ class Preparation:
     catalogue : Catalogue
     assumed : Level or None
         Basis of the ground's height, if it is assumed.
+    damaged : sequence of Path
+        Files of the folder that were damaged, and are made anew.
     """
 
     job: CityJob
     catalogue: Catalogue
     assumed: Level | None
+    damaged: Sequence[Path] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Losses and assumptions of the files, one line each, and what was merged."""
         found = [note for one in self.catalogue.files for note in one.notes]
         found += self.catalogue.notes
+        if self.damaged:
+            found.append(
+                f"{len(self.damaged)} files of the results were damaged and made anew (first: "
+                f"'{self.damaged[0]}')"
+            )
         found += tell_moved(_locate(self.catalogue), self.job.site)
         found += tell_skipped(self.job.options.date)
         if len(found) > _LISTED:
@@ -158,17 +166,18 @@ def prepare_city(
     _check_memory(job, city)
     facts = _describe_run(job, catalogue)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
-    found = Preparation(job, catalogue, assumed)
-    if not _check_same(folder / _STUDY, facts):
-        store = CityStore(job.store)
-        store.unmark(store.find_done())
-        if kind.is_plan:
-            template = _find_template(Workplace(job))
-            template |= {"x": (("x",), x), "y": (("y",), y)}
-            sizes = {"y": len(y), "x": len(x)}
-            store.create(template, sizes, dict.fromkeys(sizes, lattice.side), {})
-        write_json(folder / _STUDY, facts, orjson.OPT_INDENT_2)
-    return found
+    described = folder / _STUDY
+    is_damaged = not _check_same(described, facts) and described.exists()
+    damaged = [described] * is_damaged
+    if kind.is_plan:
+        template = _find_template(Workplace(job))
+        template |= {"x": (("x",), x), "y": (("y",), y)}
+        sizes = {"y": len(y), "x": len(x)}
+        known = {"crs": catalogue.crs, "days": len(period.days)}
+        side = dict.fromkeys(sizes, lattice.side)
+        damaged += CityStore(job.store).mend(template, sizes, side, known)
+    write_sealed(described, facts, orjson.OPT_INDENT_2)
+    return Preparation(job, catalogue, assumed, damaged)
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
@@ -263,16 +272,15 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     InputError
         If it holds another.
     """
-    try:
-        held = orjson.loads(path.read_bytes())
-    except FileNotFoundError:
-        return False
-    except ValueError:
-        return False  # damaged: made again
+    held = read_sealed(path, orjson.OPT_INDENT_2)
     now = orjson.loads(orjson.dumps(facts))
+    if held is None:
+        held = _read_unsealed(path)
+        if held is None:
+            return False  # none, or damaged: marks of tiles name their study, too
     if held == now:
         return True
-    what = next(name for name in now if held.get(name) != now[name])
+    what = next((name for name in now if held.get(name) != now[name]), "format")
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
@@ -297,6 +305,15 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         "one to begin again"
     )
     raise InputError(msg, option="out", path=path.parent)
+
+
+def _read_unsealed(path: Path) -> dict[str, Any] | None:
+    """Return what an earlier version wrote, which had no seal; None if it is none of these."""
+    try:
+        held = orjson.loads(path.read_bytes())
+        return held if "format" in held and held["format"] != _FORMAT else None
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
 
 
 def _show(value: str) -> str:
