@@ -142,7 +142,7 @@ def test_many_suns_are_counted_in_groups_with_the_same_bytes(city, tmp_path, rec
     }  # fmt: skip
     made, _ = check_tiles(city, tmp_path, [150], **options)
     assert len(groups) > 2 * len(made.job.tiles())
-    suns = made.job.open().suns
+    suns = made.job.open().lights.directions
     assert suns[groups[0], 2].max() < suns[groups[1], 2].min()
 
 

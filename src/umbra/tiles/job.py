@@ -211,13 +211,8 @@ class Workplace:
 
     @cached_property
     def lights(self) -> Lights:
-        """The suns that are counted."""
+        """The lights that are counted, by which casters are chosen, too."""
         return self.setup.make_lights()
-
-    @cached_property
-    def suns(self) -> NDArray[np.float64]:
-        """Directions of all suns whose shadows count, (n, 3)."""
-        return self.lights.directions
 
 
 def make_city_period(options: StudyOptions, site: Site, min_altitude: float) -> Period:

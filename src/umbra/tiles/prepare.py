@@ -84,7 +84,7 @@ class Preparation:
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
             )
-        if not len(self.job.open().suns):
+        if not len(self.job.open().lights):
             found.append(
                 "the sun is below the horizon, or below min_altitude=, all this time; there are "
                 "no hours of sun or shadow"
