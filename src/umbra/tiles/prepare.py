@@ -1,5 +1,6 @@
 """Preparation of a study in tiles: from files and options to a job and its store."""
 
+import datetime as dt
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -26,7 +27,7 @@ from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
-from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
+from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.roles import Roles
@@ -35,7 +36,6 @@ from umbra.tiles.store import CityStore
 
 __all__ = ["Preparation", "find_city_site", "prepare_city"]
 
-_STUDY = "city.json"
 _FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
 _LISTED = 50  # files that the attribute source names, and notes
@@ -166,7 +166,7 @@ def prepare_city(
     _check_memory(job, city)
     facts = _describe_run(job, catalogue)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
-    described = folder / _STUDY
+    described = folder / STUDY
     is_damaged = not _check_same(described, facts) and described.exists()
     damaged = [described] * is_damaged
     if kind.is_plan:
@@ -244,7 +244,7 @@ def _find_template(place: Workplace) -> dict[str, Any]:
 def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
     """Return everything that decides the bytes of a result, as JSON has it."""
     options = {
-        name: repr(getattr(job.options, name))
+        name: repr(_make_plain(getattr(job.options, name)))
         for name, said, _ in list_options(job.options)
         if said.is_kept
     }
@@ -257,10 +257,19 @@ def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
         ],
         "options": options,
         "min_altitude": job.min_altitude,
-        "site": repr(job.site),
+        "site": asdict(job.site),
         "frame": asdict(job.frame),
         "lattice": None if job.lattice is None else asdict(job.lattice),
     }
+
+
+def _make_plain(value: Any) -> Any:
+    """Return an option's value with dates and clock times as text."""
+    if isinstance(value, dt.timedelta):
+        return f"{value.total_seconds():g}s"
+    if isinstance(value, (list, tuple)):
+        return tuple(map(_make_plain, value))
+    return str(value) if isinstance(value, (dt.date, dt.time)) else value
 
 
 def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
