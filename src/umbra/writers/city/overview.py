@@ -114,8 +114,8 @@ class _Drawing:
 
 
 def _shade(result: CityResult, plan: Plan) -> Plan:
-    """Add the shade and the edges of the topmost surface, as pictures of one scene have them."""
-    if not result.has_heights:
+    """Add the shade and the edges of the topmost surface, unless roofs are drawn over a plane."""
+    if not result.has_heights or plan.building_height is not None:
         return plan
     from umbra.writers.edges import find_relief  # noqa: PLC0415  (kernels)
 
