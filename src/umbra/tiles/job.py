@@ -254,7 +254,8 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
         str(folder.absolute()), StudyOptions(**{**options, "device": "auto"}),
         Site(**known["site"]), receivers, CityFrame(**known["frame"]),
         Lattice(Grid(**lattice["grid"]), lattice["side"], lattice["block"]),
-        sha256(orjson.dumps(known)).hexdigest(), min_altitude=known["min_altitude"],
+        f"{sha256(orjson.dumps(known)).hexdigest()} to be read",  # it names no merged objects
+        min_altitude=known["min_altitude"],
         threads=count_cores(),
     )  # fmt: skip
 
