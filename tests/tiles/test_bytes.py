@@ -19,8 +19,8 @@ SIDES = (3000, 220, 57)
 
 def compare(found, whole):
     """Compare every byte of two datasets; the names of axes and parts as text."""
-    assert set(found.variables) == set(whole.variables)
-    for name in whole.variables:
+    assert set(found.variables) - {"spatial_ref"} == set(whole.variables) - {"spatial_ref"}
+    for name in set(whole.variables) - {"spatial_ref"}:
         assert found[name].dims == whole[name].dims, name
         left, right = found[name].values, whole[name].values
         if right.dtype.kind == "U":
@@ -142,7 +142,7 @@ def test_many_suns_are_counted_in_groups_with_the_same_bytes(city, tmp_path, rec
     }  # fmt: skip
     made, _ = check_tiles(city, tmp_path, [150], **options)
     assert len(groups) > 2 * len(made.job.tiles())
-    suns = made.job.open().suns
+    suns = made.job.open().lights.directions
     assert suns[groups[0], 2].max() < suns[groups[1], 2].min()
 
 

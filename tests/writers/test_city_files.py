@@ -113,7 +113,7 @@ def test_the_map_shows_means_of_all_tiles_and_hatches_the_missing(
     study, folder, longest, monkeypatch
 ):
     monkeypatch.setattr("umbra.writers.city.overview.LONGEST", longest)
-    hours, times = shrink_hours(CityResult(folder))
+    hours, times, _ = shrink_hours(CityResult(folder))
     whole = read_hours(study)
     rows, cols = whole.shape
     assert hours.shape == (-(-rows // times), -(-cols // times))

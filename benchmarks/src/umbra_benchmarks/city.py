@@ -279,7 +279,7 @@ def _count(job: CityJob, every: str, count: int, own: float) -> _Measured:
     area = cells * job.lattice.grid.dx * job.lattice.grid.dy / 1e6 if job.lattice else 0.0
     return _Measured(
         seconds, cells, sum(record.triangles for record in records), own * area,
-        len(job.open().suns), _find_size(job.store / "shadow_hours") / max(_find_written(job), 1),
+        len(job.open().lights), _find_size(job.store / "shadow_hours") / max(_find_written(job), 1),
     )  # fmt: skip
 
 

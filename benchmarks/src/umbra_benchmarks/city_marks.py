@@ -131,7 +131,7 @@ def measure_marks(
             )
             job = _prepare(files, out / f"{kind}_{days}", options)
             tiles = choose_tiles(job, count)
-            lights.append(len(job.open().suns))
+            lights.append(len(job.open().lights))
             seconds.append(time_workers(job.with_resources(8e9, 1), tiles, 2).processor)
             receivers = float(sum(tile.cells for tile in tiles))
             area = receivers * cell**2 / 1e6
@@ -146,7 +146,6 @@ def measure_marks(
     place = job.open()
     sky = np.column_stack([find_sky_directions(DIRECTIONS), np.zeros(DIRECTIONS)])
     place.lights = replace(place.lights, vectors=sky)
-    place.suns = sky[:, :3]
     tiles = choose_tiles(job, count)
     seconds = [_count(job, tiles)]
     store = CityStore(job.store)

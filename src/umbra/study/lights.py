@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
 from umbra.sun.clock import check_steps
 
-__all__ = ["AnyLights", "Lights", "Period", "make_period"]
+__all__ = ["Lights", "Period", "make_period"]
 
 Refraction = Literal["standard", "none"]
 
@@ -95,8 +95,10 @@ class Lights:
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit directions for counters of suns, (n, 3) float64."""
-        return np.ascontiguousarray(self.vectors[:, :3])
+        """Unit directions of suns, (n, 3); homogeneous lights (n, 4) if others are among them."""
+        has_others = (self.vectors[:, 3] != 0) | (self.vectors[:, 2] < 0)
+        columns = 4 if has_others.any() else 3
+        return np.ascontiguousarray(self.vectors[:, :columns])
 
     def pick(self, which: NDArray[np.bool_]) -> Self:
         """Return some of the lights, without their times."""
@@ -104,24 +106,14 @@ class Lights:
             self.vectors[which], self.weights[which], self.names, self.units, self.step[which]
         )
 
-    def split(self) -> "tuple[Lights, AnyLights]":
+    def split(self) -> tuple[Self, Self]:
         """Return the suns, and all other lights; without their times."""
-        others = self.pick(~self.are_suns)
-        return self.pick(self.are_suns), AnyLights(**vars(others))
+        return self.pick(self.are_suns), self.pick(~self.are_suns)
 
     @property
     def lengths(self) -> NDArray[np.int64]:
         """Duration of each light [us]."""
         return self.ends - self.starts
-
-
-class AnyLights(Lights):
-    """Lights counted by rays: lamps, and directions below the horizon."""
-
-    @property
-    def directions(self) -> NDArray[np.float64]:
-        """Homogeneous lights for counters of any lights, (n, 4) float64."""
-        return self.vectors
 
 
 @dataclass(frozen=True, eq=False)

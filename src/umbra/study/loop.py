@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
+from umbra.study.counters import LightCounter
 from umbra.study.lights import Lights
 
 __all__ = [
@@ -39,13 +40,33 @@ class TileRun:
     where : index
         Index of these receivers among all; all of them by default.
     tiles : sequence of Tile
-        Tiles of the counters, for accumulators that need single casters or positions.
+        Tiles of the counters, for accumulators that need single casters or positions. Of a city
+        they hold the casters that the study's own lights need.
     """
 
     shape: tuple[int, ...]
     counters: Sequence[Counter]
     where: Any = ...
     tiles: Sequence[Tile] = ()
+
+    def add_up(self, lights: Lights) -> NDArray[np.float32]:
+        """
+        Add the weights of an accumulator's own lights that each receiver does not see.
+
+        Parameters
+        ----------
+        lights : Lights
+            Suns, lamps, directions from anywhere.
+
+        Returns
+        -------
+        sums : (k, ...) float32
+            Sum of each column.
+        """
+        counter = self.counters[0]
+        if not isinstance(counter, LightCounter):
+            counter = LightCounter(self.tiles[0], counter)
+        return add_up(counter, self.shape, lights)
 
 
 class Accumulator:

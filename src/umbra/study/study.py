@@ -18,11 +18,10 @@ from umbra.casters.casting import select_casters
 from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
-from umbra.rays.hidden import find_hidden
-from umbra.rays.masks import add_masks
 from umbra.receivers import find_kind
-from umbra.receivers.kind import ReceiverKind, Receivers, Request, Tile
+from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
+from umbra.study.counters import RayCounter
 from umbra.study.lights import Lights
 from umbra.study.loop import add_up
 from umbra.study.options import StudyOptions
@@ -30,7 +29,7 @@ from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
 from umbra.sun import Site
 
-__all__ = ["RayCounter", "check_names", "count_lights", "run", "run_study"]
+__all__ = ["check_names", "count_lights", "run", "run_study"]
 
 
 def run(
@@ -104,36 +103,6 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
         return call(*args, **given)
 
     return checked
-
-
-class RayCounter:
-    """
-    Counter of any homogeneous lights on a tile, by rays.
-
-    Parameters
-    ----------
-    tile : Tile
-    threads : int
-    """
-
-    def __init__(self, tile: Tile, threads: int = 1) -> None:
-        self.tile, self.threads = tile, threads
-
-    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return for each light (n, 4) the receivers in shadow, cast or attached."""
-        tile, where = self.tile, self.tile.places
-        found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
-        return found.reshape(-1, *tile.shape)
-
-    def add_weights(
-        self,
-        lights: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
-        add_masks(self.masks, lights, weights, sums, progress)
 
 
 def count_lights(

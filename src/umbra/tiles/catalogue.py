@@ -5,7 +5,6 @@ Each file is read once. Its facts and arrays are kept in a folder of their own, 
 absent, and is read instead of the file as long as the file is unchanged.
 """
 
-import glob
 import math
 import os
 import shutil
@@ -22,20 +21,20 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers import read
-from umbra.readers.formats import BY_ENDING, FORMATS
 from umbra.readers.georeference import is_same_plan, show_crs
 from umbra.readers.layers import name_layers
 from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
+from umbra.tiles.files import list_files
 from umbra.tiles.geometry import FileGeometry, write_geometry
-from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json
+from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading
 from umbra.tiles.reading import check_reading
+from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
 
-__all__ = ["Catalogue", "CityFile", "list_files", "make_catalogue", "read_catalogue"]
+__all__ = ["Catalogue", "CityFile", "make_catalogue", "read_catalogue"]
 
 _ENTRY, _WORDS = "entry.json", "words.json"
 _INDEX = "index.json"
-_PACKED = {".gz", ".zip", ".xml"}
 
 
 @dataclass(frozen=True)
@@ -73,8 +72,8 @@ class CityFile:
         Kinds of its parts.
     terrain : dict
         Fields of ``Terrain``.
-    checksum : int
-        CRC-32 of its arrays.
+    files_checksum : int
+        CRC-32 of its other files.
     """
 
     number: int
@@ -92,7 +91,7 @@ class CityFile:
     counts: Mapping[str, int]
     kinds: tuple[str, ...]
     terrain: Mapping[str, Any]
-    checksum: int = 0
+    files_checksum: int = 0
 
     @property
     def geometry(self) -> FileGeometry:
@@ -202,48 +201,6 @@ class Catalogue:
                 yield vertices[first : first + (1 << 20)] + np.array(one.origin)
 
 
-def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
-    """
-    List the files of a city: names, folders (all files in them that umbra reads), and patterns.
-
-    Parameters
-    ----------
-    given : sequence of str or path
-        ``layer=FILE`` names a layer.
-
-    Raises
-    ------
-    InputError
-        If a folder or a pattern holds no file, or there is none at all.
-    """
-    found: list[str] = []
-    for one in [os.fspath(path) for path in given]:
-        path = Path(one)
-        if path.is_dir():
-            inside = sorted(str(p) for p in path.iterdir() if _is_model(p))
-            if not inside:
-                msg = f"{one}: the folder holds no model; name files, or a folder of {FORMATS}"
-                raise InputError(msg, path=one)
-            found += inside
-        elif glob.has_magic(one) and not path.exists():
-            inside = sorted(p for p in glob.glob(one, recursive=True) if Path(p).is_file())  # noqa: PTH207
-            if not inside:
-                msg = f"{one}: no file has such a name; check the pattern"
-                raise InputError(msg, path=one)
-            found += inside
-        else:
-            found.append(one)
-    if not found:
-        msg = f"no file given; name one or more of {FORMATS}, a folder or a pattern"
-        raise InputError(msg)
-    unique = dict.fromkeys(found)
-    return list(unique)
-
-
-def _is_model(path: Path) -> bool:
-    return path.is_file() and path.suffix.lower() in {*BY_ENDING, *_PACKED}
-
-
 def make_catalogue(
     given: Sequence[str | os.PathLike[str]],
     folder: Path,
@@ -277,14 +234,18 @@ def make_catalogue(
     named = name_layers(list_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []
-    known, outside = read_outside(folder), {}
+    known, outside, damaged = read_outside(folder), {}, []
     for done, (layer, path) in enumerate(named, 1):
         key = name_reading(layer, path, options)
         try:
             if key in known and (files or done < len(named)):
                 outside[key] = known[key]
             else:
-                files.append(_enter(len(files), layer, path, folder, options, memory))
+                place = folder / f"{len(files):06}"
+                entry = _load(place)
+                if entry is None and place.exists():
+                    damaged.append(f"'{place}' was damaged; {path} was read again")
+                files.append(_enter(entry, len(files), layer, path, folder, options, memory))
                 _check_crs(files)
         except InputError as error:
             # A file without an object in the region is left out, unless all files are.
@@ -295,25 +256,36 @@ def make_catalogue(
     for leftover in folder.iterdir():  # of runs with more files, and of killed runs
         if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
             shutil.rmtree(leftover, ignore_errors=True)
-    write_json(folder / OUTSIDE, outside)
-    write_json(folder / _INDEX, [Path(one.folder).name for one in files])
-    return Catalogue(tuple(files), tuple(outside.values()))
+    write_sealed(folder / OUTSIDE, outside)
+    write_sealed(folder / _INDEX, {"files": [Path(one.folder).name for one in files]})
+    return Catalogue(tuple(files), (*damaged, *outside.values()))
 
 
 def read_catalogue(folder: Path) -> Catalogue:
-    """Read the catalogue in a folder."""
-    names = orjson.loads((folder / _INDEX).read_bytes())
-    found = [_load(folder / name) for name in names]
-    return Catalogue(tuple(one for one in found if one is not None))
+    """
+    Read the catalogue in a folder.
+
+    Raises
+    ------
+    InputError
+        If it is damaged.
+    """
+    index = read_sealed(folder / _INDEX)
+    found = [_load(folder / name) for name in index["files"]] if index is not None else [None]
+    files = tuple(one for one in found if one is not None)
+    if len(files) < len(found):
+        msg = f"'{folder}' is damaged or incomplete; run the same study again: it is made anew"
+        raise InputError(msg, option="out", path=folder)
+    return Catalogue(files)
 
 
 def _enter(
-    number: int, layer: str, path: Path, folder: Path, options: Mapping[str, Any], memory: float
-) -> CityFile:
-    """Return a file's entry: the one in the folder if it holds, else a new one."""
+    known: CityFile | None, number: int, layer: str, path: Path, folder: Path,
+    options: Mapping[str, Any], memory: float,
+) -> CityFile:  # fmt: skip
+    """Return a file's entry: the known one if it holds, else a new one."""
     place = folder / f"{number:06}"
     reading = tell_reading(options)
-    known = _load(place)
     if (
         known is not None
         and (known.path, known.layer, known.reading) == (str(path.resolve()), layer, reading)
@@ -347,9 +319,11 @@ def _enter(
             "units": len(geometry.boxes), "triangles": len(geometry.faces),
         },
         kinds=tuple(sorted({part.kind for part in scene.parts})),
-        terrain=asdict(measure_terrain(scene)), checksum=geometry.sum_up(),
+        terrain=asdict(measure_terrain(scene)), files_checksum=sum_up(unfinished.iterdir()),
     )  # fmt: skip
-    (unfinished / _ENTRY).write_bytes(orjson.dumps(asdict(entry)))
+    facts = asdict(entry)
+    del facts["folder"]  # which may be moved
+    write_sealed(unfinished / _ENTRY, facts)
     unfinished.rename(place)
     return entry
 
@@ -361,16 +335,19 @@ def _find_place(scene: Scene) -> dict[str, Any]:
 
 def _load(place: Path) -> CityFile | None:
     """Return the entry in a folder; None if there is none, or it is damaged."""
-    try:
-        facts = orjson.loads((place / _ENTRY).read_bytes())
-        facts["sources"] = tuple(Source(**one) for one in facts["sources"])
-        for name in ("notes", "kinds", "origin"):
-            facts[name] = tuple(facts[name])
-        facts["bounds"] = tuple(map(tuple, facts["bounds"]))
-        entry = CityFile(**{**facts, "folder": str(place)})
-        return entry if entry.geometry.sum_up() == entry.checksum else None
-    except (OSError, ValueError, TypeError, KeyError):
+    facts = read_sealed(place / _ENTRY)
+    if facts is None:
         return None
+    facts["sources"] = tuple(Source(**one) for one in facts["sources"])
+    for name in ("notes", "kinds", "origin"):
+        facts[name] = tuple(facts[name])
+    facts["bounds"] = tuple(map(tuple, facts["bounds"]))
+    try:
+        entry = CityFile(**{**facts, "folder": str(place)})
+        total = sum_up(path for path in place.iterdir() if path.name != _ENTRY)
+    except (OSError, TypeError):  # TypeError: of another version
+        return None
+    return entry if total == entry.files_checksum else None
 
 
 def _is_unchanged(known: CityFile, path: Path) -> bool:

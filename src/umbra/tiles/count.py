@@ -94,7 +94,7 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
         bare = 0
     write_neighbours(store.find_place(tile.number), neighbours)
     record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
-    store.mark(tile, vars(record))
+    store.mark(tile, vars(record), job.fingerprint)
     return record
 
 
@@ -171,14 +171,14 @@ class Needs:
 
 
 def find_needs(place: Workplace, grid: Grid) -> Needs:
-    """Find the units that are seen in a window or cast onto it, of any sun."""
+    """Find the units that are seen in a window or cast onto it, of any light."""
     near = Neighbourhood(place)
     x, y = grid.x, grid.y
     aside = np.array([grid.dx, grid.dy])
     low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
     seen = near.find_seen(low, high)
     box = find_box(place, near, seen, low, high)
-    units = seen | near.find_casting(box, place.suns)
+    units = seen | near.find_casting(box, place.lights.vectors)
     return Needs(seen, units, box, near.count_faces(units))
 
 
@@ -209,18 +209,19 @@ def count_window(
     """
     near, groups = Neighbourhood(place), place.groups
     is_due = groups is not None and groups.are_among(needs.units)
+
+    def find_tiles(lights: NDArray[np.float64]) -> Any:
+        units = needs.seen | near.find_casting(needs.box, lights)
+        return _lay_out(place, grid, units).make_tiles(None)
+
     if _has_groups(place) and (groups is None or (place.adds_exactly and not is_due)):
-
-        def make(suns: NDArray[np.float64]) -> Any:
-            laid = _lay_out(place, grid, needs.seen | near.find_casting(needs.box, suns))
-            [(_, make_tile)] = laid.make_tiles(None)
-            return make_tile().make_counter()
-
         laid = _lay_out(place, grid, needs.seen)
-        counter: Any = SunGroups(make)
+        counter: Any = SunGroups(lambda suns: find_tiles(suns)[0][1]().make_counter())
     else:
         laid, counter = _lay_out(place, grid, needs.units), None
-    study, neighbours = count_receivers(place, laid, laid.make_tiles(None), counter, is_due=is_due)
+    study, neighbours = count_receivers(
+        place, laid, laid.make_tiles(None), find_tiles, counter, is_due=is_due
+    )
     variables = split_neighbours(study.variables())
     return variables, neighbours, near.count_faces(needs.units), laid.bare
 
@@ -229,8 +230,8 @@ def _has_groups(place: Workplace) -> bool:
     """Return whether suns are so many that groups of them have casters of their own."""
     results = place.setup.results
     is_summed = not results.is_streamed and not results.by_day
-    equal = len(np.unique(place.lights.weights, axis=0)) == 1
-    return is_summed and equal and len(place.suns) >= 2 * LEAST and place.roles.season is None
+    equal = len(np.unique(place.lights.weights, axis=0)) == 1 and bool(place.lights.are_suns.all())
+    return is_summed and equal and len(place.lights) >= 2 * LEAST and place.roles.season is None
 
 
 def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:

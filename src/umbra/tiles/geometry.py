@@ -6,7 +6,6 @@ block of its open faces. Closed components stay whole. Arrays are mapped into me
 the units in use are read.
 """
 
-import zlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +21,6 @@ __all__ = ["FileGeometry", "find_units", "write_geometry"]
 LARGE = 4096
 """Faces of an object from which it is cut into several units."""
 _BLOCK = 1024  # open faces per unit
-_NAMES = ("vertices", "faces", "part", "unit_faces", "unit_start", "boxes", "objects", "object_of")
 
 
 @dataclass(frozen=True)
@@ -86,15 +84,6 @@ class FileGeometry:
     def count_faces(self, units: NDArray[np.intp]) -> int:
         """Return the number of the units' faces."""
         return int((self.unit_start[units + 1] - self.unit_start[units]).sum())
-
-    def sum_up(self) -> int:
-        """Return the CRC-32 of all arrays' files."""
-        total = 0
-        for name in _NAMES:
-            with (self.folder / f"{name}.npy").open("rb") as file:
-                while data := file.read(1 << 24):
-                    total = zlib.crc32(data, total)
-        return total
 
 
 def write_geometry(scene: Scene, folder: Path) -> FileGeometry:

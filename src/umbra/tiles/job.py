@@ -1,16 +1,21 @@
 """A city's run as a record that any process can count tiles of."""
 
+from ast import literal_eval
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.machine import count_cores
 from umbra.receivers import KINDS
 from umbra.receivers.kind import ReceiverKind
 from umbra.scene import Scene
+from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.lights import Lights, Period, make_period
@@ -21,10 +26,20 @@ from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.groups import CityGroups
 from umbra.tiles.lattice import CityTile, Lattice
 from umbra.tiles.roles import Roles
+from umbra.tiles.sealed import read_sealed
 
-__all__ = ["CATALOGUE", "STORE", "CityFrame", "CityJob", "Workplace", "make_city_period"]
+__all__ = [
+    "CATALOGUE",
+    "STORE",
+    "STUDY",
+    "CityFrame",
+    "CityJob",
+    "Workplace",
+    "make_city_period",
+    "read_job",
+]
 
-STORE, CATALOGUE = "study.zarr", "catalogue"
+STORE, CATALOGUE, STUDY = "study.zarr", "catalogue", "city.json"
 
 
 @dataclass(frozen=True)
@@ -211,13 +226,38 @@ class Workplace:
 
     @cached_property
     def lights(self) -> Lights:
-        """The suns that are counted."""
+        """The lights that are counted, by which casters are chosen, too."""
         return self.setup.make_lights()
 
-    @cached_property
-    def suns(self) -> NDArray[np.float64]:
-        """Directions of all suns whose shadows count, (n, 3)."""
-        return self.lights.directions
+
+def read_job(folder: Path, receivers: str) -> CityJob | None:
+    """
+    Read the job of a run from its folder, as far as its files and pictures need it.
+
+    Parameters
+    ----------
+    folder : Path
+    receivers : str
+        Name of the kind of receivers.
+
+    Returns
+    -------
+    job : CityJob or None
+        None if the folder names none, or it is damaged.
+    """
+    known = read_sealed(folder / STUDY, orjson.OPT_INDENT_2)
+    if known is None or known["lattice"] is None:
+        return None
+    options = {name: literal_eval(text) for name, text in known["options"].items()}
+    lattice = known["lattice"]
+    return CityJob(
+        str(folder.absolute()), StudyOptions(**{**options, "device": "auto"}),
+        Site(**known["site"]), receivers, CityFrame(**known["frame"]),
+        Lattice(Grid(**lattice["grid"]), lattice["side"], lattice["block"]),
+        f"{sha256(orjson.dumps(known)).hexdigest()} to be read",  # it names no merged objects
+        min_altitude=known["min_altitude"],
+        threads=count_cores(),
+    )  # fmt: skip
 
 
 def make_city_period(options: StudyOptions, site: Site, min_altitude: float) -> Period:

@@ -127,9 +127,9 @@ class Neighbourhood:
 
         return self._select(meets)
 
-    def find_casting(self, box: NDArray[np.float64], suns: NDArray[np.float64]) -> Selection:
-        """Find the units whose shadows can meet a box (2, 3) in the local frame [m]."""
-        return self._select(lambda boxes: find_reaching(boxes, box, suns))
+    def find_casting(self, box: NDArray[np.float64], lights: NDArray[np.float64]) -> Selection:
+        """Find the units whose shadows of lights can meet a box (2, 3), all in the local frame."""
+        return self._select(lambda boxes: find_reaching(boxes, box, lights))
 
     def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:
         """Return the units whose boxes pass a test, of the files whose bounds do."""

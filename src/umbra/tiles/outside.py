@@ -5,27 +5,16 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import orjson
+from umbra.tiles.sealed import read_sealed
 
-__all__ = ["OUTSIDE", "name_reading", "read_outside", "tell_reading", "write_json"]
+__all__ = ["OUTSIDE", "name_reading", "read_outside", "tell_reading"]
 
 OUTSIDE = "outside.json"
 
 
 def read_outside(folder: Path) -> dict[str, str]:
     """Return the notes of the files that are known to lie outside, by ``name_reading``."""
-    try:
-        known: dict[str, str] = orjson.loads((folder / OUTSIDE).read_bytes())
-    except (OSError, ValueError):
-        return {}
-    return known
-
-
-def write_json(path: Path, facts: object, option: int = 0) -> None:
-    """Replace a small file whole; ``option`` is orjson's."""
-    unfinished = path.with_name(f".{path.name}")
-    unfinished.write_bytes(orjson.dumps(facts, option=option))
-    unfinished.replace(path)
+    return read_sealed(folder / OUTSIDE) or {}
 
 
 def name_reading(layer: str, path: Path, options: Mapping[str, Any]) -> str:

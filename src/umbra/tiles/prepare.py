@@ -1,5 +1,6 @@
 """Preparation of a study in tiles: from files and options to a job and its store."""
 
+import datetime as dt
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -26,17 +27,16 @@ from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
-from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
+from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
-from umbra.tiles.outside import write_json
 from umbra.tiles.roles import Roles
+from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
 
 __all__ = ["Preparation", "find_city_site", "prepare_city"]
 
-_STUDY = "city.json"
-_FORMAT = 2  # of the folder
+_FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
 _LISTED = 50  # files that the attribute source names, and notes
 RASTER = "Raster"
@@ -54,17 +54,25 @@ class Preparation:
     catalogue : Catalogue
     assumed : Level or None
         Basis of the ground's height, if it is assumed.
+    damaged : sequence of Path
+        Files of the folder that were damaged, and are made anew.
     """
 
     job: CityJob
     catalogue: Catalogue
     assumed: Level | None
+    damaged: Sequence[Path] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Losses and assumptions of the files, one line each, and what was merged."""
         found = [note for one in self.catalogue.files for note in one.notes]
         found += self.catalogue.notes
+        if self.damaged:
+            found.append(
+                f"{len(self.damaged)} files of the results were damaged and made anew (first: "
+                f"'{self.damaged[0]}')"
+            )
         found += tell_moved(_locate(self.catalogue), self.job.site)
         found += tell_skipped(self.job.options.date)
         if len(found) > _LISTED:
@@ -76,7 +84,7 @@ class Preparation:
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
             )
-        if not len(self.job.open().suns):
+        if not len(self.job.open().lights):
             found.append(
                 "the sun is below the horizon, or below min_altitude=, all this time; there are "
                 "no hours of sun or shadow"
@@ -158,17 +166,18 @@ def prepare_city(
     _check_memory(job, city)
     facts = _describe_run(job, catalogue)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
-    found = Preparation(job, catalogue, assumed)
-    if not _check_same(folder / _STUDY, facts):
-        store = CityStore(job.store)
-        store.unmark(store.find_done())
-        if kind.is_plan:
-            template = _find_template(Workplace(job))
-            template |= {"x": (("x",), x), "y": (("y",), y)}
-            sizes = {"y": len(y), "x": len(x)}
-            store.create(template, sizes, dict.fromkeys(sizes, lattice.side), {})
-        write_json(folder / _STUDY, facts, orjson.OPT_INDENT_2)
-    return found
+    described = folder / STUDY
+    is_damaged = not _check_same(described, facts) and described.exists()
+    damaged = [described] * is_damaged
+    if kind.is_plan:
+        template = _find_template(Workplace(job))
+        template |= {"x": (("x",), x), "y": (("y",), y)}
+        sizes = {"y": len(y), "x": len(x)}
+        known = {"crs": catalogue.crs, "days": len(period.days)}
+        side = dict.fromkeys(sizes, lattice.side)
+        damaged += CityStore(job.store).mend(template, sizes, side, known)
+    write_sealed(described, facts, orjson.OPT_INDENT_2)
+    return Preparation(job, catalogue, assumed, damaged)
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
@@ -235,7 +244,7 @@ def _find_template(place: Workplace) -> dict[str, Any]:
 def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
     """Return everything that decides the bytes of a result, as JSON has it."""
     options = {
-        name: repr(getattr(job.options, name))
+        name: repr(_make_plain(getattr(job.options, name)))
         for name, said, _ in list_options(job.options)
         if said.is_kept
     }
@@ -248,10 +257,19 @@ def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
         ],
         "options": options,
         "min_altitude": job.min_altitude,
-        "site": repr(job.site),
+        "site": asdict(job.site),
         "frame": asdict(job.frame),
         "lattice": None if job.lattice is None else asdict(job.lattice),
     }
+
+
+def _make_plain(value: Any) -> Any:
+    """Return an option's value with dates and clock times as text."""
+    if isinstance(value, dt.timedelta):
+        return f"{value.total_seconds():g}s"
+    if isinstance(value, (list, tuple)):
+        return tuple(map(_make_plain, value))
+    return str(value) if isinstance(value, (dt.date, dt.time)) else value
 
 
 def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
@@ -263,16 +281,15 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     InputError
         If it holds another.
     """
-    try:
-        held = orjson.loads(path.read_bytes())
-    except FileNotFoundError:
-        return False
-    except ValueError:
-        return False  # damaged: made again
+    held = read_sealed(path, orjson.OPT_INDENT_2)
     now = orjson.loads(orjson.dumps(facts))
+    if held is None:
+        held = _read_unsealed(path)
+        if held is None:
+            return False  # none, or damaged: marks of tiles name their study, too
     if held == now:
         return True
-    what = next(name for name in now if held.get(name) != now[name])
+    what = next((name for name in now if held.get(name) != now[name]), "format")
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
@@ -297,6 +314,15 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         "one to begin again"
     )
     raise InputError(msg, option="out", path=path.parent)
+
+
+def _read_unsealed(path: Path) -> dict[str, Any] | None:
+    """Return what an earlier version wrote, which had no seal; None if it is none of these."""
+    try:
+        held = orjson.loads(path.read_bytes())
+        return held if "format" in held and held["format"] != _FORMAT else None
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
 
 
 def _show(value: str) -> str:

@@ -2,7 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
@@ -11,14 +15,18 @@ from umbra.study.loop import look, pass_lights
 from umbra.study.result import Study
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbours import find_neighbours
+from umbra.tiles.reaching import ReachingCounter
 
-__all__ = ["count_receivers"]
+__all__ = ["Tiles", "count_receivers"]
+
+Tiles = Sequence[tuple[Any, Callable[[], Tile]]]
 
 
 def count_receivers(
     place: Workplace,
     laid: Any,
-    tiles: Sequence[tuple[Any, Callable[[], Tile]]],
+    tiles: Tiles,
+    find_tiles: Callable[[NDArray[np.float64]], Tiles],
     counter: Counter | None = None,
     *,
     is_due: bool,
@@ -33,6 +41,8 @@ def count_receivers(
         Among some of the city's parts.
     tiles : sequence
         As ``laid.make_tiles`` returns them.
+    find_tiles : callable
+        Returns the same tiles among the casters that other lights need, (n, 3) or (n, 4).
     counter : Counter, optional
         Of all casters; each tile's own by default.
     is_due : bool
@@ -45,9 +55,12 @@ def count_receivers(
     begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not place.adds_exactly)
     idle = [one for one in begun.accumulators if isinstance(one, Attribution) and not is_due]
     busy = [one for one in begun.accumulators if one not in idle]
-    for where, make in tiles:
+    for n, (where, make) in enumerate(tiles):
         tile = make()
-        run = look(tile, canopy, where, counter or tile.make_counter())
+        reaching = ReachingCounter(
+            tile, counter, place.lights.vectors, partial(_find, find_tiles, n)
+        )
+        run = look(tile, canopy, where, reaching)
         for one in idle:
             one.skip(run)
         pass_lights(run, place.lights, busy)
@@ -60,3 +73,10 @@ def count_receivers(
         begun.variables(laid),
     )  # fmt: skip
     return study, find_neighbours(begun, laid)
+
+
+def _find(
+    find_tiles: Callable[[NDArray[np.float64]], Tiles], number: int, lights: NDArray[np.float64]
+) -> Tile:
+    """Return a tile among the casters that some lights need."""
+    return find_tiles(lights)[number][1]()

@@ -20,11 +20,11 @@ from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbours import join_neighbours
-from umbra.tiles.outside import write_json
 from umbra.tiles.pieces import SurfacePieces
-from umbra.tiles.store import CityStore
+from umbra.tiles.sealed import refuse_links, write_json
+from umbra.tiles.store import FORMAT, CityStore
 from umbra.writers.atomic import NO_LOCKS
-from umbra.writers.unfinished_folder import make_refusal, sign, take_lock
+from umbra.writers.unfinished_folder import UnfinishedFolder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +66,7 @@ class CityStudy:
         """The result as a dataset of the store, whose arrays are read where they are used."""
         import xarray as xr  # noqa: PLC0415  (half a second)
 
-        return xr.open_zarr(str(self.job.store))
+        return xr.open_zarr(str(self.job.store), zarr_format=FORMAT)
 
     def write(self, *formats: str) -> list[Path]:
         """
@@ -130,7 +130,7 @@ def run_job(
     """
     store, folder = CityStore(job.store), Path(job.folder)
     tiles = job.tiles()
-    store.drop_damaged(tiles)
+    damaged = store.drop_damaged(tiles, job.fingerprint)
     done = store.find_done()
     left = [tile for tile in tiles if tile.number not in done]
     failed: dict[int, str] = {}
@@ -161,8 +161,16 @@ def run_job(
         folders = [store.find_place(tile.number) for tile in tiles]
         found = join_neighbours(folders, place.catalogue)
         store.add(found, {}, {}, int(str(facts.get("days", 1))))
-    store.finish(facts)
-    return CityStudy(folder, job, facts)
+    is_changed = store.finish(facts)
+    notes = []
+    if damaged:
+        notes.append(
+            f"{len(damaged)} tiles whose files were damaged were counted again (first: "
+            f"{damaged[0]})"
+        )
+    elif is_changed and not left and place.kind.is_plan:
+        notes.append(f"the metadata of '{job.store}' were damaged and made anew")
+    return CityStudy(folder, job, facts, tuple(notes))
 
 
 def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict[str, Any]]:
@@ -175,24 +183,23 @@ def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict
 @contextmanager
 def lock_run(folder: Path, say: Callable[[str], object] = lambda _line: None) -> Iterator[None]:
     """
-    Hold a folder for one run; ``say`` is told where the file system cannot.
+    Hold a folder for one run, in tiles or not; ``say`` is told where the file system cannot.
 
     Raises
     ------
     InputError
-        If another run holds it, or nothing can be written into it.
+        If another run holds it, nothing can be written into it, or links are in the way.
     """
+    refuse_links(folder)
     try:
-        lock = (folder / ".lock").open("ab")  # it names the run that holds it
+        held = UnfinishedFolder.make(folder)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         msg = f"cannot write into the output folder '{folder}' ({reason}); name another"
         raise InputError(msg, option="out", path=folder) from error
-    with lock:
-        is_mine = take_lock(lock)
-        if is_mine is False:
-            raise make_refusal(folder / ".lock", folder)
-        if is_mine is None:
+    try:
+        if not held.is_alone:
             say(NO_LOCKS.format(folder=folder))
-        sign(lock)
         yield
+    finally:
+        held.remove()

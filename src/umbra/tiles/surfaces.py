@@ -26,7 +26,7 @@ from umbra.tiles.job import Workplace
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
 from umbra.tiles.neighbours import split_neighbours
-from umbra.tiles.receive import count_receivers
+from umbra.tiles.receive import Tiles, count_receivers
 from umbra.volume.adjacency import make_caster
 
 __all__ = ["PartResults", "count_surfaces", "find_objects", "turn_outward"]
@@ -152,30 +152,41 @@ def _count_batch(
     place: Workplace, near: Neighbourhood, batch: Selection
 ) -> tuple[PartResults, list[NeighbourSums], int] | None:
     """Count the surfaces of some objects; return them, neighbours, and the number of casters."""
-    box = near.find_bounds(batch)
-    units = batch | near.find_casting(box, place.suns)
-    scene = near.read(units, "any").with_words(place.catalogue)
-    parts = _find_parts(place, scene, batch)
-    samples = _sample(scene, parts, place.job.options.spacing)
-    if samples is None:
+    box, groups = near.find_bounds(batch), place.groups
+
+    def lay_out(units: Selection) -> SurfaceSamples | None:
+        scene = near.read(units, "any").with_words(place.catalogue)
+        samples = _sample(scene, _find_parts(place, scene, batch), place.job.options.spacing)
+        if samples is None:
+            return None
+        caster, canopy, soup = make_tile_casters(place, scene)
+        casting = Casting(scene, soup, caster, place.job.threads, canopy=canopy)
+        return SurfaceSamples(
+            place.kind, casting, samples.area.shape, DIMS, samples.area,
+            local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
+            samples=samples,
+        )  # fmt: skip
+
+    def cut(laid: SurfaceSamples | None) -> Tiles:
+        assert laid is not None
+        casting = laid.casting
+        return laid.make_tiles(Request(
+            casting.scene, place.job.options, [], casting.threads, casting.canopy,
+            lights=len(place.lights), has_groups=groups is not None,
+        ))  # fmt: skip
+
+    units = batch | near.find_casting(box, place.lights.vectors)
+    laid = lay_out(units)
+    if laid is None:
         return None
-    caster, canopy, soup = make_tile_casters(place, scene)
-    casting = Casting(scene, soup, caster, place.job.threads, canopy=canopy)
-    laid = SurfaceSamples(
-        place.kind, casting, samples.area.shape, DIMS, samples.area,
-        local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
-        samples=samples,
-    )  # fmt: skip
-    groups = place.groups
     is_due = groups is not None and groups.are_among(units)
-    request = Request(
-        scene, place.job.options, [], place.job.threads, canopy, lights=len(place.suns),
-        has_groups=groups is not None,
+    study, neighbours = count_receivers(
+        place, laid, cut(laid), lambda lights: cut(lay_out(batch | near.find_casting(box, lights))),
+        is_due=is_due,
     )  # fmt: skip
-    study, neighbours = count_receivers(place, laid, laid.make_tiles(request), is_due=is_due)
     variables = split_neighbours({**study.variables(), **laid.sum_up(study)})
-    pieces = _cut_to_parts(scene, samples, variables)
-    return pieces, neighbours, len(caster.faces)
+    pieces = _cut_to_parts(laid.casting.scene, laid.samples, variables)  # type: ignore[arg-type]
+    return pieces, neighbours, len(laid.casting.caster.faces)
 
 
 def _find_parts(place: Workplace, scene: PartScene, batch: Selection) -> NDArray[np.intp]:

@@ -2,7 +2,6 @@
 
 import io
 import os
-import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
 from umbra.study.attributes import find_attributes
+from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 
 __all__ = ["DeferredFile", "Variables", "write_netcdf"]
 
@@ -68,7 +68,6 @@ Variables = Mapping[str, tuple[tuple[str, ...], NDArray]]
 """Arrays by name, each with the names of its dimensions. An array named like a dimension is
 its coordinate."""
 
-GRID_MAPPING = "spatial_ref"
 _CHUNK = 1024  # most rows and columns of a chunk
 _AT_ONCE = 4 * _CHUNK**2  # values written at a time
 _MISSING = np.iinfo(np.int64).min  # NaT as a number
@@ -90,7 +89,7 @@ def write_netcdf(
     that the file cannot be written.
     """
     known = {name: value for name, value in facts.items() if value is not None}
-    grid_mapping = _find_grid_mapping(known.get("crs"))
+    grid_mapping = find_grid_mapping(known.get("crs"))
     dates = int(str(known.get("days", 1)))
     try:
         with DeferredFile(path) as target, h5netcdf.File(target, "w") as file:
@@ -103,7 +102,7 @@ def write_netcdf(
             for name, (dimensions, array) in variables.items():
                 written = _write_variable(file, target, name, dimensions, array, dates)
                 if grid_mapping:
-                    written.attrs.update(_find_map_attributes(name, dimensions))
+                    written.attrs.update(find_map_attributes(name, dimensions))
             if grid_mapping:
                 mapping = file.create_variable(GRID_MAPPING, (), np.int32, data=np.int32(0))
                 mapping.attrs.update(grid_mapping)
@@ -179,29 +178,3 @@ def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64
     unit = next(exact, "us")
     numbers = instants.astype(f"datetime64[{unit}]").astype(np.int64)  # NaT is _MISSING
     return numbers, f"{units[unit]} since 1970-01-01 00:00:00"
-
-
-def _find_map_attributes(name: str, dimensions: tuple[str, ...]) -> dict[str, str]:
-    """Return the grid-mapping attributes of a raster or its axis."""
-    if name in ("x", "y"):
-        return {"standard_name": f"projection_{name}_coordinate"}
-    if not {"x", "y"} <= set(dimensions):
-        return {}
-    # As a coordinate, too: so xarray keeps it beside a raster that is picked alone.
-    return {"grid_mapping": GRID_MAPPING, "coordinates": GRID_MAPPING}
-
-
-def _find_grid_mapping(crs: object) -> dict[str, Any]:
-    """Return CF's attributes of a coordinate reference system; none if it is not known."""
-    if not crs:
-        return {}
-    from pyproj import CRS  # noqa: PLC0415  (a tenth of a second, and most models have no CRS)
-    from pyproj.exceptions import CRSError  # noqa: PLC0415
-
-    with warnings.catch_warnings():
-        # crs_wkt also covers CRSs that CF's own parameters cannot express.
-        warnings.simplefilter("ignore", UserWarning)
-        try:
-            return CRS.from_user_input(crs).to_cf()
-        except CRSError:
-            return {}

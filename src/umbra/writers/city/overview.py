@@ -1,16 +1,19 @@
 """Pictures of a whole study in tiles; tiles that are not done are hatched and named."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.atomic import replace_file
+from umbra.writers.city.plan import CityPlan
 from umbra.writers.city.result import CityResult
+from umbra.writers.folder.captions import find_mean
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.plan import DayMap, Plan, find_map_size
+from umbra.writers.plan import DayMap, Plan, find_map_size, name_hours
 
 __all__ = ["shrink_hours", "write_overviews"]
 
@@ -33,73 +36,98 @@ def write_overviews(result: CityResult) -> list[Path]:
     paths : list of Path
         Without hours lost where nothing is.
     """
-    hours, times = shrink_hours(result)
-    paths = [_draw(result, hours, times, "map.png", "Hours in shadow", "", result.up_hours)]
+    told = CityPlan.of(result)
+    hours, times, roofs = shrink_hours(result, plan=told)
+    divisor, words = 1, ""
+    if told is not None:
+        divisor, words = find_mean(told.study, told.job.options)
+    what = f"{name_hours('shadow')}{words}" if words else ""
+    end = result.up_hours / divisor
+    drawn = _Drawing(result, told, times, roofs)
+    paths = [drawn.draw(hours / np.float32(divisor), "map.png", what, end)]
     if _LOST in result.bands:
-        lost, times = shrink_hours(result, _LOST)
+        lost, *_ = shrink_hours(result, _LOST, plan=told)
+        lost /= np.float32(divisor)
         most = float(np.nanmax(lost, initial=0.0))
         if most > 0:
-            words = "Hours of sun lost to the proposal"
-            paths.append(_draw(result, lost, times, f"{_LOST}.png", words, words.lower(), most))
+            paths.append(
+                drawn.draw(lost, f"{_LOST}.png", f"hours of sun lost to the proposal{words}", most)
+            )
     return paths
 
 
-def _draw(
-    result: CityResult, hours: NDArray[np.float32], times: int, name: str, title: str, what: str,
-    most: float,
-) -> Path:  # fmt: skip
-    """Draw hours, each the mean of squares of cells so many times as long."""
-    rows, cols = hours.shape
-    west, south, *_ = result.extent
-    x, y = (
-        start + times * side * (np.arange(n, dtype=np.float64) + 0.5)
-        for start, side, n in zip((west, south), result.cell, (cols, rows), strict=True)
-    )
-    missing = result.missing
-    hatched = np.zeros(hours.shape, np.bool_)
-    for tile in missing:
-        hatched[_shrink(tile.rows, times), _shrink(tile.cols, times)] = True
-    facts, days = result.facts, np.unique(result.times.astype("datetime64[D]"))
-    date = str(days[0]) if len(days) == 1 else f"{days[0]} to {days[-1]}, {len(days)} dates (UTC)"
-    cell = "x".join(dict.fromkeys(f"{side:.4g}" for side in result.cell))
-    note = f"umbra {facts.get('umbra_version', '')} · cells of {cell} m"
-    if times > 1:
-        note += f", drawn as means of {times} x {times}"
-    subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
-    if missing:
-        names = ", ".join(str(tile.number) for tile in missing[:_FEW])
-        more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
-        subtitle += f"; not counted (hatched): {names}{more}"
-    latitude, longitude = (facts.get(name) for name in ("latitude", "longitude"))
-    plan = _shade(result, Plan(
-        x, y, true_north=facts.get("true_north_deg", 0.0), title=title,
-        subtitle=subtitle, date=date, note=note,
-        place="" if latitude is None else f"{latitude:.3f}° N, {longitude:.3f}° E",
-    ))  # fmt: skip
-    sheet = make_hours_sheet(
-        plan, [DayMap(hours, hatched=hatched)], most, what,
-        hatch="tiles not counted" if missing else "",
-        has_lines=times == 1,  # around means lines would show noise
-    )  # fmt: skip
-    path = result.folder / name
-    with replace_file(path) as beside:
-        sheet.save(beside)
-    return path
+@dataclass(frozen=True)
+class _Drawing:
+    """
+    What the pictures of a run share.
+
+    Parameters
+    ----------
+    result : CityResult
+    told : CityPlan or None
+    times : int
+        Cells along a square of the pictures.
+    roofs : (rows, cols) float32 or None
+        Height of what stands over each square [m].
+    """
+
+    result: CityResult
+    told: CityPlan | None
+    times: int
+    roofs: NDArray[np.float32] | None
+
+    def draw(self, hours: NDArray[np.float32], name: str, what: str, most: float) -> Path:
+        """Draw hours on squares."""
+        result, times = self.result, self.times
+        rows, cols = hours.shape
+        west, south, *_ = result.extent
+        x, y = (
+            start + times * side * (np.arange(n, dtype=np.float64) + 0.5)
+            for start, side, n in zip((west, south), result.cell, (cols, rows), strict=True)
+        )
+        missing = result.missing
+        hatched = np.zeros(hours.shape, np.bool_)
+        for tile in missing:
+            hatched[_shrink(tile.rows, times), _shrink(tile.cols, times)] = True
+        words: dict[str, Any] = {} if self.told is None else self.told.describe()
+        if times > 1:
+            drawn = f"drawn as means of {times} x {times} cells"
+            words["note"] = " · ".join(filter(None, [words.get("note"), drawn]))
+        subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
+        if missing:
+            names = ", ".join(str(tile.number) for tile in missing[:_FEW])
+            more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
+            subtitle += f"; not counted (hatched): {names}{more}"
+        plan = _shade(result, Plan(
+            x, y, self.roofs, true_north=result.facts.get("true_north_deg", 0.0),
+            subtitle=subtitle, **words,
+        ))  # fmt: skip
+        sheet = make_hours_sheet(
+            plan, [DayMap(hours, hatched=hatched)], most, what,
+            hatch="tiles not counted" if missing else "",
+            has_lines=times == 1,  # around means lines would show noise
+        )  # fmt: skip
+        path = result.folder / name
+        with replace_file(path) as beside:
+            sheet.save(beside)
+        return path
 
 
 def _shade(result: CityResult, plan: Plan) -> Plan:
-    """Add the shade and the edges of the topmost surface, as pictures of one scene have them."""
-    if not result.has_heights:
+    """Add the shade and the edges of the topmost surface, unless roofs are drawn over a plane."""
+    if not result.has_heights or plan.building_height is not None:
         return plan
     from umbra.writers.edges import find_relief  # noqa: PLC0415  (kernels)
 
-    heights, _ = shrink_hours(result, "receiver_z")
+    heights, *_ = shrink_hours(result, "receiver_z")
     if np.isnan(heights).all():
         return plan
     return replace(plan, appearance=find_relief(heights, min(plan.cell), find_map_size(plan)))
 
 
-def shrink_hours(result: CityResult, name: str = "shadow_hours") -> tuple[NDArray[np.float32], int]:
+def shrink_hours(
+    result: CityResult, name: str = "shadow_hours", plan: CityPlan | None = None
+) -> tuple[NDArray[np.float32], int, NDArray[np.float32] | None]:
     """
     Average the hours of whole squares of cells, whatever the tiles.
 
@@ -108,6 +136,8 @@ def shrink_hours(result: CityResult, name: str = "shadow_hours") -> tuple[NDArra
     result : CityResult
     name : str
         Of the variable.
+    plan : CityPlan, optional
+        Of which roofs are left out of the means where they lie over the receivers.
 
     Returns
     -------
@@ -115,20 +145,33 @@ def shrink_hours(result: CityResult, name: str = "shadow_hours") -> tuple[NDArra
         Means of the cells that have hours; NaN where none has.
     times : int
         Cells along a square.
+    roofs : (rows, cols) float32 or None
+        Mean height of what stands over the squares that are covered by half or more, else 0 [m].
     """
     shape = len(result.y), len(result.x)
     times = max(1, math.ceil(max(shape) / LONGEST))
     small = math.ceil(shape[0] / times), math.ceil(shape[1] / times)
+    has_roofs = plan is not None and plan.has_roofs
     total, count = np.zeros(small), np.zeros(small, np.int64)
+    heights, covered = np.zeros(small), np.zeros(small, np.int64)
     for tile in result.find_done():
         hours = result.read(name, tile).astype(np.float64)
         is_there = np.isfinite(hours)
         where = _shrink(tile.rows, times), _shrink(tile.cols, times)
+        if has_roofs:
+            above = plan.find_roofs(tile)  # type: ignore[union-attr]
+            heights[where] += _add_squares(above, tile.rows, tile.cols, times)
+            covered[where] += _add_squares((above > 0).astype(int), tile.rows, tile.cols, times)
+            is_there &= above <= 0
         total[where] += _add_squares(np.where(is_there, hours, 0.0), tile.rows, tile.cols, times)
         count[where] += _add_squares(is_there.astype(np.int64), tile.rows, tile.cols, times)
     mean = np.full(small, np.nan, np.float32)
     np.divide(total, count, out=mean, where=count > 0, casting="unsafe")
-    return mean, times
+    if not has_roofs:
+        return mean, times, None
+    is_roof = (covered > 0) & (covered >= count)
+    roofs = np.where(is_roof, heights / np.maximum(covered, 1), 0.0).astype(np.float32)
+    return mean, times, roofs
 
 
 def _shrink(cells: slice, times: int) -> slice:

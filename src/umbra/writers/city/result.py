@@ -11,11 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.tiles.store import FORMAT
 
-__all__ = ["CityResult", "StoredTile", "is_of_plan", "list_neighbours", "open_store"]
+__all__ = [
+    "CityResult",
+    "StoredTile",
+    "is_of_plan",
+    "list_neighbours",
+    "make_damage",
+    "open_store",
+    "read_array",
+]  # fmt: skip
 
 _STORE, _MARKS = "study.zarr", "tiles"
 _CELLS = ("y", "x")
+_BROKEN = (ValueError, TypeError, LookupError, RuntimeError, OSError)
+"""What Zarr and its codecs raise of damaged files."""
 
 
 @dataclass(frozen=True)
@@ -46,21 +57,44 @@ def open_store(folder: Path) -> Any:
     Raises
     ------
     InputError
-        If the folder holds none.
+        If the folder holds none, or it is damaged.
     """
     import zarr  # noqa: PLC0415  (an extra)
     import zarr.errors  # noqa: PLC0415
 
     try:
-        group: Any = zarr.open_group(str(folder / _STORE), mode="r")
+        group: Any = zarr.open_group(str(folder / _STORE), mode="r", zarr_format=FORMAT)
         group["shadow_hours"]
     except (zarr.errors.GroupNotFoundError, FileNotFoundError, KeyError) as error:
         msg = (
-            f"'{folder}' holds no study in tiles (no {_STORE}, which of surfaces is made when all "
-            "tiles are done); name the folder of one"
+            f"'{folder}' holds no study in tiles (no {_STORE} of Zarr {FORMAT}, which of surfaces "
+            "is made when all tiles are done); name the folder of one"
         )
         raise InputError(msg, path=folder) from error
+    except (zarr.errors.BaseZarrError, *_BROKEN) as error:
+        raise make_damage(folder / _STORE) from error
     return group
+
+
+def read_array(group: Any, name: str, where: Any = ...) -> NDArray:
+    """
+    Read a part of a store's variable, all of it by default.
+
+    Raises
+    ------
+    InputError
+        If it is damaged.
+    """
+    try:
+        return np.asarray(group[name][where])
+    except _BROKEN as error:
+        raise make_damage(Path(str(group.store.root)) / name) from error
+
+
+def make_damage(path: Path) -> InputError:
+    """Return the error of a damaged file of a run."""
+    msg = f"'{path}' is damaged; run the same study again: what is damaged is made anew"
+    return InputError(msg, path=path)
 
 
 def is_of_plan(folder: Path) -> bool:
@@ -70,9 +104,12 @@ def is_of_plan(folder: Path) -> bool:
 
 def list_neighbours(folder: Path) -> list[dict[str, Any]]:
     """Return a row for each neighbour that loses sun to a proposal, most first; none without."""
+    group = open_store(folder)
     arrays = {
-        name.removeprefix("neighbour_").replace("neighbour", "name"): array[...].tolist()
-        for name, array in sorted(open_store(folder).arrays())
+        name.removeprefix("neighbour_").replace("neighbour", "name"): read_array(
+            group, name
+        ).tolist()
+        for name, array in sorted(group.arrays())
         if name.startswith("neighbour") and len(array.shape) == 1
     }
     return [dict(zip(arrays, row, strict=True)) for row in zip(*arrays.values(), strict=True)]
@@ -107,17 +144,17 @@ class CityResult:
     @cached_property
     def x(self) -> NDArray[np.float64]:
         """Centres of the columns, ascending [m]."""
-        return np.asarray(self._group["x"][...], np.float64)
+        return read_array(self._group, "x").astype(np.float64)
 
     @cached_property
     def y(self) -> NDArray[np.float64]:
         """Centres of the rows, ascending [m]."""
-        return np.asarray(self._group["y"][...], np.float64)
+        return read_array(self._group, "y").astype(np.float64)
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return np.asarray(self._group["time"][...]).astype("datetime64[us]")
+        return read_array(self._group, "time").astype("datetime64[us]")
 
     @property
     def cell(self) -> tuple[float, float]:
@@ -177,7 +214,7 @@ class CityResult:
 
     def read(self, name: str, tile: StoredTile) -> NDArray:
         """Return a variable on a tile."""
-        return np.asarray(self._group[name][tile.rows, tile.cols])
+        return read_array(self._group, name, (tile.rows, tile.cols))
 
     def find_done(self) -> Iterator[StoredTile]:
         """Yield the tiles that are done."""

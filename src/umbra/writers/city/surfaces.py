@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from umbra.tiles.assembly import name_objects
 from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.pieces import SurfacePieces
+from umbra.tiles.sealed import read_sealed
 from umbra.writers.atomic import replace_file
-from umbra.writers.city.result import open_store
+from umbra.writers.city.result import make_damage, open_store, read_array
 from umbra.writers.vectors.surface_table import (
     ROWS,
     list_figures,
@@ -61,7 +62,9 @@ class CitySurfaces:
         self.folder = folder
         self._group: Any = open_store(folder)
         self.facts = dict(self._group.attrs)
-        known = orjson.loads((folder / "city.json").read_bytes())
+        known = read_sealed(folder / "city.json", orjson.OPT_INDENT_2)
+        if known is None:
+            raise make_damage(folder / "city.json")
         self.origin = np.array(known["frame"]["origin"])
         self.bounds = np.array(known["frame"]["bounds"])
 
@@ -85,17 +88,18 @@ class CitySurfaces:
         """Dates by which results are kept; none if only sums are."""
         if "surface_mean_sun_hours_by_day" not in self._group:
             return np.zeros(0, "datetime64[us]")
-        return np.asarray(self._group["day"][...]).astype("datetime64[us]")
+        return read_array(self._group, "day").astype("datetime64[us]")
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return np.asarray(self._group["time"][...]).astype("datetime64[us]")
+        return read_array(self._group, "time").astype("datetime64[us]")
 
     @cached_property
     def up_hours(self) -> float:
         """Time with the sun up in the whole period [h]."""
-        return float(self._group["shadow_hours"][0]) + float(self._group["sun_hours"][0])
+        hours = (read_array(self._group, name, slice(1)) for name in ("shadow_hours", "sun_hours"))
+        return sum(float(one[0]) for one in hours)
 
     def name_parts(self, pieces: SurfacePieces, parts: slice) -> NDArray:
         """Return the name of the object of each part."""

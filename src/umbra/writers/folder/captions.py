@@ -28,13 +28,17 @@ __all__ = [
     "describe_method",
     "describe_smooth",
     "find_maps",
+    "find_mean",
     "find_together",
+    "join_names",
     "list_few",
     "name_dates",
     "name_files",
     "name_shown",
     "place_elevation",
     "tell_daylight",
+    "tell_place",
+    "tell_times",
 ]
 
 MOST_PANELS = 12
@@ -94,10 +98,15 @@ def find_together(job: FolderJob) -> tuple[int, str]:
 
     The words follow the name of the hours, ", mean of 365 dates"; a single date has none.
     """
-    count = len(job.study.period.days)
+    return find_mean(job.study, job.options)
+
+
+def find_mean(study: Study, options: StudyOptions) -> tuple[int, str]:
+    """Return the same of a study and its options."""
+    count = len(study.period.days)
     if count == 1:
         return 1, ""
-    if job.options.by_day is False:
+    if options.by_day is False:
         return 1, f", sum of {count} dates"
     return count, f" a day, mean of {count} dates"
 
@@ -111,10 +120,6 @@ def name_shown(plan: Plan, study: Study) -> Plan:
 def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     """Describe the picture of some of a study's days: coordinates, titles and captions."""
     study, options, outputs = job.study, job.options, job.outputs
-    period = study.period
-    dates = name_dates(period.days[which.start : which.stop])
-    each = [offset for k in which for offset in period.steps[k].offsets()]
-    offsets = "/".join(sorted(set(each)))
     canopies = preview.find_canopies() if options.canopy else None
     x, y, axes = _find_axes(study, preview)
     north, upward = study.kind.find_north(study.facts, study.site.true_north)
@@ -134,10 +139,8 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         upward=upward,
         title=outputs.title or name_files(job.scene) + view,
         subtitle=outputs.subtitle or "",
-        place=f"{study.site.show()} · {study.site.zone}",
-        date=" · ".join(
-            filter(None, [told, f"{dates}, {options.start} to {options.end} ({offsets})"])
-        ),
+        place=tell_place(study),
+        date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
         note=describe_making(study, options),
         axes=axes,
         has_scale=study.kind.has_scale,
@@ -149,6 +152,20 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
     )
+
+
+def tell_place(study: Study) -> str:
+    """Describe a study's site: coordinates and time zone."""
+    return f"{study.site.show()} · {study.site.zone}"
+
+
+def tell_times(study: Study, options: StudyOptions, which: range) -> str:
+    """Describe some of a study's dates, and its clock times with their offsets from UTC."""
+    period = study.period
+    dates = name_dates(period.days[which.start : which.stop])
+    each = [offset for k in which for offset in period.steps[k].offsets()]
+    offsets = "/".join(sorted(set(each)))
+    return f"{dates}, {options.start} to {options.end} ({offsets})"
 
 
 def _find_axes(
@@ -183,7 +200,12 @@ def place_elevation(
 def name_files(scene: Scene) -> str:
     """Name the first three files of a scene."""
     named = [Path(source.name).name for source in scene.sources if not source.is_companion]
-    return " + ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
+    return join_names(named)
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Join the first three names of files, and the number of the others."""
+    return " + ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
 def name_dates(days: Sequence) -> str:

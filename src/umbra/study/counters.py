@@ -1,0 +1,99 @@
+"""Counters of any lights: suns by a tile's own counter, lamps and lights from below by rays."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.rays.hidden import find_hidden
+from umbra.rays.masks import add_masks
+from umbra.receivers.kind import Counter, Tile
+
+__all__ = ["LightCounter", "RayCounter", "find_suns"]
+
+
+def find_suns(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which homogeneous lights (n, 4) are directions above the horizon, (n,) bool."""
+    return (lights[:, 3] == 0) & (lights[:, 2] > 0)
+
+
+class RayCounter:
+    """
+    Counter of any homogeneous lights on a tile, by rays.
+
+    Parameters
+    ----------
+    tile : Tile
+    threads : int
+    """
+
+    def __init__(self, tile: Tile, threads: int = 1) -> None:
+        self.tile, self.threads = tile, threads
+
+    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return for each light (n, 4) the receivers in shadow, cast or attached."""
+        tile, where = self.tile, self.tile.places
+        found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
+        return found.reshape(-1, *tile.shape)
+
+    def add_weights(
+        self,
+        lights: NDArray[np.float64],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
+        add_masks(self.masks, lights, weights, sums, progress)
+
+
+class LightCounter:
+    """
+    Counter of any lights on a tile.
+
+    Parameters
+    ----------
+    tile : Tile
+    counter : Counter, optional
+        Of suns; the tile's own by default.
+    """
+
+    def __init__(self, tile: Tile, counter: Counter | None = None) -> None:
+        self.tile = tile
+        self._suns = counter
+
+    @property
+    def suns(self) -> Counter:
+        """Counter of suns, made when the first is counted."""
+        if self._suns is None:
+            self._suns = self.tile.make_counter()
+        return self._suns
+
+    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return for each light, (n, 3) suns or (n, 4) any, the receivers in shadow."""
+        if lights.shape[1] == 3:
+            return self.suns.masks(lights)
+        is_sun = find_suns(lights)
+        masks = np.zeros((len(lights), *self.tile.shape), np.uint8)
+        if is_sun.any():
+            masks[is_sun] = self.suns.masks(np.ascontiguousarray(lights[is_sun, :3]))
+        if not is_sun.all():
+            masks[~is_sun] = RayCounter(self.tile).masks(lights[~is_sun])
+        return masks
+
+    def add_weights(
+        self,
+        lights: NDArray[np.float64],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
+        if lights.shape[1] == 3:
+            self.suns.add_weights(lights, weights, sums, progress)
+            return
+        is_sun = find_suns(lights)
+        if is_sun.any():
+            suns = np.ascontiguousarray(lights[is_sun, :3])
+            self.suns.add_weights(suns, weights[is_sun], sums, progress)
+        RayCounter(self.tile).add_weights(lights[~is_sun], weights[~is_sun], sums, progress)

@@ -1,0 +1,87 @@
+"""The map of a city says and shows what the picture of a study does."""
+
+import numpy as np
+import pytest
+from support.cities import DAY, make_houses, write_city
+
+import umbra
+from umbra.writers.city import overview
+
+EXTENT = (84970, 446970, 85090, 447090)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return the plans and maps that are drawn."""
+    found, make = [], overview.make_hours_sheet
+
+    def see(plan, days, *args, **more):
+        found.append((plan, days[0]))
+        return make(plan, days, *args, **more)
+
+    monkeypatch.setattr(overview, "make_hours_sheet", see)
+    return found
+
+
+@pytest.fixture
+def files(tmp_path):
+    houses = make_houses(5, 8, (85000, 447000), (85050, 447050))
+    return [
+        write_city(tmp_path / "a.city.json", houses[:4]),
+        write_city(tmp_path / "b.city.json", houses[4:]),
+    ]
+
+
+@pytest.mark.parametrize("longest", [1600, 30])
+def test_footprints_are_buildings_and_captions_name_time_zone_and_ground(
+    files, tmp_path, drawn, monkeypatch, longest
+):
+    monkeypatch.setattr(overview, "LONGEST", longest)
+    options = {**DAY, "cell": 2.0, "extent": EXTENT, "ground": 0.5}
+    made = umbra.city_study(files, out=tmp_path / "out", tiles=40, receivers="ground", **options)
+    made.write("map")
+    [(plan, day)] = drawn
+    assert plan.place.endswith("Europe/Amsterdam")
+    assert "2026-12-21, 08:00 to 17:00 (UTC+01:00)" in plan.date
+    assert "ground at z = 0.5 m" in plan.note
+    assert "30min" in plan.note
+    assert ("means of 2 x 2" in plan.note) == (longest == 30)
+    assert "a.city.json" in plan.title
+    # Where a roof is topmost, none of the hours beneath it is shown.
+    scene = umbra.read(*files)
+    site = umbra.find_site(scene)
+    top = umbra.shadow_study(scene, site, receivers="top", **options).dataset.receiver_z.values
+    hours = umbra.shadow_study(scene, site, receivers="ground", **options).dataset.shadow_hours
+    is_open, hours = top <= 0.5, hours.values
+    if longest == 1600:
+        np.testing.assert_array_equal(plan.is_building, ~is_open)
+        np.testing.assert_array_equal(day.hours, np.where(is_open, hours, np.nan))
+        np.testing.assert_allclose(plan.building_height[~is_open], (top - 0.5)[~is_open], 1e-6)
+        return
+    assert plan.shape == (30, 30)
+    for i, j in np.ndindex(30, 30):
+        square = np.s_[2 * i : 2 * i + 2, 2 * j : 2 * j + 2]
+        assert plan.is_building[i, j] == (is_open[square].mean() <= 0.5)
+        if is_open[square].any():
+            mean = hours[square][is_open[square]].mean()
+            assert day.hours[i, j] == pytest.approx(mean, abs=1e-5)
+
+
+def test_several_dates_are_shown_as_means_and_dates_given_as_objects_are_read_back(
+    files, tmp_path, drawn
+):
+    import datetime as dt  # noqa: PLC0415
+
+    options = {
+        "date": [dt.date(2026, 3, 20), dt.date(2026, 12, 21)], "start": dt.time(9), "end": "15:00",
+        "every": dt.timedelta(hours=1), "cell": 4.0, "extent": EXTENT, "receivers": "top",
+    }  # fmt: skip
+    made = umbra.city_study(files, out=tmp_path / "out", tiles=60, **options)
+    made.write("map")
+    [(plan, day)] = drawn
+    assert float(np.nanmax(day.hours)) <= 6
+    assert "2026-03-20, 2026-12-21, 09:00" in plan.date
+    np.testing.assert_allclose(day.hours, made.dataset.shadow_hours.values / 2, 1e-6)
+    assert made.dataset.shadow_hours.attrs["long_name"] == "hours in shadow, sum of 2 dates"
+    assert plan.building_height is None
+    assert plan.appearance is not None
