@@ -1,6 +1,5 @@
 """A study's options in a TOML file, which ``umbra study`` reads and writes beside its results."""
 
-import difflib
 import json
 import re
 import tomllib
@@ -13,7 +12,7 @@ import click
 from umbra import __version__
 from umbra.cli.options import HeadedOption
 from umbra.cli.reading import read_values
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
@@ -66,7 +65,7 @@ def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> No
     elif name == "allow-outside":
         msg = "allow-outside is typed (--allow-outside), not taken from a file"
     elif name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
+        near = find_similar(name, known)
         advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
         msg = f"there is no option '{key}'; {advice}"
     if msg:

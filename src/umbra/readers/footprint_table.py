@@ -1,6 +1,5 @@
 """Tables of footprints: polygons, and columns of heights, bases and names."""
 
-import difflib
 import math
 import re
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 from umbra.readers.model import UniqueNames
 
 __all__ = [
@@ -112,7 +111,7 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
             return chosen
         if chosen.casefold() in lower:
             return lower[chosen.casefold()]
-        near = difflib.get_close_matches(chosen, columns, n=1)
+        near = find_similar(chosen, columns)
         advice = f"; did you mean '{near[0]}'?" if near else ""
         msg = f"there is no column '{chosen}'; the file has {_list(columns)}{advice}"
         raise InputError(msg, column=chosen, columns=list(columns))

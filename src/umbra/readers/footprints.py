@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.packages import write_install
 from umbra.readers.checks import list_counts
 from umbra.readers.footprint_table import (
     HEIGHTS,
@@ -245,12 +246,6 @@ def _tags(labels: list[list[Any]], row: int) -> tuple[str, ...]:
     return tuple(dict.fromkeys(word for word in words if isinstance(word, str) and word))
 
 
-CROSSED = (
-    "footprints whose rings cross themselves, so that triangles overlap "
-    "(pip install 'umbra-shadows[gis]' repairs them)"
-)
-
-
 def make_prisms(
     rings: Rings, low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], tuple[str, ...]]:
@@ -289,7 +284,11 @@ def make_prisms(
     roofs = rings.feature[cut.polygon]
     walls = feature[walled]
     short = "footprints with fewer than three distinct corners left out"
-    notes = list_counts({short: cut.degenerate, CROSSED: cut.crossed})
+    crossed = (
+        "footprints whose rings cross themselves, so that triangles overlap "
+        f"({write_install('gis')} repairs them)"
+    )
+    notes = list_counts({short: cut.degenerate, crossed: cut.crossed})
     return vertices, faces, np.concatenate([roofs, roofs, walls, walls]), notes
 
 
