@@ -16,9 +16,10 @@ from umbra.errors import check_type
 from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
+from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
 from umbra.sun import Site
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.site import tell_moved
 
 __all__ = ["shadow_study"]
 
@@ -178,7 +179,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
     options = StudyOptions(**given)
-    for note in tell_skipped(options.date):
+    for note in (*tell_moved(scene, site), *tell_request(scene, options)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
         return ChunkedStudy(scene, site, options, chunks)

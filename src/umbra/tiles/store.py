@@ -19,6 +19,7 @@ from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.outside import write_json
+from umbra.writers.atomic import check_folder_name
 
 __all__ = ["CityStore", "check_zarr"]
 
@@ -213,6 +214,7 @@ def check_folder(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         msg = f"'{folder}' is a file, not a folder; name another output folder"
         raise InputError(msg, option="out", path=folder)
+    check_folder_name(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a null byte in its name
