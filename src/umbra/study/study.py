@@ -59,8 +59,10 @@ def run(
     if nothing is not None:
         done.blank(nothing)
     facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
-    arrays, more = done.arrays, done.variables(laid)
-    study = Study(laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more)
+    arrays, (more, totals) = done.arrays, done.collect(laid)
+    study = Study(
+        laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals
+    )
     more |= laid.sum_up(study)
     return study
 
