@@ -117,6 +117,37 @@ def test_heights_as_text_are_read_where_they_are_numbers():
     assert numbers.odd == [(3, "about 20"), (9, "12'")]
 
 
+def test_feet_become_metres_where_the_column_or_the_value_says_so():
+    numbers = parse_numbers([30, "30", "30 m", "30 ft", "10 feet", None, "1 FOOT"], "height_ft")
+    found = [9.144, 9.144, 30, 9.144, 3.048, np.nan, 0.3048]
+    np.testing.assert_allclose(numbers.values, found, rtol=1e-15)
+    assert numbers.in_feet == 5
+    numbers = parse_numbers([30, "30", "30 m", "30 ft"], "height")
+    np.testing.assert_allclose(numbers.values, [30, 30, 30, 9.144], rtol=1e-15)
+    assert numbers.in_feet == 1
+
+
+@pytest.mark.parametrize(
+    ("column", "metres"),
+    [
+        ("height_ft", 9.144), ("Height (ft)", 9.144), ("building_height_feet", 9.144),
+        ("height_m", 30), ("height", 30),
+    ],
+)  # fmt: skip
+def test_a_column_in_feet_is_found_and_said(write, column, metres):
+    scene = umbra.read(write(feature(SQUARE, properties={column: 30, "left": 1})))
+    assert scene.bounds()[1, 2] == pytest.approx(metres)
+    said = [note for note in scene.notes if "feet" in note and column in note and "metres" in note]
+    assert len(said) == (metres != 30)
+    chosen = umbra.read(write(feature(SQUARE, properties={column: 30})), height_column=column)
+    assert chosen.bounds()[1, 2] == pytest.approx(metres)
+
+
+def test_metres_go_before_feet(write):
+    scene = umbra.read(write(feature(SQUARE, properties={"height_ft": 30, "height_m": 9})))
+    assert scene.bounds()[1, 2] == 9
+
+
 def test_what_has_no_height_is_left_out_and_counted(write):
     heights = [5, None, "tall", "6", 0, -2]
     path = write(

@@ -137,6 +137,17 @@ def test_points_without_receivers_name_the_receivers():
         assert f"receivers='{kind}'" in str(caught.value)
 
 
+@pytest.mark.parametrize(("text", "metres"), [("30 ft", 9.144), ("50cm", 0.5), ("2 m", 2.0)])
+def test_lengths_in_python_may_have_a_unit(text, metres):
+    options = StudyOptions(**DAY, ground=text, cell=text)
+    assert (options.ground, options.cell) == (metres, metres)
+    assert StudyOptions(**DAY, receivers="surfaces", spacing=text).spacing == metres
+    for wrong in ("2", "two m", "m"):
+        with pytest.raises(umbra.InputError) as caught:
+            StudyOptions(**DAY, cell=wrong)
+        assert caught.value.option == "cell"
+
+
 @pytest.fixture(scope="module")
 def study():
     return umbra.shadow_study(make_scene([part("old", OLD)]), SITE, **DAY, **PLAN)

@@ -37,16 +37,16 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     by_day: bool | None = None,
     refraction: Refraction = "standard",
     receivers: str = "auto",
-    spacing: float = 0.5,
+    spacing: float | str = 0.5,
     on: str | Sequence[str] = (),
     points: ArrayLike | str | Path | None = None,
     names: Sequence[str] = (),
     eye: Sequence[float] | None = None,
     target: Sequence[float] | None = None,
     fov: float = 50.0,
-    ground: float | None = None,
+    ground: float | str | None = None,
     extent: Sequence[float] | None = None,
-    cell: float | None = None,
+    cell: float | str | None = None,
     size: Sequence[int] | None = None,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
@@ -112,7 +112,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     eye, target : (3,) float, optional
         Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
-        Distance between the samples of surfaces, 0.5 by default [m].
+        Distance between the samples of surfaces, 0.5 by default [m]. Lengths may be text with
+        a unit, here and below: ``"50cm"``, ``"30 ft"``.
     on : sequence of str
         Shell patterns of the parts to sample, or to show in an elevation or camera view; all
         by default.

@@ -13,7 +13,7 @@ from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.checks import Companions, list_counts
 from umbra.readers.content import FileContent
-from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
+from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings, has_height
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import NO_CRS, FileModel, ReadChoices
@@ -231,7 +231,7 @@ def _choose_table(pyogrio: Any, path: Path, choices: ReadChoices) -> tuple[str, 
     having = [
         name
         for name, info in layers
-        if name in names and wanted & {str(field).casefold() for field in info["fields"]}
+        if name in names and any(has_height(str(field), wanted) for field in info["fields"])
     ]
     if len(names) == 1 or len(having) == 1:
         chosen = having[0] if len(having) == 1 else names[0]

@@ -191,14 +191,14 @@ def _find_extent(
     column = find_column(columns, choices.height_column, HEIGHTS)
     if choices.height_column is None:
         notes.append(f"heights come from the column '{column}' (height_column=)")
-    heights = parse_numbers(columns[column])
+    heights = parse_numbers(columns[column], column)
     _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))
     high = heights.values.copy()
     base = None
     if choices.base_column is not None:
         base = find_column(columns, choices.base_column, ())
-        bases = parse_numbers(columns[base])
+        bases = parse_numbers(columns[base], base)
         _note_text(bases, base, names, notes)
         low = bases.values
         if base.casefold() not in FROM_GROUND:
@@ -222,6 +222,8 @@ def _note_text(numbers: ColumnNumbers, column: str, names: list[str], notes: lis
             f"values of '{column}' that are not numbers of metres: {len(numbers.odd)} "
             f"(first: {text[:30]!r} of '{names[row]}')"
         )
+    if numbers.in_feet:
+        notes.append(f"heights of '{column}' in feet, converted to metres: {numbers.in_feet}")
     if numbers.from_text:
         notes.append(f"numbers in '{column}' that are written as text: {numbers.from_text}")
 

@@ -87,7 +87,7 @@ class StudyOptions:
         metavar="WHAT",
     )
     spacing: float = _receivers(
-        "number", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
+        "length", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
         metavar="M", receivers=("surfaces",), attribute="spacing_m",
     )  # fmt: skip
     on: Sequence[str] = _receivers(
