@@ -110,6 +110,18 @@ def test_a_site_that_lies_in_the_city_is_named():
             assert all(f"{value:.5f}°" in str(caught.value) for value in place)
 
 
+def test_swapped_degrees_beside_a_city_are_named(city):
+    for place, is_swapped in ((HERE, True), ((40.0, 10.0), False)):
+        house = city("house.geojson", place, None)
+        document = json.loads(house.read_text())
+        ring = [[place[0] + a * 1e-5, place[1] + b * 1e-5] for a, b in SQUARE]
+        document["features"][0]["geometry"]["coordinates"] = [ring]
+        house.write_text(json.dumps(document))
+        with pytest.raises(InputError) as caught:
+            umbra.read(city(), house)
+        assert caught.value.is_swapped == is_swapped
+
+
 def test_a_site_is_read_from_an_ifc_file(city, tmp_path):
     pytest.importorskip("ifcopenshell")
     from support.ifc_files import IfcFile  # noqa: PLC0415 - ifcopenshell

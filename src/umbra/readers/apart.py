@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.georeference import find_on_plan, show_crs
+from umbra.readers.georeference import find_on_plan, is_in_degrees, show_crs, swap_on_plan
 
 __all__ = ["FilePlan", "check_apart", "make_crs_error"]
 
@@ -16,6 +16,10 @@ FAR = 10_000.0
 """A file without a CRS that lies farther from all others is in other coordinates [m]."""
 FARTHEST = 100_000.0
 """Files of known places that lie farther apart share no shadow [m]."""
+SWAPPED = (
+    "its latitude and longitude are swapped: with the longitude first it lies there; swap the two "
+    "numbers of every corner"
+)
 _BESIDE = 1_000.0  # a site at most so far outside the files' bounds is theirs [m]
 
 
@@ -70,7 +74,8 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     ------
     InputError
         If files lie too far apart: ``distance`` [m] and ``files``, the names of those that lie
-        apart. If a file's site lies among the others, ``site`` is where, (x, y) [m].
+        apart. If a file's site lies among the others, ``site`` is where, (x, y) [m];
+        ``is_swapped`` is whether it would with latitude and longitude swapped.
     """
     low, high = (np.array([one.bounds[k] for one in files]) for k in (0, 1))
     is_known = np.array([one.crs is not None for one in files])
@@ -86,13 +91,16 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     neighbour = int(np.argmin(np.where(near, nearest, np.inf)))
     distance = float(nearest[neighbour])
     place = _find_site(other, low[near], high[near], crs)
+    middle = other.bounds.mean(0)
+    swapped = swap_on_plan(crs, middle) if crs and is_in_degrees(other.crs or "") else None
+    is_swapped = _lies_among(swapped, low[near], high[near])
     names = [files[k].name for k in apart.tolist()]
     msg = (
         f"{_name(names)} {_show(distance)} from {files[neighbour].name}, too far for one study "
         f"({'; '.join(_tell_crs(one) for one in (other, files[neighbour]))}); "
-        f"{_advise(other, files[neighbour], place)}"
+        f"{SWAPPED if is_swapped else _advise(other, files[neighbour], place)}"
     )
-    raise InputError(msg, distance=distance, files=names, site=place)
+    raise InputError(msg, distance=distance, files=names, site=place, is_swapped=is_swapped)
 
 
 def _find_gaps(
@@ -137,10 +145,17 @@ def _find_site(
     if crs is None or file.latitude is None or file.longitude is None:
         return None
     place = find_on_plan(crs, file.latitude, file.longitude)
-    if place is None:
+    if place is None or not _lies_among(place, low, high):
         return None
-    inside = (place >= low - _BESIDE) & (place <= high + _BESIDE)
-    return (float(place[0]), float(place[1])) if inside.all(1).any() else None
+    return float(place[0]), float(place[1])
+
+
+def _lies_among(
+    place: NDArray[np.float64] | None, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> bool:
+    if place is None:
+        return False
+    return bool(((place >= low - _BESIDE) & (place <= high + _BESIDE)).all(1).any())
 
 
 def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | None) -> str:

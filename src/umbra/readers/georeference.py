@@ -27,6 +27,7 @@ __all__ = [
     "locate",
     "name_crs",
     "show_crs",
+    "swap_on_plan",
     "to_metres",
 ]
 
@@ -219,6 +220,18 @@ def find_on_plan(crs: str, latitude: float, longitude: float) -> NDArray[np.floa
     there = Transformer.from_crs("EPSG:4326", found.to_2d(), always_xy=True)
     place = np.array(there.transform(longitude, latitude))
     return place if np.isfinite(place).all() else None
+
+
+def swap_on_plan(crs: str, place: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return where a place (2,) of a projected CRS lies if latitude and longitude are swapped."""
+    found = _find_crs(crs)
+    if found is None or not found.is_projected:
+        return None
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    there = Transformer.from_crs(found.to_2d(), "EPSG:4326", always_xy=True)
+    longitude, latitude = there.transform(*place)
+    return find_on_plan(crs, longitude, latitude) if abs(longitude) <= 90 else None
 
 
 def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, tuple[bool, ...]]:
