@@ -6,16 +6,18 @@ them as ``--no-cast`` and ``--receivers top``. Names in files may contain termin
 characters, which are escaped here.
 """
 
+import difflib
 import json
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 __all__ = [
     "LONGEST",
     "InputError",
     "UmbraError",
     "check_type",
+    "find_similar",
     "fit_names",
     "make_printable",
     "shorten",
@@ -32,6 +34,8 @@ _MAKERS = {
     "Site": "Site(latitude=, longitude=)",
 }
 _TAIL = 180  # characters kept at a message's end, which holds the remedy
+_ALIKE = 0.7  # share of letters in order from which words are similar
+_BEGUN = 3  # letters with which another word begins that may be meant
 # Control characters except tab and line feed, lone surrogates, and characters that reorder or hide
 # text. Joiners stay: Persian and Hindi need them.
 _COMMANDS = re.compile(
@@ -54,7 +58,7 @@ _SPELLED = {
 """Options with another name on the command line."""
 
 _OPTIONS = """
-allow_outside area at base_column bbox by by_day canopy canopy_heights caption cast cell date
+allow_outside area at base_column bbox by by_day canopy canopy_heights caption cast cell crs date
 detail device every every_days exact extent eye fov geometric_error ground height height_column
 layer_gap layer_length leaf_on light_samples light_size mask_filter mask_scale masks method
 min_spell name_column near no_cast on points proposed receivers refraction report rules samples
@@ -114,6 +118,32 @@ def fit_names(names: Sequence[str], width: int) -> list[str]:
     }
     uses = Counter(cut.values())
     return [cut[name] if uses[cut[name]] == 1 else name for name in names]
+
+
+def find_similar(word: str, known: Iterable[str], count: int = 1) -> list[str]:
+    """
+    Return the known words that may be meant, the most similar first; none if none is similar.
+
+    Case and the dashes ahead of options do not count. Similar are words of which one begins the
+    other (``--longitude``, ``--lon``), or that share most of their letters in order.
+    """
+
+    def fold(text: str) -> str:
+        return text.lstrip("-").replace("_", "-").casefold()
+
+    folded: dict[str, str] = {}
+    for one in known:
+        folded.setdefault(fold(one), one)
+    wanted = fold(word)
+    near = difflib.get_close_matches(wanted, folded, n=count, cutoff=_ALIKE)
+    begun = [
+        one
+        for one in folded
+        if min(len(one), len(wanted)) >= _BEGUN
+        and (one.startswith(wanted) or wanted.startswith(one))
+    ]
+    both = dict.fromkeys((*near, *sorted(begun, key=lambda one: abs(len(one) - len(wanted)))))
+    return [folded[one] for one in both][:count]
 
 
 def write_for_shell(text: str) -> str:

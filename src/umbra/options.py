@@ -1,5 +1,6 @@
 """Options as fields of a record, described for the command line and Python."""
 
+import re
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
@@ -7,7 +8,12 @@ from typing import Any
 
 from umbra.errors import InputError
 
-__all__ = ["Option", "check_types", "list_options", "option", "read_texts"]
+__all__ = ["Option", "check_types", "list_options", "option", "read_length", "read_texts"]
+
+_UNITS = {
+    "mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
+}  # fmt: skip
+_LENGTH = re.compile(rf"(.*?)\s*({'|'.join(_UNITS)})?", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,6 +128,40 @@ def _refuse(name: str, what: str, value: object) -> InputError:
     return InputError(f"{name} {what}; got {value!r}", option=name)
 
 
+def read_length(text: str) -> float:
+    """
+    Read a length in metres, or in the unit given: ``0.5``, ``50cm``, ``30 ft``.
+
+    Returns
+    -------
+    length : float
+        [m]
+
+    Raises
+    ------
+    ValueError
+        If it is no number with a unit of length; the error's text is the remedy.
+    """
+    number, unit = _LENGTH.fullmatch(text.strip()).groups()  # type: ignore[union-attr]
+    try:
+        return float(number) * _UNITS[(unit or "m").lower()]
+    except ValueError as error:
+        units = "mm, cm, m, km, ft"
+        msg = f"'{text}' is no length; give metres, or one in {units}: 50cm"
+        raise ValueError(msg) from error
+
+
+def _check_length(name: str, said: Option, value: Any) -> Any:
+    """Check a number of metres, or text with its unit."""
+    if isinstance(value, str) and value.strip().lower().endswith(tuple(_UNITS)):
+        try:
+            return read_length(value)
+        except ValueError as error:
+            msg = f"{name}= {error}"
+            raise InputError(msg, option=name) from None
+    return _check_number(name, said, value)
+
+
 def _check_number(name: str, said: Option, value: Any) -> Any:
     is_whole = said.type == "whole"
     kind: Any = Integral if is_whole else Real
@@ -176,7 +216,7 @@ def _check_choice(name: str, said: Option, value: Any) -> Any:
 
 _CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {
     "number": _check_number,
-    "length": _check_number,
+    "length": _check_length,
     "whole": _check_number,
     "numbers": _check_numbers,
     "size": _check_numbers,

@@ -136,7 +136,7 @@ def test_chunks_that_cannot_be_are_refused(town, options, told):
 
 def test_without_dask_an_error_names_the_extra(town, monkeypatch):
     monkeypatch.setitem(sys.modules, "dask.array", None)
-    with pytest.raises(umbra.InputError, match=r"umbra-shadows\[city\]"):
+    with pytest.raises(umbra.InputError, match=r"pip install .*\[city\]"):
         umbra.shadow_study(town, SITE, **DAY, **PLAN, chunks=64)
 
 

@@ -4,6 +4,8 @@ import importlib.util
 
 import pytest
 
+from umbra.packages import write_install
+
 NEEDED = {"version", "vendor", "renderer", "is_software", "stencil_bits", "depth_bounds"}
 
 
@@ -63,7 +65,7 @@ def test_without_the_extra_it_is_named(umbra_here, monkeypatch):
 
     monkeypatch.setattr("umbra.calls.doctor.version", missing)
     report = umbra_here("doctor", "--json").json()
-    assert report["advice"] == ["for the gl device: pip install 'umbra-shadows[gl]'"]
+    assert report["advice"] == [f"for the gl device: {write_install('gl')}"]
     assert importlib.util.find_spec("umbra.gl") is not None
 
 

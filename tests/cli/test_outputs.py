@@ -11,6 +11,7 @@ from support.model_files import save_obj
 from support.shapes import box
 
 import umbra
+from umbra.packages import write_install
 
 DAY = ["--date", "2026-09-18", "--from", "10:00", "--to", "14:00", "--every", "1h", "--cell", "1"]
 
@@ -73,7 +74,7 @@ def test_a_missing_extra_is_named_before_any_work(study, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     refusal = study("--write", "geotiff").refusal()
     assert "geotiff needs rasterio" in refusal
-    assert "pip install 'umbra-shadows[gis]'" in refusal
+    assert write_install("gis") in refusal
     assert not (tmp_path / "out").exists()
 
 

@@ -46,7 +46,9 @@ def test_an_extent_that_shadows_reach_is_taken(umbra_here, tmp_path, model):
     assert said.json()["most_shadow_hours"] > 0
 
 
-@pytest.mark.parametrize(("text", "metres"), [("50cm", 0.5), ("500 mm", 0.5), ("1.5m", 1.5)])
+@pytest.mark.parametrize(
+    ("text", "metres"), [("50cm", 0.5), ("500 mm", 0.5), ("1.5m", 1.5), ("5 ft", 1.524)]
+)
 def test_lengths_may_have_a_unit(umbra_here, tmp_path, model, text, metres):
     few = ["--extent", "0,0,30,30"]
     said = umbra_here("study", model, *DAY, *few, "--cell", text, "--out", tmp_path / "o", "--json")

@@ -190,5 +190,5 @@ def test_a_near_plane_in_the_model_and_an_empty_view_are_told(scene):
 
 def test_a_missing_package_is_named_by_its_extra(scene, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyclipr", None)
-    with pytest.raises(umbra.InputError, match=r"needs pyclipr.*'umbra-shadows\[vectors\]'"):
+    with pytest.raises(umbra.InputError, match=r"needs pyclipr.*pip install .*\[vectors\]"):
         umbra.draw_vectors(scene, umbra.make_camera(scene), SUN)

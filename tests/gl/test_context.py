@@ -10,6 +10,7 @@ from umbra.errors import InputError, UmbraError
 from umbra.gl import context
 from umbra.gl.backends import BACKENDS
 from umbra.gl.context import Device, open_device
+from umbra.packages import write_install
 
 
 def test_facts(device):
@@ -86,8 +87,9 @@ def test_an_unknown_backend_is_refused():
 def test_a_missing_package_is_named_with_its_extra(monkeypatch, package):
     there = context.find_spec
     monkeypatch.setattr(context, "find_spec", lambda name: None if name == package else there(name))
-    with pytest.raises(UmbraError, match=rf"needs {package}, .*umbra-shadows\[gl\]"):
+    with pytest.raises(UmbraError, match=f"needs {package}, ") as caught:
         open_device()
+    assert write_install("gl") in str(caught.value)
 
 
 def test_no_driver_at_all_says_why_and_what_to_do(monkeypatch):

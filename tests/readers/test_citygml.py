@@ -313,7 +313,7 @@ def test_links_that_multiply_or_lead_back_end_soon(read):
 
 def test_without_lxml_the_extra_is_named(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "lxml", None)
-    with pytest.raises(InputError, match=r"umbra-shadows\[citygml\]"):
+    with pytest.raises(InputError, match=r"pip install .*\[citygml\]"):
         read(city(building()))
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import umbra
 from umbra import InputError
+from umbra.packages import write_install
 from umbra.readers.footprint_table import parse_numbers
 
 # 10 x 6 m in metres of a national grid, without a CRS in degrees.
@@ -103,7 +104,7 @@ def test_degrees_become_metres_of_the_zone(write, measure):
 def test_metres_without_a_crs_are_taken_as_they_are(write):
     scene = umbra.read(write(feature(SQUARE, properties={"height": 1}), crs=None))
     assert scene.crs is None
-    assert "taken as metres" in scene.notes[0]
+    assert any("taken as metres" in note for note in scene.notes)
 
 
 def test_heights_as_text_are_read_where_they_are_numbers():
@@ -114,6 +115,37 @@ def test_heights_as_text_are_read_where_they_are_numbers():
     )
     assert numbers.from_text == 4
     assert numbers.odd == [(3, "about 20"), (9, "12'")]
+
+
+def test_feet_become_metres_where_the_column_or_the_value_says_so():
+    numbers = parse_numbers([30, "30", "30 m", "30 ft", "10 feet", None, "1 FOOT"], "height_ft")
+    found = [9.144, 9.144, 30, 9.144, 3.048, np.nan, 0.3048]
+    np.testing.assert_allclose(numbers.values, found, rtol=1e-15)
+    assert numbers.in_feet == 5
+    numbers = parse_numbers([30, "30", "30 m", "30 ft"], "height")
+    np.testing.assert_allclose(numbers.values, [30, 30, 30, 9.144], rtol=1e-15)
+    assert numbers.in_feet == 1
+
+
+@pytest.mark.parametrize(
+    ("column", "metres"),
+    [
+        ("height_ft", 9.144), ("Height (ft)", 9.144), ("building_height_feet", 9.144),
+        ("height_m", 30), ("height", 30),
+    ],
+)  # fmt: skip
+def test_a_column_in_feet_is_found_and_said(write, column, metres):
+    scene = umbra.read(write(feature(SQUARE, properties={column: 30, "left": 1})))
+    assert scene.bounds()[1, 2] == pytest.approx(metres)
+    said = [note for note in scene.notes if "feet" in note and column in note and "metres" in note]
+    assert len(said) == (metres != 30)
+    chosen = umbra.read(write(feature(SQUARE, properties={column: 30})), height_column=column)
+    assert chosen.bounds()[1, 2] == pytest.approx(metres)
+
+
+def test_metres_go_before_feet(write):
+    scene = umbra.read(write(feature(SQUARE, properties={"height_ft": 30, "height_m": 9})))
+    assert scene.bounds()[1, 2] == 9
 
 
 def test_what_has_no_height_is_left_out_and_counted(write):
@@ -154,7 +186,7 @@ def test_without_shapely_crossing_rings_are_said(write, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "shapely", None)
     bow = [[0, 0], [4, 4], [4, 0], [1, 5], [-1, 2], [0, 0]]
     scene = umbra.read(write(feature(shift(bow, 1000, 342000), properties={"height": 3})))
-    assert "umbra-shadows[gis]" in " ".join(scene.notes)
+    assert write_install("gis") in " ".join(scene.notes)
 
 
 def test_points_and_lines_are_counted_and_nothing_else_is_an_error(write):

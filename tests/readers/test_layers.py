@@ -126,15 +126,6 @@ def test_an_unknown_crs_beside_a_known_one_is_refused_by_name(houses):
         umbra.read(first, houses("b.geojson", "my own grid", (2500, 340500)))
 
 
-def test_layers_far_apart_are_said(houses, obj):
-    scene = umbra.read(houses("a.geojson", "EPSG:31256", (2500, 340500)), f"new={obj('b.obj')}")
-    assert (
-        "layer 'new' lies 340 km from layer 'a', so their coordinates cannot be of one system "
-        "(b.obj names no CRS; a.geojson is in EPSG:31256); export one in the coordinates of the "
-        "other, or study each alone"
-    ) in scene.notes
-
-
 @pytest.mark.parametrize(
     ("base", "said"),
     [

@@ -6,6 +6,7 @@ import pytest
 
 import umbra
 from umbra import InputError
+from umbra.packages import write_install
 
 CASES = [
     ("a.gml", b'<c:CityModel xmlns:c="http://www.opengis.net/citygml/2.0"/>', "lxml", "citygml"),
@@ -28,4 +29,4 @@ def test_the_error_says_how_to_install_it(tmp_path, monkeypatch, name, content, 
     with pytest.raises(InputError, match=f"{package}.* not installed") as caught:
         umbra.read(path)
     assert caught.value.data["extra"] == extra
-    assert f"umbra-shadows[{extra}]" in str(caught.value)
+    assert write_install(extra) in str(caught.value)

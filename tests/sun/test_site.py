@@ -6,7 +6,8 @@ import pytest
 from umbra.errors import InputError
 from umbra.scene import make_scene
 from umbra.sun import Site, find_site
-from umbra.sun.site import find_zone, tell_moved
+from umbra.sun.site import tell_moved
+from umbra.sun.zones import find_zone
 
 TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
@@ -83,7 +84,8 @@ def test_the_ends_of_the_ranges_are_in():
         ("vienna", "Europe/Vienna"),
         ("New York", "America/New_York"),
         ("Europe/Zurch", "Europe/Zurich"),
-        ("CEST", "CET"),
+        ("CEST", "Europe/Vienna"),
+        ("BST", "Europe/London"),
     ],
 )
 def test_an_unknown_zone_names_the_nearest(wrong, meant):
@@ -174,3 +176,53 @@ def test_a_site_far_from_the_files_is_told():
     (quarter,) = tell_moved(scene(latitude=0.0, longitude=170.0), Site(0.0, -100.0))
     assert "-0.1300°, 51.5000°, as given, lies 7," in told
     assert "lies 10,008 km from 0.0000°, 170.0000°" in quarter
+
+
+@pytest.mark.parametrize("wrong", ["GMT+1", "UTC+2", "UTC-05:00", "+01:00", "gmt -3"])
+def test_a_difference_from_utc_is_not_inverted(wrong):
+    # Etc/GMT+1 is an hour behind Greenwich, GMT+1 an hour ahead.
+    with pytest.raises(InputError) as caught:
+        find_zone(wrong)
+    assert caught.value.nearest == []
+    assert "Etc" not in str(caught.value)
+    with pytest.raises(InputError) as caught:
+        Site(48.2, 16.37, wrong)
+    assert caught.value.nearest == ["Europe/Vienna"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "place", "meant"),
+    [
+        ("BST", None, ["Europe/London"]),
+        ("BST", (51.5, -0.12), ["Europe/London"]),
+        ("CEST", (41.9, 12.5), ["Europe/Rome"]),
+        ("CST", (19.43, -99.13), ["America/Mexico_City"]),
+        ("cst", None, ["Asia/Shanghai", "America/Chicago"]),
+        ("IST", None, ["Europe/Dublin", "Asia/Jerusalem", "Asia/Kolkata"]),
+    ],
+)
+def test_an_abbreviation_names_cities_whose_clocks_show_it(wrong, place, meant):
+    with pytest.raises(InputError) as caught:
+        find_zone(wrong, place)
+    assert caught.value.nearest == meant
+
+
+@pytest.mark.parametrize(
+    ("site", "is_said"),
+    [
+        (Site(-0.12, 51.5), True),  # London, in the Indian Ocean
+        (Site(-0.12, 51.5, "Europe/London"), True),
+        (Site(16.37, 48.2, "Europe/Vienna"), True),  # in Yemen
+        (Site(16.37, 48.2), False),  # so may be a house there
+        (Site(51.5, -0.12), False),
+        (Site(54.0, 4.0), False),  # a platform in the North Sea
+        (Site(-33.87, 151.21), False),
+    ],
+)
+def test_swapped_coordinates_of_a_model_without_a_place_are_told(site, is_said):
+    assert len(tell_moved(scene(), site)) == is_said
+
+
+def test_swapped_coordinates_are_told_with_the_right_ones():
+    (told,) = tell_moved(scene(latitude=51.5, longitude=-0.13), Site(-0.12, 51.5))
+    assert "latitude=51.5 longitude=-0.12" in told

@@ -20,6 +20,7 @@ from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.target import Target
 from umbra.machine import HOME, count_cores, make_command
+from umbra.packages import write_install
 
 __all__ = ["examine", "probe", "tell"]
 
@@ -37,17 +38,17 @@ def examine() -> dict[str, Any]:
         JSON data, as ``umbra doctor --json`` prints it.
     """
     from umbra.gl.backends import BACKENDS  # noqa: PLC0415
-    from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
+    from umbra.gl.context import tell_driver  # noqa: PLC0415
 
     packages = {name: _find_version(name) for name in _PACKAGES}
     advice = []
     backends: dict[str, dict[str, Any]] = {}
     if packages["moderngl"] is None or packages["glcontext"] is None:
-        advice.append(f"for the gl device: {INSTALL}")
+        advice.append(f"for the gl device: {write_install('gl')}")
     else:
         backends = {name: probe(name) for name in BACKENDS}
         if not any("reason" not in found for found in backends.values()):
-            advice.append(f"for the gl device {DRIVER}")
+            advice.append(f"for the gl device {tell_driver()}")
     if doubt := find_doubt(find_folder()):
         advice.append(
             f"for the cache, a folder of your own: '{find_folder()}' is not used, as {doubt} "

@@ -71,6 +71,11 @@ class ReadingOptions:
         "default: 0, the first.",
         metavar="NAME",
     )
+    crs: str | None = _reading(
+        "text",
+        "Coordinate reference system of files that name none, such as EPSG:28992.",
+        metavar="CRS",
+    )
     bbox: str | None = _reading(
         "text",
         "Read only what lies at least partly in this rectangle; in degrees if all numbers can be, "

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from umbra.errors import find_similar
 from umbra.packages import need
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
     from umbra.study.rules import Rules, Verdict
 
 __all__ = ["DrawnSheet", "ShadowStudy"]
+
+_MEANT = {
+    **dict.fromkeys(("save", "export", "to_file", "to_folder"), "write(folder)"),
+    **dict.fromkeys(("show", "draw", "picture"), "plot()"),
+}
+"""Methods that other libraries call otherwise."""
 
 
 class DrawnSheet:
@@ -78,8 +85,18 @@ class ShadowStudy:
         try:
             return getattr(self.dataset, name)
         except AttributeError:
-            msg = f"a study has no variable or method {name!r}; see study.dataset"
+            meant = self._find_meant(name)
+            advice = f"did you mean {' or '.join(meant)}?" if meant else "see study.dataset"
+            msg = f"a study has no variable or method {name!r}; {advice}"
             raise AttributeError(msg) from None
+
+    def _find_meant(self, name: str) -> list[str]:
+        """Return the variables and methods that may be meant by another name."""
+        if name in _MEANT:
+            return [_MEANT[name]]
+        variables = list(self.result.variables())
+        ending = [one for one in variables if one.endswith(f"_{name}")]
+        return sorted(ending, reverse=True) or find_similar(name, [*variables, *dir(type(self))])
 
     def __getitem__(self, key: Any) -> Any:
         return self.dataset[key]
@@ -94,7 +111,12 @@ class ShadowStudy:
         return len(self.dataset)
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *self.result.variables()})
+        import xarray as xr  # noqa: PLC0415 - half a second, saved by scripts that only count
+
+        facts = [name for name in self.result.facts if name.isidentifier()]
+        dims = [dim for names, _ in self.result.variables().values() for dim in names]
+        own = [*super().__dir__(), *self.result.variables(), *facts, *dims]
+        return sorted({*own, *(name for name in dir(xr.Dataset) if not name.startswith("_"))})
 
     def __repr__(self) -> str:
         result = self.result
@@ -226,6 +248,8 @@ class ShadowStudy:
             formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
             show=show, at=at, title=title, subtitle=subtitle,
         )  # fmt: skip
+        if rules:
+            self._tell_panes()
         written = write_study(self.result, folder, outputs, self.options)
         note_earlier(written, lambda line: warnings.warn(line, stacklevel=4))
         return written
@@ -253,7 +277,15 @@ class ShadowStudy:
         from umbra.study.rules import Rules, judge, read_rules  # noqa: PLC0415
 
         read = rules if isinstance(rules, Rules) else read_rules(Path(rules))
+        self._tell_panes()
         return judge(self.result, read)
+
+    def _tell_panes(self) -> None:
+        """Warn of rules that judge more of windows than their panes."""
+        from umbra.study.remarks import tell_panes  # noqa: PLC0415
+
+        for note in tell_panes(self.result.model.scene, self.options):
+            warnings.warn(note, stacklevel=3)
 
     def to_pyvista(self) -> Any:
         """

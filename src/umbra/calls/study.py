@@ -16,9 +16,10 @@ from umbra.errors import check_type
 from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
+from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
 from umbra.sun import Site
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.site import tell_moved
 
 __all__ = ["shadow_study"]
 
@@ -36,16 +37,16 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     by_day: bool | None = None,
     refraction: Refraction = "standard",
     receivers: str = "auto",
-    spacing: float = 0.5,
+    spacing: float | str = 0.5,
     on: str | Sequence[str] = (),
     points: ArrayLike | str | Path | None = None,
     names: Sequence[str] = (),
     eye: Sequence[float] | None = None,
     target: Sequence[float] | None = None,
     fov: float = 50.0,
-    ground: float | None = None,
+    ground: float | str | None = None,
     extent: Sequence[float] | None = None,
-    cell: float | None = None,
+    cell: float | str | None = None,
     size: Sequence[int] | None = None,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
@@ -111,7 +112,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     eye, target : (3,) float, optional
         Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
-        Distance between the samples of surfaces, 0.5 by default [m].
+        Distance between the samples of surfaces, 0.5 by default [m]. Lengths may be text with
+        a unit, here and below: ``"50cm"``, ``"30 ft"``.
     on : sequence of str
         Shell patterns of the parts to sample, or to show in an elevation or camera view; all
         by default.
@@ -178,7 +180,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
     options = StudyOptions(**given)
-    for note in tell_skipped(options.date):
+    for note in (*tell_moved(scene, site), *tell_request(scene, options)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
         return ChunkedStudy(scene, site, options, chunks)

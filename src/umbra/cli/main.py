@@ -1,6 +1,5 @@
 """The ``umbra`` command: its subcommands, error messages and exit status, and ``umbra doctor``."""
 
-import difflib
 import errno
 import io
 import sys
@@ -13,7 +12,7 @@ import click
 
 from umbra import __version__
 from umbra.cli.terminal import echo, echo_json
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, find_similar
 from umbra.machine import find_kernel_cache, pass_over_settings
 
 __all__ = ["main"]
@@ -59,7 +58,7 @@ class _Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            near = find_similar(args[0], COMMANDS)
             advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(COMMANDS)}"
             ctx.fail(f"there is no command '{args[0]}'; {advice}")
         return super().resolve_command(ctx, args)
@@ -207,7 +206,7 @@ def _word(error: click.UsageError) -> str:
         return f"{listed} {verb} missing; type {error.ctx.command_path} {' '.join(needed)}"
     if error.ctx is not None and isinstance(error, click.NoSuchOption):
         known = [text for p in error.ctx.command.params for text in (*p.opts, *p.secondary_opts)]
-        near = difflib.get_close_matches(error.option_name, known, n=1)
+        near = find_similar(error.option_name, known)
         advice = f"; did you mean '{near[0]}'?" if near else ""
         return f"there is no option '{error.option_name}'{advice}"
     return error.format_message().rstrip(".")

@@ -1,7 +1,6 @@
 """Command-line options: their values, made from records, and listed under headings."""
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -9,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from umbra.options import Option, list_options
+from umbra.options import Option, list_options, read_length
 
 __all__ = [
     "LENGTH",
@@ -24,8 +23,6 @@ __all__ = [
     "take_record",
 ]
 
-_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048}
-_LENGTH = re.compile(r"(.*?)\s*(mm|cm|m|km|ft)?", re.IGNORECASE | re.DOTALL)
 R = TypeVar("R")
 _JOINED = "numbers joined by commas"
 _WIDTH = 26  # of the options' names, alike in all sections
@@ -101,18 +98,16 @@ class Size(click.ParamType):
 
 
 class Length(click.ParamType):
-    """A length in metres, or in the unit given: ``0.5``, ``50cm``."""
+    """A length in metres, or in the unit given: ``0.5``, ``50cm``, ``30 ft``."""
 
     name = "M"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """Parse text or a number."""
-        number, unit = _LENGTH.fullmatch(str(value)).groups()  # type: ignore[union-attr]
         try:
-            return float(number) * _UNITS[(unit or "m").lower()]
-        except ValueError:
-            units = ", ".join(_UNITS)
-            self.fail(f"'{value}' is no length; give metres, or one in {units}: 50cm", param, ctx)
+            return read_length(str(value))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
 LENGTH = Length()

@@ -5,7 +5,6 @@ A file may come from anybody. It sets what decides the results and nothing else:
 whom it trusts and how much of the machine it takes is typed.
 """
 
-import difflib
 import json
 import re
 import tomllib
@@ -18,7 +17,7 @@ import click
 from umbra import __version__
 from umbra.cli.options import HeadedOption
 from umbra.cli.reading import read_values
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
@@ -74,7 +73,7 @@ def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> No
             "results; remove the line"
         )
     elif name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
+        near = find_similar(name, known)
         advice = f"did you mean '{near[0]}'?" if near else "umbra study --help lists them"
         msg = f"there is no option '{key}'; {advice}"
     if msg:

@@ -88,7 +88,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         options = take_record(StudyOptions, given)
         outputs.check_receivers(options.receivers)
         from umbra.study import run  # noqa: PLC0415
-        from umbra.sun.local_time import tell_skipped  # noqa: PLC0415
+        from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
         from umbra.writers.folder.write import (  # noqa: PLC0415
             fill_folder,
             note_earlier,
@@ -100,7 +100,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         for note in scene.notes:
             say(f"note: {note}")
         site = find_model_site(scene, say)
-        for note in tell_skipped(options.date):
+        told = tell_request(scene, options)
+        for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")
         stages.show_scene(scene)
         stages.begin("preparing")

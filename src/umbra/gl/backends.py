@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from umbra.errors import UmbraError
+from umbra.packages import write_install
 
 __all__ = [
     "BACKENDS",
@@ -200,7 +201,7 @@ def _load_osmesa() -> ctypes.CDLL:
     )
     found = sorted(folder.glob("libOSMesa*.so*")) if folder else []
     if not found:
-        msg = "there is no libOSMesa; pip install 'umbra-shadows[osmesa]' brings one"
+        msg = f"there is no libOSMesa; {write_install('osmesa')} brings one"
         raise UmbraError(msg)
     # The wheel's libraries resolve each other only once all are loaded.
     left = [path for path in found[0].parent.glob("*.so*") if path != found[0]]

@@ -22,16 +22,19 @@ from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
 from umbra.gl.functions import Functions
+from umbra.packages import write_install
 from umbra.scene.camera import DAY, Sky
 
-__all__ = ["BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all"]
+__all__ = [
+    "BACKENDS",
+    "Device",
+    "DeviceUser",
+    "on_device",
+    "open_device",
+    "release_all",
+    "tell_driver",
+]
 
-INSTALL = "pip install 'umbra-shadows[gl]'"
-DRIVER = (
-    "install a driver (Debian, Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri; "
-    "anywhere on Linux: pip install 'umbra-shadows[osmesa]')"
-)
-ADVICE = f"{DRIVER}, or stay with device='cpu'"
 _ERRORS = {
     0x0500: "an invalid enum",
     0x0501: "an invalid value",
@@ -107,7 +110,7 @@ class Device:
         """
         if context.version_code < 330:
             has = context.version_code / 100
-            msg = f"OpenGL 3.3 is needed and this context has {has:.1f}; {ADVICE}"
+            msg = f"OpenGL 3.3 is needed and this context has {has:.1f}; {_advise()}"
             raise UmbraError(msg)
         info = context.info
         renderer = info["GL_RENDERER"]
@@ -306,6 +309,18 @@ class DeviceUser(ABC):
         self.release()
 
 
+def tell_driver() -> str:
+    """Say how to install a driver."""
+    return (
+        "install a driver (Debian, Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri; "
+        f"anywhere on Linux: {write_install('osmesa')})"
+    )
+
+
+def _advise() -> str:
+    return f"{tell_driver()}, or stay with device='cpu'"
+
+
 def open_device(backend: str | None = None) -> Device:
     """
     Open a context without a display or, as a last resort, in a hidden window.
@@ -331,7 +346,7 @@ def open_device(backend: str | None = None) -> Device:
         raise InputError(msg)
     for package in ("moderngl", "glcontext"):
         if find_spec(package) is None:
-            msg = f"the gl device needs {package}, which is not installed; {INSTALL}"
+            msg = f"the gl device needs {package}, which is not installed; {write_install('gl')}"
             raise UmbraError(msg, package=package)
     reasons = []
     before = _find_current()
@@ -346,7 +361,7 @@ def open_device(backend: str | None = None) -> Device:
         _leave()
         if before is not None:
             before.use()
-    msg = f"no OpenGL 3.3 opens here ({'; '.join(reasons)}); {ADVICE}"
+    msg = f"no OpenGL 3.3 opens here ({'; '.join(reasons)}); {_advise()}"
     raise UmbraError(msg, reasons=reasons)
 
 

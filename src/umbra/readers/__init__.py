@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.assumed_crs import assume_crs, check_crs, tell_unused_crs
 from umbra.readers.checks import check_soup, describe_damage, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
@@ -34,7 +35,7 @@ LONGEST = 1e5  # [m]; no model without a CRS is as long
 UPS = ("x", "y", "z")
 
 
-def read(
+def read(  # noqa: PLR0913  (each option by its name)
     *paths: str | os.PathLike[str],
     up: str | None = None,
     height_column: str | None = None,
@@ -43,6 +44,7 @@ def read(
     canopy: Sequence[str] = (),
     trunk: str | float | None = None,
     canopy_heights: str | None = None,
+    crs: str | None = None,
     bbox: str | Sequence[float | str] | None = None,
     area: str | os.PathLike[str] | None = None,
     geometric_error: float | None = None,
@@ -79,6 +81,8 @@ def read(
         Base of crowns: a share of the height, 0.25 by default, or the file of a raster.
     canopy_heights : {'above-ground', 'absolute'}, optional
         Reference of the canopies' heights; the ground by default.
+    crs : str, optional
+        Coordinate reference system of the files that name none: ``"EPSG:28992"``.
     bbox : str or sequence, optional
         ``XMIN,YMIN,XMAX,YMAX``: only objects whose bounds meet this box are read, and they are
         kept whole. In degrees, longitude first, if all four numbers can be and a file names a known
@@ -105,7 +109,8 @@ def read(
     InputError
         If a file is missing, damaged, empty or of an unsupported format; if it holds no
         triangles or coordinates that are not finite; if the files' coordinate reference
-        systems differ and one is unknown; if no object meets the box or the area.
+        systems differ and one is unknown, or they lie too far apart to make one study; if no
+        object meets the box or the area.
     """
     if not paths:
         msg = f"no file given; name one or more of {FORMATS}"
@@ -118,13 +123,15 @@ def read(
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
+    named_crs = check_crs(crs)
     choices = ReadChoices(
         up,
         height_column,
         base_column,
         name_column,
+        crs=named_crs,
         geometric_error=_check_error(geometric_error),
-        region=make_region(bbox, area),
+        region=make_region(bbox, area, named_crs),
         allow_outside=allow_outside,
     )
     # Damaged numbers may overflow on the way to the check that names them.
@@ -158,15 +165,21 @@ def _read_files(files: Files, choices: ReadChoices) -> Scene:
 def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], tuple[Source, ...]]:
     layers: list[FileLayer] = []
     sources: list[Source] = []
+    named: list[str | None] = []
     for name, content in files:
         path = content.path
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
         model, source = _read_one(content, replace(choices, crowns=crowns, size=content.size))
+        named.append(model.crs)
+        model = assume_crs(model, choices.crs)
         if choices.region is not None:
             choices = replace(choices, region=choices.region.settle(model.crs))
             model = _keep_inside(model, choices.region, path)
         layers.append(FileLayer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
+    if unused := tell_unused_crs(named, choices.crs):
+        model = layers[0].model
+        layers[0] = replace(layers[0], model=replace(model, notes=(*model.notes, *unused)))
     if choices.region is not None:
         layers = _drop_empty(layers, choices.region)
     return layers, tuple(sources)

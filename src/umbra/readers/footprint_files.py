@@ -13,10 +13,10 @@ from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.checks import Companions, list_counts
 from umbra.readers.content import FileContent
-from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
+from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings, has_height
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
-from umbra.readers.model import FileModel, ReadChoices
+from umbra.readers.model import NO_CRS, FileModel, ReadChoices
 from umbra.scene import Source
 
 __all__ = ["find_polygons", "read_geojson", "read_vectors"]
@@ -135,8 +135,7 @@ def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str
     # NaN is neither; `make_scene` reports it.
     if crs is not None or not (size > [180.0, 90.0]).any():
         return crs or "OGC:CRS84", _tell_swapped(rings)
-    note = "the coordinates are not degrees and no CRS is named, so they are taken as metres"
-    return None, (note,)
+    return None, ("the coordinates are not degrees", NO_CRS)
 
 
 def _tell_swapped(rings: Rings) -> tuple[str, ...]:
@@ -208,7 +207,7 @@ def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> File
     polygons, row = find_polygons(shapely, shapes, ~missing, notes)
     crs = name_crs(meta["crs"])
     if crs is None:
-        notes.append("no CRS is named, so coordinates are taken as metres")
+        notes.append(NO_CRS)
     columns = {
         str(field): _plain(values) for field, values in zip(meta["fields"], fields, strict=True)
     }
@@ -232,7 +231,7 @@ def _choose_table(pyogrio: Any, path: Path, choices: ReadChoices) -> tuple[str, 
     having = [
         name
         for name, info in layers
-        if name in names and wanted & {str(field).casefold() for field in info["fields"]}
+        if name in names and any(has_height(str(field), wanted) for field in info["fields"])
     ]
     if len(names) == 1 or len(having) == 1:
         chosen = having[0] if len(having) == 1 else names[0]

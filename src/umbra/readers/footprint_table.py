@@ -1,16 +1,15 @@
 """Tables of footprints: polygons, and columns of heights, bases and names."""
 
-import difflib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 from umbra.readers.model import UniqueNames
 
 __all__ = [
@@ -19,6 +18,7 @@ __all__ = [
     "FootprintTable",
     "Rings",
     "find_column",
+    "has_height",
     "name_features",
     "parse_numbers",
 ]
@@ -90,7 +90,14 @@ HEIGHTS = (
 )
 """Usual names of height columns, in lower case."""
 
-NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:m|metres?|meters?)?\s*")
+FOOT = 0.3048
+"""[m]"""
+NUMBER = re.compile(
+    r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*"
+    r"(?:(m|metres?|meters?)|(ft\.?|feet|foot))?\s*",
+    re.IGNORECASE,
+)
+_IN_FEET = re.compile(r"(.+?)[\s_(\[]+(?:ft|feet|foot)[)\]]?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +107,7 @@ class ColumnNumbers:
     values: NDArray[np.float64]  # (n,): naN where there is none
     from_text: int  # how many were text that reads as a number
     odd: list[tuple[int, str]]  # rows whose text is no number, and that text
+    in_feet: int = 0  # how many were feet, by their unit or their column's name
 
 
 def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[str, ...]) -> str:
@@ -112,13 +120,15 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
             return chosen
         if chosen.casefold() in lower:
             return lower[chosen.casefold()]
-        near = difflib.get_close_matches(chosen, columns, n=1)
+        near = find_similar(chosen, columns)
         advice = f"; did you mean '{near[0]}'?" if near else ""
         msg = f"there is no column '{chosen}'; the file has {_list(columns)}{advice}"
         raise InputError(msg, column=chosen, columns=list(columns))
-    for name in names:
-        if name in lower:
-            return lower[name]
+    plain = {name: column for column in reversed(columns) for name in _name_in_metres(column)}
+    for found in (lower, plain):
+        for name in names:
+            if name in found:
+                return found[name]
     msg = (
         f"has no heights: no column is called {names[0]} or similar; the file has "
         f"{_list(columns)}; name one with height_column="
@@ -126,10 +136,26 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
     raise InputError(msg, columns=list(columns))
 
 
-def parse_numbers(values: list[Any]) -> ColumnNumbers:
-    """Read a column as metres: numbers, or text such as ``12.5``, ``12,5`` and ``12.5 m``."""
+def has_height(column: str, names: Container[str]) -> bool:
+    """Return whether a column is called by one of these names, in metres or in feet."""
+    return any(name in names for name in (column.casefold(), *_name_in_metres(column)))
+
+
+def _name_in_metres(column: str) -> list[str]:
+    """Return the name of a column in feet without its unit, in lower case; none of others."""
+    found = _IN_FEET.fullmatch(column.strip())
+    return [found[1].casefold()] if found else []
+
+
+def parse_numbers(values: list[Any], column: str = "") -> ColumnNumbers:
+    """
+    Read a column as metres: numbers, or text such as ``12.5``, ``12,5``, ``12.5 m``, ``41 ft``.
+
+    Numbers without a unit are feet where the column's name says so: ``height_ft``.
+    """
     parsed = np.full(len(values), np.nan)
-    from_text = 0
+    is_in_feet = bool(_name_in_metres(column))
+    from_text = in_feet = 0
     odd: list[tuple[int, str]] = []
     for row, value in enumerate(values):
         if value is None or isinstance(value, bool):
@@ -143,15 +169,18 @@ def parse_numbers(values: list[Any]) -> ColumnNumbers:
                 continue
             from_text += 1
             number = float(found[1].replace(",", "."))
+            is_foot = bool(found[3]) or (is_in_feet and not found[2])
         else:
             try:
                 number = float(value)
             except (TypeError, ValueError):
                 odd.append((row, str(value)))
                 continue
+            is_foot = is_in_feet
         if math.isfinite(number):
-            parsed[row] = number
-    return ColumnNumbers(parsed, from_text, odd)
+            parsed[row] = number * FOOT if is_foot else number
+            in_feet += is_foot
+    return ColumnNumbers(parsed, from_text, odd, in_feet)
 
 
 def _list(columns: dict[str, list[Any]]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.packages import write_install
 from umbra.readers.checks import list_counts
 from umbra.readers.footprint_table import (
     HEIGHTS,
@@ -190,14 +191,14 @@ def _find_extent(
     column = find_column(columns, choices.height_column, HEIGHTS)
     if choices.height_column is None:
         notes.append(f"heights come from the column '{column}' (height_column=)")
-    heights = parse_numbers(columns[column])
+    heights = parse_numbers(columns[column], column)
     _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))
     high = heights.values.copy()
     base = None
     if choices.base_column is not None:
         base = find_column(columns, choices.base_column, ())
-        bases = parse_numbers(columns[base])
+        bases = parse_numbers(columns[base], base)
         _note_text(bases, base, names, notes)
         low = bases.values
         if base.casefold() not in FROM_GROUND:
@@ -221,6 +222,8 @@ def _note_text(numbers: ColumnNumbers, column: str, names: list[str], notes: lis
             f"values of '{column}' that are not numbers of metres: {len(numbers.odd)} "
             f"(first: {text[:30]!r} of '{names[row]}')"
         )
+    if numbers.in_feet:
+        notes.append(f"heights of '{column}' in feet, converted to metres: {numbers.in_feet}")
     if numbers.from_text:
         notes.append(f"numbers in '{column}' that are written as text: {numbers.from_text}")
 
@@ -243,12 +246,6 @@ def _present(columns: dict[str, list[Any]], wanted: tuple[str, ...]) -> list[str
 def _tags(labels: list[list[Any]], row: int) -> tuple[str, ...]:
     words = (values[row] for values in labels)
     return tuple(dict.fromkeys(word for word in words if isinstance(word, str) and word))
-
-
-CROSSED = (
-    "footprints whose rings cross themselves, so that triangles overlap "
-    "(pip install 'umbra-shadows[gis]' repairs them)"
-)
 
 
 def make_prisms(
@@ -289,7 +286,11 @@ def make_prisms(
     roofs = rings.feature[cut.polygon]
     walls = feature[walled]
     short = "footprints with fewer than three distinct corners left out"
-    notes = list_counts({short: cut.degenerate, CROSSED: cut.crossed})
+    crossed = (
+        "footprints whose rings cross themselves, so that triangles overlap "
+        f"({write_install('gis')} repairs them)"
+    )
+    notes = list_counts({short: cut.degenerate, crossed: cut.crossed})
     return vertices, faces, np.concatenate([roofs, roofs, walls, walls]), notes
 
 

@@ -19,6 +19,7 @@ __all__ = [
     "assumes_height_unit",
     "bring_to",
     "find_axis_orders",
+    "find_on_plan",
     "find_plan_unit",
     "is_in_degrees",
     "is_known",
@@ -26,6 +27,7 @@ __all__ = [
     "locate",
     "name_crs",
     "show_crs",
+    "swap_on_plan",
     "to_metres",
 ]
 
@@ -206,6 +208,30 @@ def _is_in_use(crs: "CRS", lon: float, lat: float) -> bool:
         (lon - area.west + MARGIN) % 360 <= width + 2 * MARGIN
         and area.south - MARGIN <= lat <= area.north + MARGIN
     )
+
+
+def find_on_plan(crs: str, latitude: float, longitude: float) -> NDArray[np.float64] | None:
+    """Return x and y (2,) [m] of a place [degrees] in a projected CRS; None without one."""
+    found = _find_crs(crs)
+    if found is None or not found.is_projected:
+        return None
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    there = Transformer.from_crs("EPSG:4326", found.to_2d(), always_xy=True)
+    place = np.array(there.transform(longitude, latitude))
+    return place if np.isfinite(place).all() else None
+
+
+def swap_on_plan(crs: str, place: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return where a place (2,) of a projected CRS lies if latitude and longitude are swapped."""
+    found = _find_crs(crs)
+    if found is None or not found.is_projected:
+        return None
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    there = Transformer.from_crs(found.to_2d(), "EPSG:4326", always_xy=True)
+    longitude, latitude = there.transform(*place)
+    return find_on_plan(crs, longitude, latitude) if abs(longitude) <= 90 else None
 
 
 def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, tuple[bool, ...]]:

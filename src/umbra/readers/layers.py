@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.readers.apart import FilePlan, check_apart, make_crs_error
 from umbra.readers.checks import errors_of
 from umbra.readers.georeference import (
     assumes_height_unit,
@@ -25,7 +26,7 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import FileModel, UniqueNames
-from umbra.readers.terrain import find_far, find_gaps, find_ground, find_overlaps, stand_on
+from umbra.readers.terrain import find_gaps, find_ground, find_overlaps, stand_on
 from umbra.scene import Light, Part, Scene
 
 __all__ = ["FileLayer", "combine", "name_layers", "show_name"]
@@ -84,6 +85,8 @@ def combine(
     """
     notes: list[str] = []
     moved, crs = _bring_together(layers, notes)
+    if len(layers) > 1:
+        notes += check_apart([_lay_out(*one) for one in zip(layers, moved)], crs)
     # The first raster is the terrain: another may be trees, or roofs.
     terrains = ((one.name, parts) for one, parts in zip(layers, moved) if one.model.is_terrain)
     terrain, ground = next(terrains, ("", ()))
@@ -117,12 +120,7 @@ def _bring_together(
             target, first = own or crs, layer
         elif crs is not None and target is not None and not is_same_plan(crs, target):
             if not is_known(crs) or not is_known(target):
-                named = first.model.crs or ""
-                msg = (
-                    f"{first.path} is in {show_crs(named)} but {layer.path} is in {show_crs(crs)}; "
-                    "convert them to one coordinate reference system"
-                )
-                raise InputError(msg, crs=(named, crs))
+                raise make_crs_error(first.path, layer.path, (first.model.crs or "", crs))
             parts = bring_to(parts, crs, target, is_high_in_metres=metric)
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
@@ -150,21 +148,26 @@ def _tell_conversion(crs: str, target: str, is_high_in_metres: bool) -> list[str
     return notes
 
 
+def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
+    """Return where a file lies in the plan of all."""
+    model = layer.model
+    bounds = Scene(tuple(parts), np.zeros(3)).bounds()[:, :2]
+    return FilePlan(
+        show_name(layer.path), bounds, model.crs, model.place.latitude, model.place.longitude
+    )
+
+
 def _check_together(
     layers: Sequence[FileLayer],
     moved: Sequence[tuple[Part, ...]],
     terrain: str,
     ground: Sequence[Part],
 ) -> list[str]:
-    """Note layers that lie far apart, above or below the terrain, or in each other's place."""
+    """Note layers that lie above or below the terrain, or in each other's place."""
     groups: dict[str, list[Part]] = {}
-    told: dict[str, list[str]] = {}
     for layer, parts in zip(layers, moved):
         groups.setdefault(layer.name, []).extend(parts)
-        crs = layer.model.crs
-        word = f"is in {show_crs(crs)}" if crs else "names no CRS"
-        told.setdefault(layer.name, []).append(f"{show_name(layer.path)} {word}")
-    notes = find_far(groups, {name: "; ".join(words) for name, words in told.items()})
+    notes: list[str] = []
     for layer, parts in zip(layers, moved):
         model = layer.model
         if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):

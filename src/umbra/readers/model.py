@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "APART",
     "HEIGHTS",
+    "NO_CRS",
     "RASTERS",
     "TRUNK",
     "CrownRaster",
@@ -42,6 +43,8 @@ __all__ = [
 HEIGHTS = ("above-ground", "absolute")
 TRUNK = 0.25
 """Share of a tree's height below which there is no crown, UMEP's default."""
+NO_CRS = "no CRS is named, so coordinates are taken as metres (crs= names one)"
+"""Note on a map's file without a CRS."""
 RASTERS = (".tif", ".tiff")
 APART = 0.05
 """Sites farther apart than this [degrees] differ; the sun moves as much."""
@@ -90,6 +93,7 @@ class ReadChoices:
     base_column: str | None = None
     name_column: str | None = None
     crowns: Crowns | None = None  # which rasters are canopies
+    crs: str | None = None  # of files that name none
     geometric_error: float | None = None  # of 3D Tiles that are fine enough [m]
     region: "Region | None" = None  # only objects whose bounds meet it are wanted
     allow_outside: bool = False  # whether a model may name files outside its own folder

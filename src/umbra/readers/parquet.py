@@ -16,7 +16,7 @@ from umbra.readers.footprint_files import find_polygons
 from umbra.readers.footprint_table import FootprintTable, parse_numbers
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
-from umbra.readers.model import FileModel, ReadChoices
+from umbra.readers.model import NO_CRS, FileModel, ReadChoices
 from umbra.readers.region import Region
 
 __all__ = ["read_parquet"]
@@ -113,7 +113,7 @@ def _find_crs(facts: dict[str, Any]) -> tuple[str | None, list[str]]:
         return "OGC:CRS84", []
     told = facts["crs"]
     if told is None:
-        return None, ["no CRS is named, so coordinates are taken as metres"]
+        return None, [NO_CRS]
     code = told.get("id")
     if isinstance(code, dict) and code.get("authority") in {"EPSG", "OGC"}:
         return name_crs(f"{code['authority']}:{code['code']}"), []

@@ -21,7 +21,7 @@ from umbra.packages import need, require
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
-from umbra.readers.model import TRUNK, FileModel, ReadChoices
+from umbra.readers.model import NO_CRS, TRUNK, FileModel, ReadChoices
 from umbra.readers.raster import MOST_BYTES, make_crowns, make_surface
 from umbra.readers.region import Region
 from umbra.scene import Mesh, Part
@@ -101,7 +101,7 @@ def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileM
     grid, crs = last
     parts, notes = _make_parts(grid, path.stem)
     if crs is None:
-        notes.append("no CRS is named, so coordinates are taken as metres")
+        notes.append(NO_CRS)
     is_terrain = len(parts) == 1
     form = "LAZ" if path.suffix.lower() == ".laz" else "LAS"
     return FileModel(form, parts, crs, tuple(notes), is_terrain=is_terrain)

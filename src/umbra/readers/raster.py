@@ -22,7 +22,7 @@ from umbra.packages import need
 from umbra.readers.checks import errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
-from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
+from umbra.readers.model import NO_CRS, RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
 
 __all__ = ["MOST_BYTES", "make_crowns", "make_surface", "read_raster"]
@@ -95,11 +95,7 @@ def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRas
         raise InputError(msg, crs=crs)
     if crs is None:
         plain = affine == affine.identity()
-        notes.append(
-            "no georeference, so cells are taken as 1 m"
-            if plain
-            else "no CRS is named, so coordinates are taken as metres"
-        )
+        notes.append("no georeference, so cells are taken as 1 m" if plain else NO_CRS)
     return HeightRaster(heights, there, matrix, crs, has_unit)
 
 

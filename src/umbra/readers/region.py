@@ -42,6 +42,8 @@ class Region:
         West, south, east, north.
     crs : str, optional
         By default that of the first file that names one.
+    assumed : str, optional
+        CRS of files that name none.
     wkt : str
         The polygon; empty for the box itself.
     option : str
@@ -52,6 +54,7 @@ class Region:
     crs: str | None = None
     wkt: str = ""
     option: str = "bbox"
+    assumed: str | None = None
 
     @property
     def shown(self) -> str:
@@ -61,6 +64,7 @@ class Region:
 
     def settle(self, crs: str | None) -> "Region":
         """Return the region in a known CRS: degrees if all numbers can be, else the file's."""
+        crs = crs or self.assumed
         if self.crs is not None or crs is None:
             return self
         west, south, east, north = self.box
@@ -76,6 +80,7 @@ class Region:
 
     def find_box(self, crs: str | None) -> tuple[float, float, float, float]:
         """Return the box in a file's CRS, in which all that the region meets meets it."""
+        crs = crs or self.assumed
         if self.crs is None or crs is None or is_same_plan(self.crs, crs):
             return self.box
         west, south, east, north = _find_transformer(self.crs, crs, self.option).transform_bounds(
@@ -88,6 +93,7 @@ class Region:
 
     def meets(self, boxes: NDArray[np.float64], crs: str | None) -> NDArray[np.bool_]:
         """Return which boxes (n, 4), west, south, east, north in a file's CRS, meet it."""
+        crs = crs or self.assumed
         if self.crs is not None and crs is not None and not is_same_plan(self.crs, crs):
             boxes = _convert(boxes, _find_transformer(crs, self.crs, self.option))
         west, south, east, north = self.box
@@ -101,7 +107,9 @@ class Region:
 
 
 def make_region(
-    bbox: str | Sequence[float | str] | None, area: str | os.PathLike[str] | None
+    bbox: str | Sequence[float | str] | None,
+    area: str | os.PathLike[str] | None,
+    assumed: str | None = None,
 ) -> Region | None:
     """
     Make the region of the options ``bbox`` and ``area``; None without them.
@@ -112,13 +120,16 @@ def make_region(
         ``XMIN,YMIN,XMAX,YMAX``, and a CRS if it is not the files'.
     area : str or path, optional
         A GeoJSON file, or a polygon as WKT or EWKT.
+    assumed : str, optional
+        CRS of files that name none.
     """
     if bbox is not None and area is not None:
         msg = "bbox= and area= are both given; give one of them"
         raise InputError(msg, option="area")
-    if bbox is not None:
-        return _make_box(bbox)
-    return None if area is None else _make_area(area)
+    if bbox is None and area is None:
+        return None
+    region = _make_area(area) if bbox is None else _make_box(bbox)  # type: ignore[arg-type]
+    return replace(region, assumed=assumed)
 
 
 def _make_box(bbox: str | Sequence[float | str]) -> Region:

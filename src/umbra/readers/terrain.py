@@ -1,4 +1,4 @@
-"""Checks of layers against the terrain and each other: floating, sunk, far apart, overlapping."""
+"""Checks of layers against the terrain and each other: floating, sunk, overlapping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.scene import Part, Scene
 from umbra.scene.mesh import find_standing
 
-__all__ = ["find_far", "find_gaps", "find_ground", "find_overlaps", "stand_on"]
+__all__ = ["find_gaps", "find_ground", "find_overlaps", "stand_on"]
 
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:
@@ -50,27 +50,8 @@ def find_ground(
 
 
 SAME = 0.5  # of their union: boxes that share more are one object
-FAR = 10_000.0  # [m]; largest distance between layers of one study
 FLOATS, SUNK = 1.0, 3.0  # [m]; tolerances above and, for cellars, below the terrain
 MOST = 100  # most boxes of a class and cell that each box is compared with
-
-
-def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> list[str]:
-    """Find layers too far from the first to share its coordinates."""
-    boxes = {name: _boxes(parts)[1] for name, parts in layers.items()}
-    bounds = {n: np.stack([b[:, 0].min(0), b[:, 1].max(0)]) for n, b in boxes.items()}
-    names = list(bounds)
-    notes = []
-    for name in names[1:]:
-        first, other = bounds[names[0]], bounds[name]
-        gap = np.maximum(first[0] - other[1], other[0] - first[1])[:2].max()
-        if gap > FAR:
-            notes.append(
-                f"layer '{name}' lies {gap / 1000:.0f} km from layer '{names[0]}', so their "
-                f"coordinates cannot be of one system ({told[name]}; {told[names[0]]}); export "
-                "one in the coordinates of the other, or study each alone"
-            )
-    return notes
 
 
 def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[Part]) -> list[str]:

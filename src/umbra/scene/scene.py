@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError, fit_names, make_printable
+from umbra.errors import InputError, find_similar, fit_names, make_printable
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Part, find_box, find_used, transform_points
@@ -136,7 +135,7 @@ class Scene(Exchange):
         if parts:
             return replace(self, parts=parts, lights=(), notes=())
         names = list(dict.fromkeys(part.name for part in self.parts))
-        near = difflib.get_close_matches(str(name), names, n=3)
+        near = find_similar(str(name), names, 3)
         more = f" and {len(names) - 6} more" if len(names) > 6 else ""
         is_like = (
             f"the nearest are {', '.join(near)}"
@@ -285,12 +284,12 @@ class Scene(Exchange):
                 tags = Counter(tag for part in self.parts for tag in part.tags)
                 common = [tag for tag, count in tags.most_common(6) if count > 1]
                 words = list(dict.fromkeys(layers + kinds + common + names))
-                near = _find_alike(pattern, words)
+                near = find_similar(pattern, words)
                 shown = ", ".join(words[:12])
                 more = len(words) - 12
                 msg = (
                     f"{name}='{pattern}' matches no part; "
-                    + (f"did you mean '{near}'? " if near else "")
+                    + (f"did you mean '{near[0]}'? " if near else "")
                     + f"the file has {shown}"
                     + (f" and {more} more" if more > 0 else "")
                     + " (umbra inspect lists them)"
@@ -303,13 +302,6 @@ class Scene(Exchange):
             chosen = set().union(*(matches(pattern, option) for pattern in cast))
         dropped = set().union(*(matches(pattern, "no_cast") for pattern in no_cast))
         return sorted(chosen - dropped)
-
-
-def _find_alike(pattern: str, words: Sequence[str]) -> str | None:
-    """Find the closest word, ignoring case."""
-    folded = {word.casefold(): word for word in reversed(words)}
-    near = difflib.get_close_matches(pattern.casefold(), folded, n=1)
-    return folded[near[0]] if near else None
 
 
 def _show(scene: Scene) -> str:

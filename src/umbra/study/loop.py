@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,11 +81,16 @@ class Accumulator:
         Whether ``add`` needs masks of the receivers in shadow.
     more_passes : int
         Number of passes over all lights in ``end``, for progress.
+    of_any_date : frozenset of str
+        Names of its variables that hold for each date as for all together, such as names. All
+        others are results of the whole period, which are not those of a date: a date has only
+        those that also come as ``NAME_by_day``.
     """
 
     is_streamed = True
     needs_masks = True
     more_passes = 0
+    of_any_date: ClassVar[frozenset[str]] = frozenset()
 
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin a tile."""

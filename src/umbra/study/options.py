@@ -87,7 +87,7 @@ class StudyOptions:
         metavar="WHAT",
     )
     spacing: float = _receivers(
-        "number", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
+        "length", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
         metavar="M", receivers=("surfaces",), attribute="spacing_m",
     )  # fmt: skip
     on: Sequence[str] = _receivers(
@@ -237,7 +237,9 @@ class StudyOptions:
             if default is None or value != default:
                 taken = ", ".join(f"{one}=" for one, said in own if said.flag is not None)
                 takes = f", which takes {taken}" if taken else ""
-                msg = f"{name}= is not for receivers='{self.receivers}'{takes}; leave it out"
+                few = said.receivers if len(said.receivers) == 1 else ()
+                other = "".join(f", or choose receivers='{kind}'" for kind in few)
+                msg = f"{name}= is not for receivers='{self.receivers}'{takes}; leave it out{other}"
                 raise InputError(msg, option=name)
 
     def _check_values(self) -> None:

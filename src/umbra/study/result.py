@@ -10,6 +10,7 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
+from umbra.study.accumulators.arrays import find_shaded_share
 from umbra.study.accumulators.hours import Masks
 from umbra.study.attributes import find_attributes
 from umbra.study.lights import Period, Refraction
@@ -45,6 +46,8 @@ class Study:
         Attributes of the result.
     more : dict
         Further arrays of ``study.nc``: dimensions and values by name.
+    totals : frozenset of str
+        Names of those that are of the whole period, and of no single date.
     """
 
     laid: Receivers
@@ -54,6 +57,7 @@ class Study:
     masks: Masks | None
     facts: dict[str, object]
     more: Variables = field(default_factory=dict)
+    totals: frozenset[str] = frozenset()
 
     def __getattr__(self, name: str) -> Any:
         if name in _LAID_OUT:
@@ -209,7 +213,7 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
 
 AnyStudy = TypeVar("AnyStudy", bound="Study")
 _BY_DAY = "_by_day"
-_OF_ALL = {"day", "newly_under_days"}
+_OF_ALL = {"day"}
 _DATES = {"days", "first_date", "last_date"}
 
 
@@ -224,7 +228,8 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
     Returns
     -------
     studies : list of the same
-        Without masks. The study itself, if it has one date or keeps only sums.
+        Without masks, and without results of the whole period that no date has. The study
+        itself, if it has one date or keeps only sums.
     """
     if "shadow_hours_by_day" not in study.more:
         return [study]
@@ -238,7 +243,8 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
             up_hours=float(study.more["up_hours_by_day"][1][day]),
             masks=None,
             facts=facts,
-            more=_pick(study.more, day),
+            more=_pick(study, day),
+            totals=frozenset(),
         )
         for day in range(len(study.period.days))
     ]
@@ -250,20 +256,23 @@ def tell_dates(study: "Study") -> str:
     return str(days[0]) if len(days) == 1 else f"sum of {len(days)} dates"
 
 
-def _pick(
-    more: dict[str, tuple[tuple[str, ...], NDArray]], day: int
-) -> dict[str, tuple[tuple[str, ...], NDArray]]:
+def _pick(study: "Study", day: int) -> Variables:
     """Return the further arrays of one date, named as in a study of this date alone."""
-    own = {
+    more = study.more
+    own: Variables = {
         name.removesuffix(_BY_DAY): (dims[1:], array[day])
         for name, (dims, array) in more.items()
         if name.endswith(_BY_DAY)
     }
+    left_out = _OF_ALL | study.totals
     kept = {
         name: value
         for name, value in more.items()
-        if not (name.endswith(_BY_DAY) or name in _OF_ALL or "time" in value[0])
+        if not (name.endswith(_BY_DAY) or name in left_out or "time" in value[0])
     }
+    if "shaded_share" in more:
+        hours, up = (own[name][1] for name in ("shadow_hours", "up_hours"))
+        own["shaded_share"] = (study.dims, find_shaded_share(hours, float(up)))
     for name in ("up_hours", "shadow_hours", "sun_hours"):
         own.pop(name, None)
     return kept | own

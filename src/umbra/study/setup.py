@@ -72,10 +72,17 @@ class Result:
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the arrays of the result besides the hours of the whole period."""
+        return self.collect(laid)[0]
+
+    def collect(self, laid: Receivers) -> tuple[Variables, frozenset[str]]:
+        """Return these arrays, and the names of those that are of no single date."""
         found = {**self.arrays.variables(laid), **laid.locate()}
+        totals: set[str] = set()
         for one in self.accumulators:
-            found |= one.variables(laid)
-        return found
+            own = one.variables(laid)
+            totals |= own.keys() - one.of_any_date
+            found |= own
+        return found, frozenset(totals)
 
 
 @dataclass(frozen=True, eq=False)

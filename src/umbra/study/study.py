@@ -5,7 +5,6 @@ The period is cut into steps, each judged at its midpoint, so that hours add up 
 the period less the night. The profile is drawn at the steps' ends.
 """
 
-import difflib
 import functools
 import inspect
 from collections.abc import Callable
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.receivers import find_kind
@@ -60,8 +59,10 @@ def run(
     if nothing is not None:
         done.blank(nothing)
     facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
-    arrays, more = done.arrays, done.variables(laid)
-    study = Study(laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more)
+    arrays, (more, totals) = done.arrays, done.collect(laid)
+    study = Study(
+        laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals
+    )
     more |= laid.sum_up(study)
     return study
 
@@ -93,7 +94,7 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
     def checked(*args: P.args, **given: P.kwargs) -> T:
         for name in given:
             if name not in known and name not in own:
-                near = difflib.get_close_matches(name, known, n=1)
+                near = find_similar(name, known)
                 advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
                 msg = f"a study has no option '{name}'; {advice}"
                 raise InputError(msg, option=name)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.sun.local_time import find_instant, has_offset, parse_date
-from umbra.sun.site import find_zone
+from umbra.sun.zones import find_zone
 
 __all__ = [
     "ROUND",

@@ -33,7 +33,8 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError, check_type
 from umbra.scene import Light, directional_light
 from umbra.sun.local_time import find_instant, parse_date
-from umbra.sun.site import Site, find_zone
+from umbra.sun.site import Site
+from umbra.sun.zones import find_zone
 
 __all__ = ["Daylight", "SunPath", "find_daylight", "find_sun", "sun_light"]
 

@@ -1,25 +1,20 @@
 """Sites: coordinates, time zone, and the model's azimuth of true north."""
 
-import difflib
 import math
 import warnings
-import zoneinfo
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from umbra.errors import InputError
+from umbra.sun.zones import find_local_zone, find_zone
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
 
-__all__ = ["Site", "find_site", "find_zone", "tell_moved"]
+__all__ = ["Site", "find_site", "tell_moved"]
 
-# Names that the database holds and that are no civil time of a place: the copies
-# with and without leap seconds, and aliases that depend on the machine.
-_ALIKE = 0.6  # names that share more may be meant
 _FAR = 1.0  # degrees between a given site and the file's that are worth a word
-_NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
 
 
 @dataclass(frozen=True)
@@ -61,8 +56,8 @@ class Site:
         _set_number(self, "elevation", -500, 20_000)
         _set_number(self, "true_north", -math.inf, math.inf)
         if self.zone is None:
-            object.__setattr__(self, "zone", _zone_at(self.latitude, self.longitude))
-        find_zone(self.zone)
+            object.__setattr__(self, "zone", find_local_zone(self.latitude, self.longitude))
+        find_zone(self.zone, (self.latitude, self.longitude))
 
     def show(self, digits: int = 3) -> str:
         """Return the coordinates for people: ``48.200° N, 16.370° E``."""
@@ -140,62 +135,47 @@ def find_site(
 
 
 def tell_moved(scene: "Scene", site: Site) -> list[str]:
-    """Report a site far from the one that the file states, as of swapped coordinates; or none."""
+    """Report a site that cannot be meant: far from the file's own, or swapped; or none."""
+    here, swapped = (site.latitude, site.longitude), (site.longitude, site.latitude)
+    shown = f"the site {site.latitude:.4f}°, {site.longitude:.4f}°, as given,"
+    remedy = f"swap them: latitude={site.longitude:g} longitude={site.latitude:g}"
     if scene.latitude is None or scene.longitude is None:
+        if _looks_swapped(site):
+            return [f"{shown} may have latitude and longitude swapped; {remedy}"]
         return []
-    a, b = math.radians(scene.latitude), math.radians(site.latitude)
-    turn = math.radians(site.longitude - scene.longitude)
-    cosine = math.sin(a) * math.sin(b) + math.cos(a) * math.cos(b) * math.cos(turn)
-    apart = math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
+    file = (scene.latitude, scene.longitude)
+    apart = _find_angle(file, here)
     if apart < _FAR:
         return []
     told = (
-        f"the site {site.latitude:.4f}°, {site.longitude:.4f}°, as given, lies "
-        f"{apart * 111.2:,.0f} km from {scene.latitude:.4f}°, {scene.longitude:.4f}°, where the "
-        "file says the model is; leave latitude= and longitude= out if that is not meant"
+        f"{shown} lies {apart * 111.2:,.0f} km from {file[0]:.4f}°, {file[1]:.4f}°, where the "
+        "file says the model is; "
     )
-    return [told]
+    if _find_angle(file, swapped) < _FAR:
+        return [told + remedy]
+    return [told + "leave latitude= and longitude= out if that is not meant"]
 
 
-def find_zone(name: str) -> zoneinfo.ZoneInfo:
-    """Find a time zone by its IANA name; an error names the nearest."""
+def _looks_swapped(site: Site) -> bool:
+    """Return whether a site lies at sea or outside its zone, and would not if it were swapped."""
+    if abs(site.longitude) > 90:
+        return False
     try:
-        if isinstance(name, str) and not name.startswith(_NO_PLACE):
-            return zoneinfo.ZoneInfo(name)
-    except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):
-        pass  # a folder of the database, or a name that is no path, is an OSError or ValueError
-    known = zoneinfo.available_timezones()
-    if not known:
-        msg = "this machine has no time zone database; install it with: pip install tzdata"
-        raise InputError(msg)
-    nearest = _nearest_zones(str(name), known)
-    advice = f"did you mean {' or '.join(nearest)}?" if nearest else "give an IANA name"
-    msg = f"there is no time zone {name!r}; {advice} (names are like Europe/Vienna)"
-    raise InputError(msg, zone=name, nearest=nearest)
+        here = find_local_zone(site.latitude, site.longitude)
+        swapped = find_local_zone(site.longitude, site.latitude)
+    except InputError:
+        return False  # the caller named a zone where none is known
+    if here.startswith("Etc/"):
+        return not swapped.startswith("Etc/")
+    return site.zone == swapped != here
 
 
-def _nearest_zones(name: str, known: set[str]) -> list[str]:
-    # People write a city, lower case, blanks: compare with the whole name and with its last word.
-    wanted = name.strip().replace(" ", "_").casefold()
-    scores = {}
-    for zone in sorted(known):
-        if zone.startswith(_NO_PLACE):
-            continue
-        words = {zone.casefold(), zone.casefold().rpartition("/")[2]}
-        scores[zone] = max(difflib.SequenceMatcher(None, word, wanted).ratio() for word in words)
-    best = sorted(scores, key=lambda zone: (-scores[zone], zone))[:3]
-    return [zone for zone in best if scores[zone] > _ALIKE]
-
-
-def _zone_at(latitude: float, longitude: float) -> str:
-    # 0.1 s and only needed when nobody named the zone, so it is imported here.
-    import tzfpy  # noqa: PLC0415
-
-    name = tzfpy.get_tz(longitude, latitude)
-    if not name:
-        msg = f"no time zone is known at latitude {latitude:g}, longitude {longitude:g}; give zone="
-        raise InputError(msg, latitude=latitude, longitude=longitude)
-    return name
+def _find_angle(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Return the angle between two places on earth [degrees]."""
+    a, b = math.radians(one[0]), math.radians(other[0])
+    turn = math.radians(other[1] - one[1])
+    cosine = math.sin(a) * math.sin(b) + math.cos(a) * math.cos(b) * math.cos(turn)
+    return math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
 
 
 def _set_number(site: Site, field: str, low: float, high: float) -> None:

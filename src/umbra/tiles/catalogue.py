@@ -9,7 +9,7 @@ import math
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers import read
-from umbra.readers.georeference import is_same_plan, show_crs
+from umbra.readers.apart import FilePlan, check_apart, make_crs_error
+from umbra.readers.georeference import is_same_plan
 from umbra.readers.layers import name_layers
 from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
@@ -97,6 +98,12 @@ class CityFile:
     def geometry(self) -> FileGeometry:
         """Its meshes."""
         return FileGeometry(Path(self.folder))
+
+    @property
+    def plan(self) -> FilePlan:
+        """Where it lies in the plan of all files."""
+        site = [self.place[name] for name in ("crs", "latitude", "longitude")]
+        return FilePlan(Path(self.path).name, np.array(self.bounds)[:, :2], *site)
 
     @property
     def bases(self) -> Bases:
@@ -253,12 +260,14 @@ def make_catalogue(
                 raise
             outside[key] = str(error.outside)
         progress(done, len(named))
+    found = Catalogue(tuple(files))
+    apart = check_apart([one.plan for one in files], found.crs)
     for leftover in folder.iterdir():  # of runs with more files, and of killed runs
         if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
             shutil.rmtree(leftover, ignore_errors=True)
     write_sealed(folder / OUTSIDE, outside)
     write_sealed(folder / _INDEX, {"files": [Path(one.folder).name for one in files]})
-    return Catalogue(tuple(files), (*damaged, *outside.values()))
+    return replace(found, notes=(*damaged, *outside.values(), *apart))
 
 
 def read_catalogue(folder: Path) -> Catalogue:
@@ -355,23 +364,16 @@ def _is_unchanged(known: CityFile, path: Path) -> bool:
     status = path.stat() if path.exists() else None
     if status is None:
         return False  # the reader names it
-    if (status.st_size, status.st_mtime_ns) == (known.size, known.mtime):
+    is_as_long = status.st_size == known.size
+    if is_as_long and status.st_mtime_ns == known.mtime:
         return True
-    return (
-        status.st_size == known.size
-        and sha256(path.read_bytes()).hexdigest() == known.sources[0].sha256
-    )
+    return is_as_long and sha256(path.read_bytes()).hexdigest() == known.sources[0].sha256
 
 
 def _check_crs(files: Sequence[CityFile]) -> None:
     """Refuse a file whose CRS differs from that of the files before it."""
     new = files[-1]
-    first = next((one for one in files if one.place["crs"]), None)
-    if first is None or not new.place["crs"]:
-        return
-    if not is_same_plan(first.place["crs"], new.place["crs"]):
-        msg = (
-            f"{first.path} is in {show_crs(first.place['crs'])} but {new.path} is in "
-            f"{show_crs(new.place['crs'])}; convert them to one coordinate reference system"
-        )
-        raise InputError(msg, crs=(first.place["crs"], new.place["crs"]))
+    first = next((one for one in files if one.place["crs"]), new)
+    crs = (first.place["crs"], new.place["crs"])
+    if all(crs) and not is_same_plan(*crs):
+        raise make_crs_error(first.path, new.path, crs)

@@ -21,7 +21,7 @@ from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
-from umbra.writers.atomic import check_is_here, replace_file
+from umbra.writers.atomic import check_folder_name, check_is_here, replace_file
 
 __all__ = ["FORMAT", "CityStore", "check_zarr"]
 
@@ -321,6 +321,7 @@ def check_folder(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         msg = f"'{folder}' is a file, not a folder; name another output folder"
         raise InputError(msg, option="out", path=folder)
+    check_folder_name(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a null byte in its name

@@ -8,11 +8,11 @@ from typing import Any
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import WindowBinding, has_display, hint_window
-from umbra.gl.context import DRIVER, Device
+from umbra.gl.context import Device, tell_driver
+from umbra.packages import write_install
 
-__all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]
+__all__ = ["FONT_SIZE", "Screen", "check_display"]
 
-INSTALL = "pip install 'umbra-shadows[view]'"
 _FONT, FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
 
 
@@ -26,7 +26,7 @@ def check_display(instead: str) -> None:
     for package in ("moderngl", "glfw", "imgui_bundle"):
         if find_spec(package) is None:
             name = package.replace("_", "-")
-            msg = f"umbra view needs {name}, which is not installed; {INSTALL}"
+            msg = f"umbra view needs {name}, which is not installed; {write_install('view')}"
             raise UmbraError(msg, package=name)
     is_elsewhere = not sys.platform.startswith(("linux", "freebsd"))
     if not (is_elsewhere or has_display()):
@@ -81,7 +81,7 @@ class Screen:
         self.window: Any = glfw.create_window(*size, title, None, None)
         if not self.window:
             glfw.terminate()
-            msg = f"no window with OpenGL 3.3 opens here ({'; '.join(reasons)}); {DRIVER}"
+            msg = f"no window with OpenGL 3.3 opens here ({'; '.join(reasons)}); {tell_driver()}"
             raise UmbraError(msg)
         glfw.make_context_current(self.window)
         glfw.swap_interval(1)

@@ -21,6 +21,7 @@ from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
 __all__ = [
     "NO_LOCKS",
+    "check_folder_name",
     "check_is_here",
     "hold_signals",
     "is_full",
@@ -41,6 +42,24 @@ def check_is_here(path: str | os.PathLike[str]) -> None:
             "files; name a file or folder, and copy it there afterwards"
         )
         raise InputError(msg, option="out", path=path)
+
+
+_OF_FILES = {
+    ".csv", ".dxf", ".geojson", ".gif", ".glb", ".gpkg", ".html", ".json", ".mp4", ".nc", ".pdf",
+    ".png", ".svg", ".tif", ".tiff", ".toml",
+}  # fmt: skip
+"""Endings that no folder of results has."""
+
+
+def check_folder_name(folder: Path) -> None:
+    """Refuse a new folder of results that is named as a file, such as ``out.png``."""
+    if folder.suffix.lower() in _OF_FILES and not folder.exists():
+        msg = (
+            f"'{folder.name}' names a file, and results are several files in a folder; name a "
+            f"folder, such as '{folder.stem}' (in Python, study.plot().save('{folder.stem}.png') "
+            "writes one picture)"
+        )
+        raise InputError(msg, option="out", path=folder)
 
 
 def is_full(error: OSError) -> bool:
@@ -161,6 +180,7 @@ def _make_unfinished(target: Path) -> tuple[UnfinishedFolder, list[Path]]:
         if target.exists() and not target.is_dir():
             msg = f"'{target}' is a file, not a folder; name another output folder"
             raise InputError(msg, path=target)
+        check_folder_name(target)
         made = [path for path in (target, *target.parents) if not path.exists()]
         return UnfinishedFolder.make(target), made
     except (OSError, ValueError) as error:  # ValueError: a null byte in its name

@@ -15,7 +15,7 @@ from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
 from umbra.sun.clock import parse_duration
 
-__all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]
+__all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions", "find_shaded_share"]
 
 FEW_DAYS = 12
 """Most dates whose results are kept by day by default."""
@@ -85,6 +85,11 @@ class ResultOptions:
         if self.spells and self.min_spell:
             types["sun_hours_in_spells"] = np.dtype(np.float32)
         return types
+
+
+def find_shaded_share(shadow_hours: NDArray[np.float32], up_hours: float) -> NDArray[np.float32]:
+    """Return the share of the time with the sun up in shadow; NaN if it is never up."""
+    return shadow_hours / np.float32(up_hours or np.nan)
 
 
 class ResultArrays:
@@ -206,8 +211,7 @@ class ResultArrays:
         found: Variables = {}
         found |= {name: (dims, array) for name, array in self._whole.items()}
         if self.results.spells:
-            share = self.shadow_hours / np.float32(self.up_hours or np.nan)
-            found["shaded_share"] = (dims, share)
+            found["shaded_share"] = (dims, find_shaded_share(self.shadow_hours, self.up_hours))
         if self._by_day:
             days = np.array(self.period.days, "datetime64[D]").astype("datetime64[ns]")
             found["day"] = (("day",), days)

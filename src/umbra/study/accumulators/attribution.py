@@ -105,6 +105,7 @@ class Attribution(Accumulator):
     """
 
     needs_masks = False
+    of_any_date = frozenset({"caster", "neighbour", "neighbour_area"})
 
     def __init__(
         self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays

@@ -1,7 +1,6 @@
 """Reader of rule files, format 1: YAML with line numbers and checked keys."""
 
 import datetime as dt
-import difflib
 import os
 import re
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 from umbra.sun.clock import make_steps, parse_duration
 from umbra.sun.local_time import has_offset
 
@@ -55,7 +54,7 @@ class Block:
         for key, value in node.value:
             name = str(key.value)
             if name not in keys:
-                near = difflib.get_close_matches(name, keys, n=1, cutoff=0.5)
+                near = find_similar(name, keys)
                 advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(keys)}"
                 self.refuse(f"{what} has the unknown key '{name}'; {advice}", key)
             if name in self.values:

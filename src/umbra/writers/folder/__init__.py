@@ -4,14 +4,13 @@ The outputs of a study: the files in its folder, and the appearance of its pictu
 ``write.py`` fills the folder, ``pictures.py`` and ``sheet.py`` draw, ``captions.py`` words it.
 """
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from umbra.errors import InputError
+from umbra.errors import InputError, find_similar
 from umbra.options import check_types, option
 from umbra.packages import require
 from umbra.writers.city import CITY_FORMATS
@@ -156,7 +155,7 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
         if name in DRAWN or name in OF_TILES:
             continue
         if name not in FORMATS:
-            near = difflib.get_close_matches(name, (*NAMES, *OF_TILES), n=1, cutoff=0.5)
+            near = find_similar(name, (*NAMES, *OF_TILES))
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
             msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, option="write", format=name)

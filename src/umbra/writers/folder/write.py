@@ -15,7 +15,7 @@ from umbra.receivers.level import has_terrain
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight
-from umbra.writers.atomic import replace_results
+from umbra.writers.atomic import replace_file, replace_results
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.pictures import (
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 __all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
+LISTING = ".umbra-files"
+"""Names of the files in a folder that are of no usual name."""
+_LONGEST = 1 << 20  # that is read of it [byte]
 _CUT = 0.25
 """Time in shadow at the edge of a plan from which the cut is told [h]."""
 _MOST_DARK = 1000
@@ -74,14 +77,26 @@ def write_study(
 
 
 def note_earlier(written: Sequence[Path], say: Say) -> None:
-    """Name the files of earlier studies that lie beside those of this one."""
+    """
+    Name the files of earlier studies that lie beside those of this one.
+
+    A study's usual files are known by their names; others, as of a format of one's own, are listed
+    in the folder.
+    """
     folder = written[0].parent
     new = {path.name for path in written}
+    listed = _read_listing(folder / LISTING)
     old = sorted(
         path.name
         for path in folder.iterdir()
-        if path.name not in new and _OF_A_STUDY.fullmatch(path.name) and path.is_file()
+        if path.name not in new
+        and (path.name in listed or _OF_A_STUDY.fullmatch(path.name))
+        and path.is_file()
     )
+    own = sorted(name for name in (*new, *old) if not _OF_A_STUDY.fullmatch(name))
+    if own or listed:
+        with replace_file(folder / LISTING) as beside:
+            beside.write_text("".join(f"{name}\n" for name in own), "utf-8", "replace")
     if old:
         some = ", ".join(old[:5]) + (f" and {len(old) - 5} more" if len(old) > 5 else "")
         verb = "is" if len(old) == 1 else "are"
@@ -89,6 +104,15 @@ def note_earlier(written: Sequence[Path], say: Say) -> None:
             f"note: {some} in '{folder}' {verb} of an earlier study, which this one did not "
             "replace; remove what is not wanted, or write into a new folder"
         )
+
+
+def _read_listing(path: Path) -> set[str]:
+    """Read the names of a folder's files that only their writers know; none if it is damaged."""
+    try:
+        with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), "rb") as file:
+            return set(file.read(_LONGEST).decode("utf-8", "replace").split("\n"))
+    except OSError:
+        return set()
 
 
 def draw_one(study: Study, name: str, outputs: Outputs, options: StudyOptions) -> bytes:

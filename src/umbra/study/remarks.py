@@ -1,0 +1,155 @@
+"""What a study's request may not have meant, one line each with the remedy."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import select_casters
+from umbra.devices import DEFAULT, find_device
+from umbra.receivers import find_kind
+from umbra.receivers.standing import find_crossings
+from umbra.scene import Scene, Triangles
+from umbra.study.options import StudyOptions
+from umbra.sun.local_time import tell_skipped
+
+__all__ = ["tell_outside", "tell_panes", "tell_request"]
+
+_SIDE = 24  # points along each side of a proposal's bounds
+_DEEP = 0.3  # height that two bodies share at a point, beyond what a model's tolerance is [m]
+_SHARE = 0.05  # of a proposal's plan that is worth a word
+_LEVEL = 1e-9  # of the side: points keep off edges that lie on a round fraction of the bounds
+_OPENINGS = ("window", "door", "curtainwall", "plate")
+
+
+def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
+    """
+    Report what a request leaves out, moves or repeats.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : StudyOptions
+
+    Returns
+    -------
+    notes : list of str
+        Dates that do not exist, canopies that the device does not count, a proposal outside the
+        plan or within what stands there.
+
+    Raises
+    ------
+    InputError
+        If a pattern matches no part.
+    """
+    notes = tell_skipped(options.date)
+    is_other = options.device not in {"auto", DEFAULT}
+    if options.canopy and is_other and find_device(options.device).weakens_light:
+        notes.append(
+            f"device='{options.device}' counts no canopies in studies, so the {DEFAULT} device "
+            "counts; leave device= or canopy= out"
+        )
+    if options.proposed:
+        proposed = scene.select(options.proposed, option="proposed")
+        if options.extent is not None and find_kind(options.receivers, scene).is_plan:
+            notes += tell_outside(_find_box(scene, proposed), options.extent)
+        notes += _tell_overlap(scene, proposed, options)
+    return notes
+
+
+def tell_outside(box: NDArray[np.float64], extent: Sequence[float]) -> list[str]:
+    """Report a proposal whose bounds (2, 3) lie wholly outside the extent of a plan [m]."""
+    low, high = np.array(extent[:2]), np.array(extent[2:])
+    gap = float(np.hypot(*np.maximum(np.maximum(low - box[1, :2], box[0, :2] - high), 0)))
+    if gap <= 0:
+        return []
+    bounds = ",".join(f"{v:.0f}" for v in (*box[0, :2], *box[1, :2]))
+    told = f"the proposal lies {gap:,.0f} m outside extent=, so the plan holds its shadow alone"
+    return [f"{told}; its own bounds are {bounds}"]
+
+
+def tell_panes(scene: Scene, options: StudyOptions) -> list[str]:
+    """Report rules on samples of windows: they lie on all faces, not on the panes alone."""
+    if options.kind.name != "surfaces":
+        return []
+    kinds = dict.fromkeys(scene.parts[k].kind for k in scene.select(options.on, option="on"))
+    bodies = [kind for kind in kinds if kind.lower().removeprefix("ifc").startswith(_OPENINGS)]
+    if not bodies:
+        return []
+    told = (
+        f"rules judge every sampled face of {', '.join(bodies)}: reveals, frames and inner faces, "
+        "too; for panes alone give the middle and the outward normal of each: "
+        "receivers='points' points='FILE.csv' with columns x,y,z,nx,ny,nz"
+    )
+    return [told]
+
+
+def _find_box(scene: Scene, parts: Sequence[int]) -> NDArray[np.float64]:
+    """Return the bounds of parts in the model's own coordinates, (2, 3) [m]."""
+    corners = scene.triangles(parts).find_corners() + scene.origin
+    return np.stack([corners.min(0), corners.max(0)])
+
+
+def _tell_overlap(scene: Scene, proposed: Sequence[int], options: StudyOptions) -> list[str]:
+    """Report existing bodies that fill the place of proposed ones."""
+    new = scene.triangles(proposed)
+    casting = select_casters(scene, options.cast, options.no_cast)
+    old = scene.triangles(sorted(set(casting) - set(proposed)))
+    if not len(new.faces) or not len(old.faces):
+        return []
+    low, high = (f(new.vertices[new.faces], (0, 1)) for f in (np.min, np.max))
+    old = _keep_near(old, low, high)
+    steps = (np.arange(_SIDE) + 0.5) / _SIDE + _LEVEL
+    places = [low[:2] + (high - low)[:2] * (a, b) for a in steps for b in steps]
+    groups, covered = scene.groups(), 0
+    met: dict[int, int] = {}
+    shared = 0
+    for x, y in places:
+        mine = [span for spans in _find_spans(new, groups, x, y).values() for span in spans]
+        covered += bool(mine)
+        there = {
+            thing
+            for thing, spans in (_find_spans(old, groups, x, y) if mine else {}).items()
+            if any(min(a[1], b[1]) - max(a[0], b[0]) > _DEEP for a in spans for b in mine)
+        }
+        shared += bool(there)
+        for thing in there:
+            met[thing] = met.get(thing, 0) + 1
+    if not covered or shared < _SHARE * covered:
+        return []
+    first, *others = sorted(met, key=lambda thing: -met[thing])
+    name = scene.labels()[int(np.flatnonzero(groups == first)[0])]
+    more = f" and {len(others)} more" if others else ""
+    told = (
+        f"the proposal overlaps what stands there: '{name}'{more} within "
+        f"{100 * shared / covered:.0f} % of its plan; move it, or leave out before and after what "
+        f"it replaces with no_cast='{name}'"
+    )
+    return [told]
+
+
+def _keep_near(soup: Triangles, low: NDArray[np.float64], high: NDArray[np.float64]) -> Triangles:
+    """Return the triangles whose bounds meet a rectangle."""
+    corners = soup.vertices[soup.faces][..., :2]
+    near = ((corners.min(1) <= high[:2]) & (corners.max(1) >= low[:2])).all(1)
+    return Triangles(soup.vertices, soup.faces[near], soup.part[near])
+
+
+def _find_spans(
+    soup: Triangles, groups: NDArray[np.int32], x: float, y: float
+) -> dict[int, list[tuple[float, float]]]:
+    """Return the heights between which a vertical line lies in each closed object [m]."""
+    faces, z, turns = find_crossings(soup, x, y)
+    things = groups[soup.part[faces]]
+    found = {}
+    for thing in np.unique(things).tolist():
+        mine = np.flatnonzero(things == thing)
+        mine = mine[np.argsort(z[mine], kind="stable")]
+        inside = -np.cumsum(turns[mine])
+        if inside[-1] == 0:
+            heights = z[mine]
+            found[thing] = [
+                (float(heights[k]), float(heights[k + 1]))
+                for k in np.flatnonzero(inside > 0).tolist()
+            ]
+    return found
