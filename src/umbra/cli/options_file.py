@@ -63,8 +63,8 @@ def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> No
         msg = f"'{key}' is a table; write options one a line, without headings"
     elif any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
         msg = f"'{key}' holds a null character, which no name has; remove it"
-    elif name == "allow-outside":
-        msg = "allow-outside is typed (--allow-outside), not taken from a file"
+    elif name in {"allow-outside", "max-memory"}:
+        msg = f"{name} is typed (--{name}), not taken from a file"
     elif name not in known:
         near = difflib.get_close_matches(name, known, n=1)
         advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
