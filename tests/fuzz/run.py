@@ -16,6 +16,7 @@ import random
 import re
 import resource
 import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,12 +29,14 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from fuzz.bombs import BOMBS, are_there, read_alone
 from fuzz.mutate import mutate
 from fuzz.seeds import make_seeds
 
 MEMORY = 1_500_000_000  # [byte] above what the packages take
 SILENT = 120  # [s] after which a child that waits for something is ended
-SLOW_SHARE = 0.005  # of all files, IFC and LAZ: each costs a process, hundreds of others
+SLOW = (".3dm", ".gpkg", ".ifc", ".laz", ".parquet", ".shp", ".tif")
+SLOW_SHARE = 0.01  # of all files: each of these costs a process, hundreds of others
 
 
 def judge(path: Path) -> str:
@@ -67,7 +70,7 @@ def damage(seeds: dict[str, bytes], seed: int, number: int) -> tuple[str, bytes]
     """Give the n-th damaged file and the name of what it was made of."""
     dice = random.Random(f"{seed} {number}")
     is_slow = dice.random() < SLOW_SHARE
-    names = [name for name in seeds if name.endswith((".ifc", ".laz")) == is_slow]
+    names = [name for name in seeds if name.endswith(SLOW) == is_slow]
     name = dice.choice(names or list(seeds))
     return name, mutate(seeds[name], list(seeds.values()), dice)
 
@@ -189,6 +192,26 @@ def fuzz(given: argparse.Namespace) -> int:
     return len(failures)
 
 
+def read_bombs(keep: Path) -> int:
+    """Read the files that ask for too much; keep those that get it, and give their number."""
+    failures = 0
+    keep.mkdir(parents=True, exist_ok=True)
+    for what, (make, packages, word) in BOMBS.items():
+        if not are_there(packages):
+            continue
+        folder = keep / f"bomb-{make.__name__.removeprefix('make_')}"
+        folder.mkdir(exist_ok=True)
+        path = make(folder)
+        size, reading = path.stat().st_size, read_alone(path)
+        fault = reading.find_fault(word)
+        told = f"{reading.seconds:.1f} s, {reading.memory / 1e6:.0f} MB"
+        print(f"{what} ({size:,} bytes): {fault or told}", flush=True)  # noqa: T201
+        failures += bool(fault)
+        if not fault:
+            shutil.rmtree(folder)
+    return failures
+
+
 def main() -> int:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -198,6 +221,7 @@ def main() -> int:
     parser.add_argument("--count", type=float, default=math.inf, help="Files at most.")
     parser.add_argument("--limit", type=float, default=10, help="Processor time for a file [s].")
     parser.add_argument("--target", default="fuzz.run:judge", help=argparse.SUPPRESS)
+    parser.add_argument("--bombs", action="store_true", help="First read those of bombs.py.")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--first", type=int, default=0, help=argparse.SUPPRESS)
     parser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
@@ -205,7 +229,7 @@ def main() -> int:
     if given.child:
         read_all(given.seed, given.first, given.folder, given.target, given.limit)
         return 0
-    return min(fuzz(given), 1)
+    return min((read_bombs(given.keep) if given.bombs else 0) + fuzz(given), 1)
 
 
 if __name__ == "__main__":

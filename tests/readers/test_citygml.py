@@ -283,8 +283,8 @@ def test_traps_are_refused(read):
         read(city(building(), head=entity))
     with pytest.raises(InputError, match="damaged XML at line 2"):
         read(city(building())[:-400])
-    with pytest.raises(InputError, match="unpacks to more than"):
-        read(gzip.compress(city(building()).encode() + b" " * 50_000_000), "bomb.gml.gz")
+    with pytest.raises(InputError, match="unpacked data"):
+        read(gzip.compress(city(building()).encode() + b" " * 70_000_000), "bomb.gml.gz")
     with pytest.raises(InputError, match="damaged where it was compressed"):
         read(
             gzip.compress(city(*(building(f"b{k}") for k in range(99))).encode())[:-200], "a.gml.gz"
@@ -307,7 +307,7 @@ def test_links_that_multiply_or_lead_back_end_soon(read):
     levels = [surfaces(polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)]), name="s0")]
     levels += [surfaces(*[f"s{k}"] * 30, name=f"s{k + 1}") for k in range(9)]
     many = "".join(f"<c:lod2MultiSurface>{one}</c:lod2MultiSurface>" for one in levels)
-    with pytest.raises(InputError, match="of memory in all are more than a file of"):
+    with pytest.raises(InputError, match="of memory in all are more than files of"):
         read(city(f'<c:Building gml:id="a">{many}</c:Building>'))
 
 

@@ -266,7 +266,7 @@ def test_implicit_tiles_are_read_where_they_are_available(write):
 
 
 def test_tiles_without_end_are_refused(write, monkeypatch):
-    monkeypatch.setattr("umbra.readers.tileset._TILE", 200_000)  # 200 times sooner
+    monkeypatch.setattr("umbra.readers.budget.ITEM", 500_000)  # 100 times sooner
     root = tile("a.glb", 8)
     root["implicitTiling"] = {
         "subdivisionScheme": "OCTREE", "subtreeLevels": 10, "availableLevels": 30,

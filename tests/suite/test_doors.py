@@ -17,7 +17,7 @@ DOORS = {
     "subprocess": {"calls.doctor", "readers.child", "tiles.workers", "writers.painter"},
     # To and from those children; to a cluster that the user trusts; chunks of one's own study.
     "pickle": {
-        "readers.child", "study.chunked", "tiles.cluster", "tiles.workers", "writers.painter",
+        "study.chunked", "tiles.cluster", "tiles.workers", "writers.painter",
     },
     # The page's server; the machine's name in a lock file.
     "socket": {"web.server", "writers.unfinished_folder"},

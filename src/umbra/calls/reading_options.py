@@ -98,6 +98,12 @@ class ReadingOptions:
         "models that you trust.",
         default=False, is_kept=False,
     )  # fmt: skip
+    max_memory: float | None = _reading(
+        "number",
+        "Memory that reading may take [GB], for files that are refused as they need more; default: "
+        "128 times their size, at least 0.5 GB, at most half of the memory.",
+        unit="GB", metavar="GB", is_kept=False,
+    )  # fmt: skip
     no_cache: bool = _reading(
         "flag",
         "Do not use the cache of files that were read; umbra doctor shows where it is.",

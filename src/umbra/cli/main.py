@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from umbra import __version__
+from umbra.cli.interrupt import stand_by
 from umbra.cli.terminal import echo, echo_json
 from umbra.errors import InputError, UmbraError, find_similar
 from umbra.machine import find_kernel_cache, pass_over_settings
@@ -135,7 +136,9 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         Those of the process by default.
     """
-    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments is None:
+        stand_by()
+        arguments = sys.argv[1:]
     pass_over_settings()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.assumed_crs import assume_crs, check_crs, tell_unused_crs
+from umbra.readers.budget import GIGABYTE, Budget
 from umbra.readers.checks import check_soup, describe_damage, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
@@ -49,6 +50,7 @@ def read(  # noqa: PLR0913  (each option by its name)
     area: str | os.PathLike[str] | None = None,
     geometric_error: float | None = None,
     allow_outside: bool = False,
+    max_memory: float | None = None,
     cache: bool = False,
 ) -> Scene:
     """
@@ -95,6 +97,9 @@ def read(  # noqa: PLR0913  (each option by its name)
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
+    max_memory : float, optional
+        Memory that reading may take [GB], for files that need more than is taken for sound: 128
+        times their size in all, at least half a gigabyte, at most half of the memory.
     cache : bool
         Whether to cache scenes that are slow to read in the user's cache folder, for as
         long as the files are unchanged. The command line does.
@@ -133,6 +138,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         geometric_error=_check_error(geometric_error),
         region=make_region(bbox, area, named_crs),
         allow_outside=allow_outside,
+        budget=_make_budget(max_memory),
     )
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
@@ -141,6 +147,8 @@ def read(  # noqa: PLR0913  (each option by its name)
             _check_there(path)  # check all names before reading the first file
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, _load(path)) for name, path in named]
+        for _, content in files:
+            choices.budget.grow(content.path.resolve(), content.size)
         if cache:
             return _name_places(read_kept(files, choices, _read_files), files)
         return _name_places(_read_files(files, choices), files)
@@ -169,7 +177,7 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
     for name, content in files:
         path = content.path
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
-        model, source = _read_one(content, replace(choices, crowns=crowns, size=content.size))
+        model, source = _read_one(content, replace(choices, crowns=crowns))
         named.append(model.crs)
         model = assume_crs(model, choices.crs)
         if choices.region is not None:
@@ -212,6 +220,13 @@ def _check_error(error: float | None) -> float | None:
         msg = f"geometric_error= is a length of 0 m or more; got {error!r}"
         raise InputError(msg, option="geometric_error")
     return error
+
+
+def _make_budget(most: float | None) -> Budget:
+    if most is not None and not most > 0:
+        msg = f"max_memory= is a number of gigabytes above 0; got {most!r}"
+        raise InputError(msg, option="max_memory")
+    return Budget(None if most is None else most * GIGABYTE)
 
 
 def _find_crowns(

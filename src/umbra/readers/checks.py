@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
+from umbra.readers.budget import Budget
 from umbra.scene import Image, Part
 
 __all__ = [
-    "Budget",
     "Companions",
     "Losses",
     "OutsideError",
@@ -40,6 +40,7 @@ ALLOW = "allow_outside=True reads it"
 FILE_SHARE = 0.25  # of the memory: reading a file takes several times its size
 
 _BLOCK = 1 << 24
+_LONGEST = 4096  # characters of a name; no system opens longer ones
 _POINTER = b"version https://git-lfs"
 # A pipe would wait for a writer; a link may be swapped in after the check.
 _FLAGS = (
@@ -52,12 +53,12 @@ _FLAGS = (
 
 @contextmanager
 def errors_of(what: str, **data: object) -> Iterator[None]:
-    """Prefix the message of an `InputError` with its subject, and add facts."""
+    """Prefix the message of an `InputError` of any kind with its subject, and add facts."""
     try:
         yield
     except InputError as error:
         msg = f"{what}{error}"
-        raise InputError(msg, **{**error.data, **data}) from error
+        raise type(error)(msg, **{**error.data, **data}) from error
 
 
 class Losses(Counter[str]):
@@ -100,36 +101,9 @@ def describe_damage(error: BaseException) -> str:
     return " ".join(str(error).split())[:120] or "it breaks off"
 
 
-LEAST = 1 << 28  # [byte]; memory that any file may take
-FACTOR = 64  # memory per byte of a file
-SHARE = 0.5  # of the memory
 CORNER = 2 * 24  # [byte] of a vertex, with a copy made in joining parts
 FACE = 2 * 12
 MOST = 2**31 - 1  # vertices and triangles that int32 can number
-
-
-class Budget:
-    """The memory that one file may take, by its size [byte]."""
-
-    def __init__(self, size: int = 0) -> None:
-        self._size = size
-        self._spent = 0
-
-    def grow(self, size: int) -> None:
-        """Add another file's size."""
-        self._size += size
-
-    def spend(self, size: int, what: str) -> None:
-        """Reserve memory [byte]; refuse more than the file's size justifies."""
-        self._spent += size
-        limit = min(max(LEAST, FACTOR * self._size), SHARE * find_memory())
-        if self._spent > limit:
-            msg = (
-                f"{what}: {self._spent / 1e9:,.1f} GB of memory in all are more than a file of "
-                f"{self._size / 1e6:,.1f} MB may take ({limit / 1e9:,.1f} GB, {FACTOR} times its "
-                "size if that is more); export it again, in pieces"
-            )
-            raise InputError(msg, needed=self._spent, limit=limit)
 
 
 def check_soup(parts: Sequence[Part]) -> None:
@@ -152,6 +126,12 @@ def check_soup(parts: Sequence[Part]) -> None:
         raise InputError(msg, needed=needed, triangles=triangles)
 
 
+def _check_length(name: str) -> None:
+    if len(name) > _LONGEST:
+        msg = "a name is too long"
+        raise ValueError(msg)
+
+
 class OutsideError(InputError):
     """A model names a file outside its own folder."""
 
@@ -159,17 +139,22 @@ class OutsideError(InputError):
 class Companions:
     """The files beside one model; regular files anywhere if outside ones are allowed."""
 
-    def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
+    def __init__(
+        self, path: Path, budget: Budget | None = None, *, allow_outside: bool = False
+    ) -> None:
         self.path = path
+        self._budget = budget or Budget()
         self._allow_outside = allow_outside
         #: SHA-256 of each file, by its name in the model; None if it was not read.
         self.record: dict[str, str | None] = {}
 
     def find(self, name: str) -> Path:
         """Find a regular file by its name in the model, without opening it; links are followed."""
+        self._budget.find_file()
         self.record[name] = None
-        shown = " ".join(name.split())[:80]
+        shown = " ".join(name[:_LONGEST].split())[:80]
         try:
+            _check_length(name)
             folder = self.path.parent.resolve()
             real = (folder / name).resolve()
             if not (self._allow_outside or real.is_relative_to(folder)):
@@ -202,6 +187,7 @@ class Companions:
             reason = (error.strerror or str(error)).lower()
             msg = f"'{real.name[:80]}' cannot be read ({reason}); check its permissions"
             raise InputError(msg, companion=name) from error
+        self._budget.grow(real, len(data))
         self.record[name] = sha256(data).hexdigest()
         return data
 

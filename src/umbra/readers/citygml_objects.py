@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Losses
+from umbra.readers.budget import Budget
+from umbra.readers.checks import Losses
 from umbra.readers.citygml_names import (
     HREF,
     IDS,

@@ -2,7 +2,6 @@
 
 import io
 import re
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import Budget, Losses, list_counts
-from umbra.readers.content import ZIP, BoundedStream
+from umbra.readers.budget import Budget
+from umbra.readers.checks import Losses, list_counts
+from umbra.readers.content import ZIP, BoundedStream, open_archive
 from umbra.readers.model import FileModel, FilePlace, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import cut_faces
 from umbra.scene import Material, Mesh, Part
@@ -21,7 +21,7 @@ from umbra.scene.material import GREY
 
 __all__ = ["read_collada"]
 
-_PART = 1000  # [byte] of a part without its mesh
+_TREE = 8  # memory of the tree for each byte of XML
 _DEEPEST = 200  # nodes in nodes; instances may lead back to themselves
 _UPS = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
 _LARGEST = 1 << 20  # [byte] of a KML file
@@ -34,7 +34,7 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     """Read COLLADA 1.4 and 1.5; y is up and lengths are metres unless the file says otherwise."""
     library = need("collada", "cad", "COLLADA")
     place = FilePlace()
-    budget = Budget(choices.size)
+    budget = choices.budget
     if data.startswith(ZIP):
         data, place = _unpack(data, budget)
     # The parser would follow entities.
@@ -42,7 +42,7 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
         msg = "declares a document type, which COLLADA does not need; remove it"
         raise InputError(msg)
     try:
-        budget.spend(4 * len(data), "the XML tree")
+        budget.spend(_TREE * len(data), "the XML tree")
         document = library.Collada(
             io.BytesIO(data), ignore=[library.common.DaeError], aux_file_loader=_load_nothing
         )
@@ -79,7 +79,7 @@ class _ColladaReader:
 
     def add_node(self, node: Any, matrix: Matrix, name: str, depth: int) -> None:
         """Add the geometries of a node and of its children; instances lead to other nodes."""
-        self._budget.spend(_PART, "nodes and their instances")
+        self._budget.count("nodes and their instances")
         if depth > _DEEPEST:
             msg = f"nests more than {_DEEPEST} nodes; export it again"
             raise InputError(msg)
@@ -111,7 +111,7 @@ class _ColladaReader:
             target = targets.get(symbol)
             kind = str(getattr(target, "name", None) or getattr(target, "id", None) or symbol)
             material = _find_material(target)
-            self._budget.spend(_PART, "parts")
+            self._budget.count("parts")
             self.parts.append(Part(name, kind, mesh, matrix, material))
 
     def _cut(self, geometry: Any) -> Iterator[tuple[str, Mesh]]:
@@ -169,13 +169,12 @@ def _scale(part: Part, unit: float) -> Part:
 
 def _unpack(data: bytes, budget: Budget) -> tuple[bytes, FilePlace]:
     """Return the first COLLADA file of an archive, and the place that a KML file gives it."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+    with open_archive(io.BytesIO(data), budget) as archive:
         names = archive.namelist()
         models = [name for name in names if name.lower().endswith(".dae")]
         notes = [name for name in names if name.lower().endswith(".kml")]
-        with BoundedStream(archive.open(models[0]), len(data)) as file:
+        with BoundedStream(archive.open(models[0]), budget) as file:
             found = file.readall()
-        budget.grow(len(found))
         if not notes:
             return found, FilePlace()
         with archive.open(notes[0]) as file:

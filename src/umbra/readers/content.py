@@ -11,17 +11,16 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from umbra.errors import InputError
+from umbra.readers.budget import Budget
 from umbra.readers.checks import read_bounded
 
-__all__ = ["GZIP", "ZIP", "BoundedStream", "FileContent"]
+__all__ = ["GZIP", "ZIP", "BoundedStream", "FileContent", "open_archive"]
 
 GZIP, ZIP = b"\x1f\x8b", b"PK\x03\x04"
-EXPANSION = 200
-"""Most growth of a compressed file; more is taken for an attack."""
-
 
 _HEAD = 16_000  # bytes that hold a file's kind; roots of CityGML declare dozens of namespaces
 _BLOCK = 1 << 22
+_HEADER = 30  # [byte] before a member of an archive, without its name
 
 
 class FileContent:
@@ -85,33 +84,45 @@ class FileContent:
             self.__dict__.pop("data", None)
 
 
+def open_archive(file: BinaryIO, budget: Budget) -> zipfile.ZipFile:
+    """
+    Open a ZIP archive; refuse members that share bytes, as in archives made to unpack to more.
+
+    Raises BadZipFile if it is none.
+    """
+    archive = zipfile.ZipFile(file)
+    members = sorted(archive.infolist(), key=lambda one: one.header_offset)
+    budget.count("members of archives", len(members))
+    ends = [one.header_offset for one in members[1:]] + [archive.start_dir]
+    for one, end in zip(members, ends, strict=False):
+        # A member's header in the directory may be longer than the one before its bytes.
+        if one.header_offset + _HEADER + len(one.orig_filename) + one.compress_size > end:
+            msg = f"has members that overlap (first: '{one.filename[:60]}'); pack it again"
+            raise InputError(msg, member=one.filename)
+    return archive
+
+
 class BoundedStream(io.RawIOBase):
     """
-    An unpacked stream that may be at most `EXPANSION` times as long as its file.
+    A stream that unpacks, and accounts for what it unpacks.
 
     Parameters
     ----------
     stream : binary stream
-        That unpacks.
-    size : int
-        Of the packed file [byte].
+    budget : Budget
     """
 
-    def __init__(self, stream: Any, size: int) -> None:
-        self._stream = stream
-        self._left = self._most = EXPANSION * size
+    def __init__(self, stream: Any, budget: Budget) -> None:
+        self._stream, self._budget = stream, budget
 
     def read(self, size: int = -1) -> bytes:
-        """Read a block; at the limit raise an error."""
+        """Read a block; refuse more than an archive may unpack to."""
         try:
             block: bytes = self._stream.read(size if size >= 0 else 1 << 20)
         except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
             msg = f"is damaged where it was compressed ({error}); fetch it again"
             raise InputError(msg) from error
-        self._left -= len(block)
-        if self._left < 0:
-            msg = f"unpacks to more than {self._most / 1e6:.0f} MB; unpack it first"
-            raise InputError(msg, bytes=self._most)
+        self._budget.unpack(len(block), "it unpacks to too much")
         return block
 
     def close(self) -> None:

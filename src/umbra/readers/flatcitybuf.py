@@ -6,7 +6,8 @@ from typing import Any
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import Budget, Losses, list_counts
+from umbra.readers.budget import Budget
+from umbra.readers.checks import Losses, list_counts
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import name_crs
@@ -18,7 +19,7 @@ __all__ = ["read_flatcitybuf"]
 _CORNER = 40  # memory of a vertex in lists [byte]
 
 
-def read_flatcitybuf(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+def read_flatcitybuf(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read FlatCityBuf; with a region by its index, else one feature after another."""
     fcb = need("flatcitybuf", "city", "FlatCityBuf")
     counts = Losses()
@@ -27,7 +28,7 @@ def read_flatcitybuf(content: FileContent, path: Path, choices: ReadChoices) -> 
         head = fcb.to_cityjson_metadata(reader.header)
         crs = name_crs(head.get("metadata", {}).get("referenceSystem"))
         found = _find_features(fcb, reader, choices.region, crs)
-        features = _list_documents(fcb, reader, head, found, Budget(content.size))
+        features = _list_documents(fcb, reader, head, found, choices.budget)
         parts = make_parts(features, Templates(None), counts, lambda n: f"feature {n - 1}: ")
     except fcb.FcbError as error:
         reason = " ".join(str(error).split())[:160]

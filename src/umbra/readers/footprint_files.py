@@ -1,6 +1,5 @@
-"""Footprint files: GeoJSON, and GeoPackage and Shapefile through pyogrio."""
+"""Footprint files: GeoJSON, and GeoPackage and Shapefile, which GDAL opens in a child process."""
 
-import math
 from collections import Counter
 from dataclasses import replace
 from itertools import chain
@@ -10,16 +9,18 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.packages import need
+from umbra.packages import require
 from umbra.readers.checks import Companions, list_counts
+from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
-from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings, has_height
-from umbra.readers.footprints import extrude_table, from_shapes
+from umbra.readers.footprint_table import FootprintTable, Rings
+from umbra.readers.footprints import extrude_table
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import NO_CRS, FileModel, ReadChoices
+from umbra.readers.vector_tables import VectorWork
 from umbra.scene import Source
 
-__all__ = ["find_polygons", "read_geojson", "read_vectors"]
+__all__ = ["read_geojson", "read_vectors"]
 
 _SQUARE, _CLEARLY = 2.0, 0.3  # angle off 90 degrees, and share of corners more: it is no chance
 _CORNERS = 12  # fewer tell nothing
@@ -177,95 +178,26 @@ def _name(feature: dict[str, Any]) -> str | None:
 
 
 FORMATS = {".gpkg": "GeoPackage", ".shp": "Shapefile"}
-POLYGON = 3  # shapely's number
 
 
 def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
-    """Read the footprints of a GeoPackage or a Shapefile, which GDAL opens."""
+    """Read the footprints of a GeoPackage or a Shapefile, which GDAL opens in a child process."""
     form = FORMATS.get(
         path.suffix.lower(), "GeoPackage" if content.head[:6] == b"SQLite" else "Shapefile"
     )
-    pyogrio = need("pyogrio", "gis", form)
-    raw = need("pyogrio.raw", "gis", form)
-    shapely = need("shapely", "gis", form)
+    require(["pyogrio", "shapely"], "gis", form)
     companions = choices.companions_of(path)
     companions.check_beside()
-    try:
-        name, notes = _choose_table(pyogrio, path, choices)
-        meta, _, geometry, fields = raw.read(path, layer=name)
-        shapes = shapely.from_wkb(geometry)
-    except InputError:
-        raise
-    except Exception as error:  # GDAL raises many kinds
-        reason = " ".join(str(error).split())[:200]
-        msg = f"cannot be read as {form} ({reason}); export it again"
-        raise InputError(msg) from error
-
-    missing = shapely.is_missing(shapes) | shapely.is_empty(shapes)
-    if missing.any():
-        notes.append(f"features without a geometry left out: {int(missing.sum())}")
-    polygons, row = find_polygons(shapely, shapes, ~missing, notes)
-    crs = name_crs(meta["crs"])
-    if crs is None:
-        notes.append(NO_CRS)
-    columns = {
-        str(field): _plain(values) for field, values in zip(meta["fields"], fields, strict=True)
-    }
-    table = FootprintTable(
-        form, from_shapes(shapely, polygons, row), [None] * len(shapes), columns, crs, tuple(notes)
+    work = VectorWork(str(path.absolute()), form, choices.height_column)
+    child = ReadingChild(
+        "umbra.readers.vector_tables:read_table", work, choices.budget.limit_child()
     )
-    model = extrude_table(table, choices)
+    tables = list(child)
+    if not child.is_done or not tables:
+        error = child.make_error(form, "export it again")
+        raise error
+    model = extrude_table(tables[0], choices)
     return replace(model, companions=_find_companions(path, companions))
-
-
-def _choose_table(pyogrio: Any, path: Path, choices: ReadChoices) -> tuple[str, list[str]]:
-    """Choose the table of polygons; of several the one that has the heights."""
-    layers = [
-        (str(name), pyogrio.read_info(path, layer=name)) for name, _ in pyogrio.list_layers(path)
-    ]
-    names = [name for name, info in layers if _may_hold_polygons(info["geometry_type"])]
-    if not names:
-        msg = "has no table of polygons; give a file of building footprints"
-        raise InputError(msg)
-    wanted = {choices.height_column.casefold()} if choices.height_column else set(HEIGHTS)
-    having = [
-        name
-        for name, info in layers
-        if name in names and any(has_height(str(field), wanted) for field in info["fields"])
-    ]
-    if len(names) == 1 or len(having) == 1:
-        chosen = having[0] if len(having) == 1 else names[0]
-        others = [name for name, _ in layers if name != chosen]
-        left = f"tables without footprints or heights left out: {', '.join(others)}"
-        return chosen, [left] if others else []
-    shown = ", ".join(having or names)
-    msg = (
-        f"has several tables of footprints ({shown}); export the one you mean "
-        f"(ogr2ogr one.gpkg {path.name} {(having or names)[0]})"
-    )
-    raise InputError(msg, tables=having or names)
-
-
-def _may_hold_polygons(kind: str | None) -> bool:
-    return kind is not None and ("Polygon" in kind or kind in {"Unknown", "GeometryCollection"})
-
-
-def find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> tuple[Any, Any]:
-    """Return all polygons, flat, and the row of each; count other shapes."""
-    rows = np.flatnonzero(there)
-    parts, index = shapely.get_parts(shapes[rows], return_index=True)
-    while (shapely.get_type_id(parts) > 3).any():  # collections in collections
-        parts, inner = shapely.get_parts(parts, return_index=True)
-        index = index[inner]
-    is_polygon = (shapely.get_type_id(parts) == POLYGON) & ~shapely.is_empty(parts)
-    if not is_polygon.all():
-        notes.append(f"points and lines among the footprints left out: {int((~is_polygon).sum())}")
-    return shapely.force_2d(parts[is_polygon]), rows[index[is_polygon]]
-
-
-def _plain(values: Any) -> list[Any]:
-    """Return Python values, None for null."""
-    return [None if isinstance(v, float) and math.isnan(v) else v for v in values.tolist()]
 
 
 def _find_companions(path: Path, companions: Companions) -> tuple[Source, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, list_counts
+from umbra.readers.checks import list_counts
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
@@ -81,7 +81,7 @@ def read_gltf_tree(
         )
         raise InputError(msg, version=version)
     companions = choices.companions_of(path)
-    buffers = Buffers(tree, binary, companions, Budget(choices.size))
+    buffers = Buffers(tree, binary, companions, choices.budget)
     counts: Counter[str] = Counter()
     materials = Materials(tree, buffers, companions, counts)
     for name in tree.get("extensionsRequired", ()):

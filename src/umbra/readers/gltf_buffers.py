@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import Budget, Companions, errors_of
+from umbra.readers.budget import Budget
+from umbra.readers.checks import Companions, errors_of
 from umbra.scene import Source
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -205,7 +206,6 @@ class Buffers:
         name = unquote(uri)
         with errors_of("buffer ", buffer=uri):
             data = self._companions.read(name)
-        self.budget.grow(len(data))
         self._sources.append(Source(name, str(self._companions.record[name]), "glTF buffer"))
         return data
 

@@ -10,6 +10,7 @@ ifcopenshell may crash on a damaged file, and its geometry engine hangs on a few
 elements, ignoring Ctrl-C. Another child then continues without that element.
 """
 
+import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -20,7 +21,8 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.packages import require
-from umbra.readers.child import ReadingChild
+from umbra.readers.budget import Budget
+from umbra.readers.child import ChildLimits, ReadingChild, make_early_end
 from umbra.readers.georeference import find_plan_unit, to_metres
 from umbra.readers.ifc_engine import (
     ENGINES,
@@ -40,14 +42,17 @@ from umbra.scene.mesh import transform_points
 __all__ = ["read_ifc"]
 
 
-SECONDS = 16.0
+SECONDS = 3.0
 """Processor time that one element may take in one engine [s]; half of it after one hung, ..."""
+
+FOR_A_BYTE = 2e-7
+"""... more of it for each byte of the file [s], as large elements make large files, ..."""
 
 LEAST = 0.25
 """... and half of that, and no less."""
 
-PARSING = 2e-6
-"""Processor time that the parser may take beside [s/byte]; it needs a twentieth of it."""
+WHOLE = 3e-5
+"""Processor time that all elements may take beside [s/byte]; they need a tenth of it."""
 
 STRIKES = 2
 """Hangs after which an engine is not tried for the rest, if there is another."""
@@ -73,7 +78,7 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read an IFC file in metres: 2x3, 4, 4x3 and its drafts; on the map if it has one."""
     find_schema(data)
     check_whole(data)
-    facts, found = harvest(str(path.absolute()))
+    facts, found = harvest(str(path.absolute()), choices.budget)
     parts = tuple(
         part
         for number in sorted(found.shapes)
@@ -148,23 +153,26 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
     return top if area > 0.5 * length[upper].sum() else None
 
 
-def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
+def harvest(path: str, budget: Budget) -> tuple[IfcFacts, IfcHarvest]:
     """Read an IFC file in child processes."""
     require(["ifcopenshell"], "ifc", "IFC")
     found = IfcHarvest()
     work = IfcWork(path)
     hangs: Counter[str] = Counter()
     ends = 0
-    while (loss := _gather(work, found, SECONDS * max(0.5 ** hangs.total(), LEAST))) is not None:
+    size = Path(path).stat().st_size
+    limits = budget.limit_child(SECONDS + FOR_A_BYTE * size, WHOLE)
+    until = _find_spent() + limits.whole
+    while (loss := _gather(work, found, _halve(limits, hangs.total(), until))) is not None:
         attempt, has_hung = loss
         if attempt is None or found.facts is None:
-            what = "does not end" if has_hung else "ends its process"
-            msg = f"is IFC at which the parser {what}; it is damaged: export it again"
-            raise InputError(msg, has_hung=has_hung)
+            error = make_early_end("IFC", "export it again", has_hung=has_hung)
+            raise error
         (found.hung if has_hung else found.ended).add(attempt.element)
         hangs[attempt.engine] += has_hung
         ends += not has_hung
-        if hangs.total() >= LOSSES or ends >= 10 * LOSSES:
+        is_late = _find_spent() + LEAST * limits.seconds > until
+        if hangs.total() >= LOSSES or ends >= 10 * LOSSES or is_late:
             found.is_whole = False
             break
         engines = tuple(one for one in ENGINES[:-1] if hangs[one] < STRIKES) + ENGINES[-1:]
@@ -178,12 +186,11 @@ def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
 
 
 def _gather(
-    work: IfcWork, found: IfcHarvest, seconds: float
+    work: IfcWork, found: IfcHarvest, limits: ChildLimits
 ) -> tuple[IfcAttempt | None, bool] | None:
     """Run one child to its end; if it was early, give the attempt at work and whether it hung."""
     attempt = None
-    parsing = PARSING * Path(work.path).stat().st_size
-    pieces = ReadingChild("umbra.readers.ifc_engine:read_pieces", work, seconds, parsing)
+    pieces = ReadingChild("umbra.readers.ifc_engine:read_pieces", work, limits)
     for piece in pieces:
         if isinstance(piece, IfcFacts):
             found.facts = piece
@@ -194,3 +201,19 @@ def _gather(
     if pieces.is_done:
         return None
     return attempt, pieces.has_hung
+
+
+def _halve(limits: ChildLimits, hangs: int, until: float) -> ChildLimits:
+    """Return the limits of the next child, after some have hung."""
+    seconds = limits.seconds * max(0.5**hangs, LEAST)
+    return ChildLimits(seconds, max(until - _find_spent(), seconds), limits.memory)
+
+
+def _find_spent() -> float:
+    """Return the processor time that ended children took [s]; on Windows the clock's."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return time.monotonic()
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

@@ -3,7 +3,7 @@ ifcopenshell on one IFC file: the file's facts, then one shape after another.
 
 This runs in a child process (`umbra.readers.ifc`), because the parser and the geometry
 engine may end the process, or never end, on files that are otherwise fine. Everything that
-is yielded here can be pickled.
+is yielded here is arrays and plain values.
 """
 
 import re

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.readers.budget import Budget
 from umbra.readers.checks import Companions
 from umbra.readers.georeference import show_crs
 from umbra.scene import Light, Part, Scene, Source
@@ -97,13 +98,14 @@ class ReadChoices:
     geometric_error: float | None = None  # of 3D Tiles that are fine enough [m]
     region: "Region | None" = None  # only objects whose bounds meet it are wanted
     allow_outside: bool = False  # whether a model may name files outside its own folder
-    size: int = 0  # of the file [byte], which bounds what reading it may take
+    # What the whole reading may take
+    budget: Budget = field(default_factory=Budget, repr=False, compare=False)
     # Companions of each model read: the scene depends on their records
     opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
 
     def companions_of(self, path: Path) -> Companions:
         """Return the companions of a model, which open the files that it names."""
-        self.opened.append(Companions(path, allow_outside=self.allow_outside))
+        self.opened.append(Companions(path, self.budget, allow_outside=self.allow_outside))
         return self.opened[-1]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.budget import TooLargeError
 from umbra.readers.checks import Companions, OutsideError, image_beside, list_counts
 from umbra.scene import Material, Mesh
 from umbra.scene.material import GREY, Color
@@ -51,6 +52,8 @@ def read_materials(
         library = name.replace("\\", "/")
         try:
             text = companions.read(library, LARGEST)
+        except TooLargeError:
+            raise
         except InputError as error:
             notes.append(f"material library {error}; default colours are used")
             continue
@@ -71,6 +74,8 @@ def _make(entry: _Entry, companions: Companions, counts: Counter[str]) -> Materi
         try:
             beside = str(PurePosixPath(entry.library).parent / entry.texture)
             image = image_beside(companions, beside, wrap)
+        except TooLargeError:
+            raise
         except OutsideError:
             counts[OUTSIDE] += 1
         except InputError:

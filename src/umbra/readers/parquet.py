@@ -1,6 +1,11 @@
-"""GeoParquet footprints, with Overture's columns; of a region only the row groups that meet it."""
+"""
+GeoParquet footprints, with Overture's columns; of a region only the row groups that meet it.
 
-from dataclasses import replace
+They are read in a child process: a page may say less than it unpacks to.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,34 +14,85 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.packages import need
-from umbra.readers.checks import Budget
+from umbra.packages import need, require
+from umbra.readers.budget import Budget
+from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
-from umbra.readers.footprint_files import find_polygons
-from umbra.readers.footprint_table import FootprintTable, parse_numbers
+from umbra.readers.footprint_table import FootprintTable, Rings, parse_numbers
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import NO_CRS, FileModel, ReadChoices
 from umbra.readers.region import Region
+from umbra.readers.vector_tables import find_polygons
 
 __all__ = ["read_parquet"]
 
 STOREY = 3.0
 """Height of a floor [m] where Overture gives only their number."""
-_ROW, _BYTES = 64, 4  # memory of a row [byte], and of a byte of a column's own encoding
+_ROW = 64  # memory of a row [byte]
+_COPIES = 2  # of a column's decoded bytes: Arrow's and Python's
+_BATCH = 1 << 16  # rows decoded at once
 _GEOMETRY = ("geometry", "geom", "wkb_geometry")
 _SIDES = ("xmin", "ymin", "xmax", "ymax")
 _ARROW = {"polygon": 3, "multipolygon": 6}  # shapely's numbers
 
 
-def read_parquet(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
-    """Read footprints of GeoParquet 1.0 and 1.1, in WKB or GeoArrow's polygons."""
+@dataclass(frozen=True)
+class ParquetWork:
+    """Request to read a file."""
+
+    path: str
+    height_column: str | None
+    base_column: str | None
+    region: Region | None
+    memory: float  # that decoded columns may take [byte]
+
+
+@dataclass(frozen=True, eq=False)
+class ParquetRows:
+    """The rows of a file, or those in a region."""
+
+    table: FootprintTable | None  # none if no row is in the region
+    crs: str | None
+    notes: tuple[str, ...]
+    outside: int  # rows that were left out
+    base: str | None  # column of the base
+
+
+def read_parquet(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+    """Read footprints of GeoParquet 1.0 and 1.1, in WKB or GeoArrow's polygons, in a child."""
+    require(["pyarrow"], "city", "GeoParquet")
+    require(["shapely"], "gis", "GeoParquet")
+    limits = choices.budget.limit_child()
+    work = ParquetWork(
+        str(path.absolute()), choices.height_column, choices.base_column, choices.region,
+        limits.memory,
+    )  # fmt: skip
+    child = ReadingChild("umbra.readers.parquet:read_rows", work, limits)
+    pieces = list(child)
+    if not child.is_done or not pieces:
+        error = child.make_error("GeoParquet", "export it again")
+        raise error
+    rows: ParquetRows = pieces[0]
+    if rows.table is None:
+        return FileModel("GeoParquet", (), rows.crs, rows.notes, outside=rows.outside)
+    model = extrude_table(rows.table, replace(choices, base_column=rows.base))
+    return replace(model, is_afloat=choices.base_column is None, outside=rows.outside)
+
+
+def read_rows(work: ParquetWork) -> Iterator[ParquetRows]:
+    """Read a file's rows in a child process: yield them at once."""
     parquet = need("pyarrow.parquet", "city", "GeoParquet")
     shapely = need("shapely", "gis", "GeoParquet")
     arrow = need("pyarrow", "city", "GeoParquet")
+    arrow.set_cpu_count(1)  # further threads reserve memory of their own
     try:
-        with parquet.ParquetFile(path) as file:
-            return _read_table(file, shapely, content, choices)
+        with parquet.ParquetFile(work.path) as file:
+            fields = _find_fields(file, _find_geometry(file)[0])
+            plain = [name for name in fields if _is_text(file.schema_arrow, name)]
+        # Texts and shapes stay in dictionaries until what they decode to is accounted for.
+        with parquet.ParquetFile(work.path, read_dictionary=plain) as file:
+            yield _read_table(file, fields, shapely, work)
     except (arrow.ArrowException, OSError, shapely.errors.GEOSException) as error:
         if isinstance(error, MemoryError):
             raise
@@ -45,45 +101,65 @@ def read_parquet(content: FileContent, path: Path, choices: ReadChoices) -> File
         raise InputError(msg) from error
 
 
-def _read_table(file: Any, shapely: Any, content: FileContent, choices: ReadChoices) -> FileModel:
+def _read_table(file: Any, fields: list[str], shapely: Any, work: ParquetWork) -> ParquetRows:
     column, facts = _find_geometry(file)
     crs, notes = _find_crs(facts)
-    fields = _find_fields(file, column)
-    groups, rows = _find_rows(file, facts, choices.region, crs)
-    _check_size(file, groups, fields, Budget(content.size))
+    groups, rows = _find_rows(file, facts, work.region, crs)
+    budget = Budget(work.memory)
+    _check_size(file, groups, fields, budget)
     shapes: list[NDArray[Any]] = []
     columns: dict[str, list[Any]] = {}
     outside = file.metadata.num_rows
     for group, kept in zip(groups, rows, strict=True):
-        table = file.read_row_group(group, columns=fields).flatten()
-        table = table if kept is None else table.filter(_mask(kept))
-        outside -= table.num_rows
-        shapes.append(_decode(shapely, table.column(column), facts.get("encoding", "WKB")))
-        for name in table.column_names:
-            if name != column:
-                columns.setdefault(name, []).extend(table.column(name).to_pylist())
+        start = 0
+        for batch in file.iter_batches(_BATCH, row_groups=[group], columns=fields):
+            table = _flatten(batch)
+            table = table if kept is None else table.filter(_mask(kept[start : start + len(batch)]))
+            start += len(batch)
+            outside -= table.num_rows
+            table = _unfold(table, budget)
+            shapes.append(_decode(shapely, table.column(column), facts.get("encoding", "WKB")))
+            for name in table.column_names:
+                if name != column:
+                    columns.setdefault(name, []).extend(table.column(name).to_pylist())
     if not sum(map(len, shapes)):
         if outside:
-            return FileModel("GeoParquet", (), crs, tuple(notes), outside=outside)
+            return ParquetRows(None, crs, tuple(notes), outside, None)
         msg = "has no rows; give a file of building footprints"
         raise InputError(msg)
     found = np.concatenate(shapes)
     there = ~(shapely.is_missing(found) | shapely.is_empty(found))
     if not there.all():
         notes.append(f"features without a geometry left out: {int((~there).sum())}")
-    there, base = _use_overture(columns, there, notes, choices)
+    there, base = _use_overture(columns, there, notes, work)
     polygons, row = find_polygons(shapely, found, there, notes)
-    table = FootprintTable(
-        "GeoParquet",
-        from_shapes(shapely, polygons, row),
-        [None] * len(found),
-        columns,
-        crs,
-        tuple(notes),
-    )
-    model = extrude_table(table, replace(choices, base_column=base))
-    is_afloat = choices.base_column is None
-    return replace(model, is_afloat=is_afloat, outside=outside)
+    rings: Rings = from_shapes(shapely, polygons, row)
+    table = FootprintTable("GeoParquet", rings, [None] * len(found), columns, crs, tuple(notes))
+    return ParquetRows(table, crs, (), outside, base)
+
+
+def _flatten(batch: Any) -> Any:
+    import pyarrow as pa  # noqa: PLC0415 - an extra
+
+    return pa.Table.from_batches([batch]).flatten()
+
+
+def _unfold(table: Any, budget: Budget) -> Any:
+    """Decode the dictionaries of a batch, after what they decode to is charged."""
+    import pyarrow as pa  # noqa: PLC0415 - an extra
+    import pyarrow.compute as pc  # noqa: PLC0415
+
+    for number, name in enumerate(table.column_names):
+        column = table.column(number)
+        if pa.types.is_dictionary(column.type):
+            for chunk in column.chunks:
+                lengths = pc.binary_length(chunk.dictionary).take(chunk.indices)
+                budget.spend(_COPIES * (pc.sum(lengths).as_py() or 0), "columns")
+            column = column.cast(column.type.value_type)
+            table = table.set_column(number, name, column)
+        else:
+            budget.spend(_COPIES * column.nbytes, "columns")
+    return table
 
 
 def _find_geometry(file: Any) -> tuple[str, dict[str, Any]]:
@@ -142,6 +218,16 @@ def _find_fields(file: Any, column: str) -> list[str]:
     return fields
 
 
+def _is_text(schema: Any, name: str) -> bool:
+    """Return whether a column holds texts or bytes, of which a dictionary may repeat long ones."""
+    import pyarrow.types as kinds  # noqa: PLC0415 - an extra
+
+    front, _, inner = name.partition(".")
+    kind = schema.field(front).type
+    kind = kind.field(inner).type if inner else kind
+    return kinds.is_string(kind) or kinds.is_binary(kind)
+
+
 def _find_rows(
     file: Any, facts: dict[str, Any], region: Region | None, crs: str | None
 ) -> tuple[list[int], list[NDArray[np.bool_] | None]]:
@@ -184,14 +270,21 @@ def _find_cover(file: Any, facts: dict[str, Any]) -> list[str] | None:
 
 
 def _check_size(file: Any, groups: list[int], fields: list[str], budget: Budget) -> None:
-    """Refuse a file whose columns would take far more memory than the file."""
+    """Refuse a file whose rows or encoded columns would take far more memory than the file."""
     wanted = set(fields)
     for group in groups:
         one = file.metadata.row_group(group)
         budget.spend(_ROW * max(one.num_rows, 0), "rows")
-        for chunk in (one.column(k) for k in range(one.num_columns)):
-            if chunk.path_in_schema.partition(".")[0] in wanted:
-                budget.spend(_BYTES * max(chunk.total_uncompressed_size, 0), "columns")
+        chunks = (one.column(k) for k in range(one.num_columns))
+        encoded = max(
+            (
+                max(chunk.total_uncompressed_size, 0)
+                for chunk in chunks
+                if chunk.path_in_schema.partition(".")[0] in wanted
+            ),
+            default=0,
+        )
+        budget.check(encoded, "an encoded column")
 
 
 def _mask(rows: NDArray[np.bool_]) -> Any:
@@ -224,7 +317,7 @@ def _decode(shapely: Any, column: Any, encoding: str) -> NDArray[Any]:
 
 
 def _use_overture(
-    columns: dict[str, list[Any]], there: NDArray[np.bool_], notes: list[str], choices: ReadChoices
+    columns: dict[str, list[Any]], there: NDArray[np.bool_], notes: list[str], work: ParquetWork
 ) -> tuple[NDArray[np.bool_], str | None]:
     """Leave out what is underground, take heights from floors; return the column of the base."""
     if "names.primary" in columns:
@@ -233,7 +326,7 @@ def _use_overture(
     if hidden.any():
         notes.append(f"footprints underground left out: {int((hidden & there).sum())}")
         there = there & ~hidden
-    if choices.height_column is None and "num_floors" in columns:
+    if work.height_column is None and "num_floors" in columns:
         heights = parse_numbers(columns.get("height", [None] * len(there))).values
         floors = parse_numbers(columns["num_floors"]).values
         filled = np.isnan(heights) & (floors > 0)
@@ -245,7 +338,7 @@ def _use_overture(
             None if np.isnan(one) else one
             for one in np.where(filled, STOREY * floors, heights).tolist()
         ]
-    base = choices.base_column
+    base = work.base_column
     if base is None and "is_underground" in columns and "min_height" in columns:
         return there, "min_height"
     return there, base

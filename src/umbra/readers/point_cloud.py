@@ -8,7 +8,7 @@ in a child process, as the decoder ends its process on damaged files.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,8 @@ from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
 from umbra.readers.model import NO_CRS, TRUNK, FileModel, ReadChoices
-from umbra.readers.raster import MOST_BYTES, make_crowns, make_surface
+from umbra.readers.raster import make_crowns, make_surface
+from umbra.readers.raster_file import MOST_BYTES
 from umbra.readers.region import Region
 from umbra.scene import Mesh, Part
 
@@ -35,28 +36,39 @@ PER_CELL = 4
 GROUND, TREES, NOISE = 2, (3, 4, 5), (7, 18)
 _UNCLASSIFIED = (0, 1)
 _CHUNK = 1_000_000  # points read at once
-SECONDS = 20.0
-"""Processor time that as many points may take [s]."""
-PARSING = 1e-7  # more of it for the whole file [s/byte]
 _ROUNDS = 3  # cells by which gaps between heights are filled from each side
 _AROUND = 5  # neighbours with heights that a filled cell has
 
 
+@dataclass(frozen=True)
+class PointWork:
+    """Request to read a file."""
+
+    path: str
+    region: Region | None
+    held: float  # memory of a study [byte]
+
+
 @dataclass(eq=False)
-class _Grid:
+class PointGrid:
     """Highest and lowest points of cells, rows running south."""
 
     west: float
     north: float
     cell: float
-    shape: tuple[int, int]
+    solid: NDArray[np.float64]  # (rows, cols): highest first return that is no tree; -inf for none
+    trees: NDArray[np.float64]  # (rows, cols): highest of trees; -inf for none
+    ground: NDArray[np.float64]  # (rows, cols): lowest of the ground; inf for none
+    used: int = 0
+    noise: int = 0
+    outside: int = 0
+    classes: set[int] = field(default_factory=set)
 
-    def __post_init__(self) -> None:
-        self.solid = np.full(self.shape, -np.inf)
-        self.trees = np.full(self.shape, -np.inf)
-        self.ground = np.full(self.shape, np.inf)
-        self.used = self.noise = self.outside = 0
-        self.classes: set[int] = set()
+    @classmethod
+    def make(cls, west: float, north: float, cell: float, shape: tuple[int, int]) -> "PointGrid":
+        """Make a grid without points."""
+        none = np.full(shape, -np.inf)
+        return cls(west, north, cell, none, none.copy(), -none)
 
     def add(self, points: Any) -> None:
         """Add a chunk of points: the first returns of what is no noise."""
@@ -68,7 +80,7 @@ class _Grid:
         self.noise += int(noise.sum())
         x, y, z = (np.asarray(one, np.float64) for one in (points.x, points.y, points.z))
         col, row = (x - self.west) / self.cell, (self.north - y) / self.cell
-        rows, cols = self.shape
+        rows, cols = self.solid.shape
         there = (col >= 0) & (col < cols) & (row >= 0) & (row < rows) & np.isfinite(z)
         self.outside += int((~there & ~noise).sum())
         # Ground under trees is seen by later returns only.
@@ -85,19 +97,18 @@ class _Grid:
         self.classes |= set(np.unique(kind[kept]).tolist())
 
 
-def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+def read_points(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a point cloud as a surface and a canopy; of a region only its points."""
     require(["laspy", "lazrs"], "city", "LAS and LAZ")
-    work = str(path.resolve()), choices.region
-    first = PARSING * content.size
-    child = ReadingChild("umbra.readers.point_cloud:grid_points", work, SECONDS, first)
+    work = PointWork(str(path.resolve()), choices.region, find_memory())
+    limits = choices.budget.limit_child()
+    child = ReadingChild("umbra.readers.point_cloud:grid_points", work, limits)
     last = None
     for piece in child:
         last = piece
     if not child.is_done or not isinstance(last, tuple):
-        what = "does not end" if child.has_hung else "ends its process"
-        msg = f"is a point cloud at which its reader {what}; it is damaged: fetch it again"
-        raise InputError(msg, has_hung=child.has_hung)
+        error = child.make_error("a point cloud", "fetch it again")
+        raise error
     grid, crs = last
     parts, notes = _make_parts(grid, path.stem)
     if crs is None:
@@ -107,14 +118,13 @@ def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileM
     return FileModel(form, parts, crs, tuple(notes), is_terrain=is_terrain)
 
 
-def grid_points(work: tuple[str, Region | None]) -> Iterator[int | tuple[_Grid, str | None]]:
+def grid_points(work: PointWork) -> Iterator[int | tuple[PointGrid, str | None]]:
     """Grid a file's points in a child process: yield the points so far, at last grid and CRS."""
-    path, region = work
     laspy = need("laspy", "city", "LAS and LAZ")
     try:
-        with laspy.open(path) as file:
+        with laspy.open(work.path) as file:
             crs = _find_crs(file.header)
-            grid = _lay_out(file.header, region, crs)
+            grid = _lay_out(file.header, work, crs)
             for points in file.chunk_iterator(_CHUNK):
                 grid.add(points)
                 yield grid.used
@@ -142,8 +152,9 @@ def _find_crs(header: Any) -> str | None:
     return crs
 
 
-def _lay_out(header: Any, region: Region | None, crs: str | None) -> _Grid:
+def _lay_out(header: Any, work: PointWork, crs: str | None) -> PointGrid:
     """Choose the cell by the density of first returns, and the cells' extent."""
+    region = work.region
     low, high = np.array(header.mins, np.float64)[:2], np.array(header.maxs, np.float64)[:2]
     if not (np.isfinite([*low, *high]).all() and (high >= low).all()):
         msg = "has bounds in its header that are not finite; fetch it again"
@@ -163,17 +174,17 @@ def _lay_out(header: Any, region: Region | None, crs: str | None) -> _Grid:
             msg = f"has no point inside {region.shown}; umbra inspect shows its bounds"
             raise InputError(msg, option=region.option)
     cols, rows = (int(n) for n in np.floor((high - low) / cell) + 1)
-    needed, held = rows * cols * MOST_BYTES, find_memory()
+    needed, held = rows * cols * MOST_BYTES, work.held
     if needed > held:
         msg = (
             f"makes {cols}x{rows} cells of {cell:g} m, a study of which needs {needed / 1e9:.0f} "
             f"GB and {name_memory(held)}; give a part of it (bbox=)"
         )
         raise InputError(msg, bytes=needed)
-    return _Grid(float(low[0]), float(high[1]), cell, (rows, cols))
+    return PointGrid.make(float(low[0]), float(high[1]), cell, (rows, cols))
 
 
-def _make_parts(grid: _Grid, name: str) -> tuple[tuple[Part, ...], list[str]]:
+def _make_parts(grid: PointGrid, name: str) -> tuple[tuple[Part, ...], list[str]]:
     """Make the surface and the canopy, and notes on how they came about."""
     area = grid.cell**2 * grid.solid.size
     density = f"{grid.used / area:.3g} for a square metre"
@@ -208,7 +219,7 @@ def _make_parts(grid: _Grid, name: str) -> tuple[tuple[Part, ...], list[str]]:
 
 
 def _make_canopy(
-    grid: _Grid,
+    grid: PointGrid,
     crowns: NDArray[np.bool_],
     heights: NDArray[np.float64],
     matrix: NDArray[np.float64],

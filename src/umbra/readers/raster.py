@@ -6,32 +6,27 @@ column to the next row's next column. Where one of the four has no height, a tri
 of the other three is left.
 """
 
-import math
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.packages import need
+from umbra.machine import find_memory
+from umbra.packages import require
 from umbra.readers.checks import errors_of
+from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
-from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
+from umbra.readers.georeference import assumes_height_unit, show_crs
 from umbra.readers.model import NO_CRS, RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
+from umbra.readers.raster_file import RasterBand, RasterWork
 from umbra.scene import Mesh, Part
 
-__all__ = ["MOST_BYTES", "make_crowns", "make_surface", "read_raster"]
+__all__ = ["make_crowns", "make_surface", "read_raster"]
 
 TALLEST = 130.0  # [m]; above all trees
-LOWEST = -500.0  # [m]; below all land: many such cells are an undeclared nodata value
-FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
-METRES = {"", "m", "metre", "meter", "metres", "meters"}
-MOST_BYTES = 850  # peak memory of a cell in a study, see docs/formats.md
+CELL = 90  # memory of a cell's place and its two triangles, and of making them [byte]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,24 +64,25 @@ def read_raster(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
 
 def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRaster:
     """Read the heights of a raster; losses go to the notes."""
-    rasterio = need("rasterio", "gis", "GeoTIFF")
+    require(["rasterio"], "gis", "GeoTIFF")
     choices.companions_of(path).check_beside()
-    try:
-        # By name, not from memory: overviews, masks and world files lie beside it.
-        with _quietly(), rasterio.open(path, driver="GTiff") as source:
-            _check_bands(source, notes)
-            heights, there = _read_heights(source, notes)
-            affine, wkt = source.transform, source.crs
-            has_unit = bool((source.units[0] or "").strip())
-    except rasterio.errors.RasterioError as error:
-        reason = " ".join(str(error).split())[:200]
-        msg = f"cannot be read as a raster ({reason}); export it again as GeoTIFF"
-        raise InputError(msg) from error
-    matrix = np.array(affine, np.float64).reshape(3, 3)[:2]
+    # By name, not from memory: overviews, masks and world files lie beside it.
+    limits = choices.budget.limit_child()
+    work = RasterWork(str(path.absolute()), limits.memory, find_memory())
+    child = ReadingChild("umbra.readers.raster_file:read_band", work, limits)
+    bands = list(child)
+    if not child.is_done or not bands:
+        error = child.make_error("a raster", "export it again as GeoTIFF")
+        raise error
+    band: RasterBand = bands[0]
+    notes += band.notes
+    heights, there, has_unit = band.heights, band.there, band.has_unit
+    choices.budget.spend(CELL * int(there.sum()) + heights.nbytes, "cells with a height")
+    matrix = band.affine
     if not np.isfinite(matrix).all() or np.linalg.det(matrix[:, :2]) == 0:
         msg = "says that its cells have no area; repair its georeference"
         raise InputError(msg)
-    crs = None if wkt is None else _name(wkt)
+    crs = band.crs
     if crs is not None and not has_unit and assumes_height_unit(crs):
         msg = (
             f"coordinates are in feet ({show_crs(crs)}) and the unit of the heights is not said; "
@@ -94,7 +90,7 @@ def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRas
         )
         raise InputError(msg, crs=crs)
     if crs is None:
-        plain = affine == affine.identity()
+        plain = np.array_equal(matrix, np.eye(2, 3))
         notes.append("no georeference, so cells are taken as 1 m" if plain else NO_CRS)
     return HeightRaster(heights, there, matrix, crs, has_unit)
 
@@ -125,76 +121,6 @@ def make_surface(
     if np.linalg.det(matrix[:, :2]) > 0:
         joined = joined[:, ::-1]
     return vertices, np.ascontiguousarray(joined)
-
-
-@contextmanager
-def _quietly() -> Iterator[None]:
-    """Suppress rasterio's warnings: notes say the same."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
-def _check_bands(source: Any, notes: list[str]) -> None:
-    kind = source.dtypes[0]
-    if kind.startswith("complex"):
-        msg = f"holds {kind} numbers, not heights; give a digital surface or terrain model"
-        raise InputError(msg, dtype=kind)
-    if kind == "uint8" and source.count >= 3:
-        msg = f"is a picture of {source.count} bands, not heights; give a surface or terrain model"
-        raise InputError(msg, bands=source.count)
-    if source.count > 1:
-        notes.append(f"bands after the first left out: {source.count - 1}")
-    rows, cols = source.shape
-    if rows < 2 or cols < 2:
-        msg = f"has {cols}x{rows} cells; a surface needs at least 2x2"
-        raise InputError(msg, cells=(rows, cols))
-    from umbra.machine import find_memory, name_memory  # noqa: PLC0415
-
-    needed, held = rows * cols * MOST_BYTES, find_memory()
-    if needed > held:
-        step = math.ceil(math.sqrt(needed / held))
-        msg = (
-            f"has {cols}x{rows} cells, a study of which needs {needed / 1e9:.0f} GB and "
-            f"{name_memory(held)}; cut it to the area you need (gdal_translate "
-            f"-projwin) or make it {step} times coarser (gdalwarp -tr)"
-        )
-        raise InputError(msg, bytes=needed)
-
-
-def _read_heights(source: Any, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Read the first band in metres, and where it has heights."""
-    heights = source.read(1).astype(np.float64)
-    there = (source.read_masks(1) != 0) & np.isfinite(heights)
-    heights = heights * source.scales[0] + source.offsets[0]
-    unit = (source.units[0] or "").strip().casefold()
-    if unit in FEET:
-        heights *= FEET[unit]
-        notes.append(f"heights were converted from feet ('{source.units[0]}')")
-    elif unit not in METRES:
-        msg = f"has heights in '{source.units[0]}'; convert them to metres"
-        raise InputError(msg, unit=unit)
-    count = int(there.sum())
-    if not count:
-        msg = "has no cell with a height: all are nodata"
-        raise InputError(msg, count=there.size)
-    deepest = float(heights[there].min())
-    deep = int((heights[there] == deepest).sum())
-    if deepest < LOWEST:
-        msg = (
-            f"has {deep} cells at {deepest:g} m, lower than any land: a value for no data that "
-            f"the file does not declare; declare it (gdal_edit.py -a_nodata {deepest:g} FILE)"
-        )
-        raise InputError(msg, value=deepest, count=deep)
-    if count < there.size:
-        notes.append(f"cells without a height left out: {there.size - count} of {there.size}")
-    return heights, there
-
-
-def _name(crs: Any) -> str | None:
-    """Name a CRS: by its code if it has one, else in its own words."""
-    code = crs.to_epsg()
-    return f"EPSG:{code}" if code else name_crs(crs.to_wkt())
 
 
 def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:

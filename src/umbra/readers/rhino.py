@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import require
-from umbra.readers.checks import Budget, Losses, list_counts
+from umbra.readers.budget import Budget
+from umbra.readers.checks import Losses, list_counts
 from umbra.readers.child import ReadingChild
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.rhino_file import Color, RhinoFacts, RhinoObject
@@ -19,22 +20,21 @@ __all__ = ["read_rhino"]
 
 SECONDS = 5.0
 """Processor time that one object may take [s]."""
-PARSING = 1e-6  # more of it for the whole file [s/byte]
 UNITS = {
     "Microns": 1e-6, "Millimeters": 1e-3, "Centimeters": 0.01, "Decimeters": 0.1, "Meters": 1.0,
     "Dekameters": 10.0, "Hectometers": 100.0, "Kilometers": 1000.0, "Inches": 0.0254,
     "Feet": 0.3048, "Yards": 0.9144, "Miles": 1609.344,
 }  # fmt: skip
 _BODIES = ("Brep", "Extrusion", "SubD")
-_PART, _DEEPEST = 1000, 50  # [byte] of a part without its mesh; blocks in blocks
+_DEEPEST = 50  # blocks in blocks
 
 
 def read_rhino(_: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read a Rhino file; layers are kinds, and what is hidden is left out."""
     require(["rhino3dm"], "cad", "Rhino's 3DM")
     child = ReadingChild(
-        "umbra.readers.rhino_file:read_objects", str(path.resolve()), SECONDS,
-        PARSING * choices.size,
+        "umbra.readers.rhino_file:read_objects", str(path.resolve()),
+        choices.budget.limit_child(SECONDS),
     )  # fmt: skip
     facts: RhinoFacts | None = None
     objects: list[RhinoObject] = []
@@ -44,10 +44,9 @@ def read_rhino(_: bytes, path: Path, choices: ReadChoices) -> FileModel:
         else:
             objects.append(piece)
     if facts is None or not child.is_done:
-        what = "does not end" if child.has_hung else "ends its process"
-        msg = f"is 3DM at which openNURBS {what}; it is damaged: save it again"
-        raise InputError(msg, has_hung=child.has_hung)
-    reader = _RhinoReader(facts, objects, Budget(choices.size))
+        error = child.make_error("3DM", "save it again")
+        raise error
+    reader = _RhinoReader(facts, objects, choices.budget)
     unit = UNITS.get(facts.unit, 1.0)
     matrix = np.diag([unit, unit, unit, 1.0])
     for one in objects:
@@ -73,7 +72,7 @@ class _RhinoReader:
 
     def add(self, one: RhinoObject, matrix: NDArray[np.float64], name: str, depth: int) -> None:
         """Add an object where a matrix (4, 4) puts it; ``name``: of the block that it is in."""
-        self._budget.spend(_PART, "objects and instances of blocks")
+        self._budget.count("objects and instances of blocks")
         layer, full, color, is_shown = self._find_layer(one.layer)
         label = one.name or name or layer or one.kind
         if one.is_hidden or not is_shown:

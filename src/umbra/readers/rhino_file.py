@@ -2,7 +2,7 @@
 rhino3dm on one file: its layers and blocks, then one object after another.
 
 This runs in a child process (`umbra.readers.rhino`), as openNURBS may end the process, or
-never end, on damaged files. Everything that is yielded here can be pickled.
+never end, on damaged files. All that is yielded here is arrays and plain values.
 """
 
 from collections.abc import Iterator

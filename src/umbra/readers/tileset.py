@@ -12,7 +12,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, Companions, Losses, errors_of, list_counts
+from umbra.readers.checks import Losses, errors_of, list_counts
 from umbra.readers.georeference import show_crs
 from umbra.readers.gltf import read_gltf, read_gltf_content
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames
@@ -29,7 +29,6 @@ from umbra.scene import Part
 
 __all__ = ["read_b3dm", "read_tileset"]
 
-_TILE, _PART = 1000, 1000  # memory of a tile and of a part without its mesh [byte]
 _CORNER = 36  # memory of a triangle's corners beside the mesh [byte]
 _DEEPEST = 60
 _OTHERS = {b"pnts": "point clouds (pnts)", b"vctr": "vector tiles (vctr)"}
@@ -79,9 +78,10 @@ class _TilesetReader:
 
     def __init__(self, path: Path, choices: ReadChoices, tree: dict[str, Any]) -> None:
         self._path, self._choices = path, choices
-        self._companions = Companions(path, allow_outside=choices.allow_outside)
-        choices.opened.append(self._companions)
-        self._budget = Budget(choices.size)
+        self._companions = choices.companions_of(path)
+        self._budget = choices.budget
+        self._files: dict[str, bytes] = {}  # subtrees, of which several may have one name
+        self._trees: dict[str, dict[str, Any]] = {}  # other sets
         self._models: dict[str, FileModel] = {}
         self._unique = UniqueNames()
         self._open: list[str] = [path.name]
@@ -103,7 +103,7 @@ class _TilesetReader:
 
     def add_tile(self, tile: dict[str, Any], context: _Context) -> None:
         """Add a tile's contents, or those of its children if they are finer than wanted."""
-        self._budget.spend(_TILE, "tiles")
+        self._budget.count("tiles")
         if context.depth > _DEEPEST:
             msg = f"nests more than {_DEEPEST} tiles; export it again"
             raise InputError(msg)
@@ -116,7 +116,7 @@ class _TilesetReader:
             tile = expand(
                 tile,
                 lambda name: self._read(context.folder, name),
-                lambda: self._budget.spend(_TILE, "tiles"),
+                lambda: self._budget.count("tiles"),
             )
         below = _Context(context.folder, matrix, refine, context.up, context.depth + 1)
         children = tile.get("children") or ()
@@ -144,9 +144,10 @@ class _TilesetReader:
         return bool(low[0] > east or high[0] < west or low[1] > north or high[1] < south)
 
     def _read(self, folder: PurePosixPath, name: str) -> bytes:
-        data = self._companions.read(str(folder / name))
-        self._budget.grow(len(data))
-        return data
+        where = str(folder / name)
+        if where not in self._files:
+            self._files[where] = self._companions.read(where)
+        return self._files[where]
 
     def _add_content(self, uri: str, context: _Context) -> None:
         if "://" in uri:
@@ -154,19 +155,22 @@ class _TilesetReader:
             return
         name = unquote(uri.partition("?")[0])
         where = str(context.folder / name)
+        if where in self._trees:
+            self._add_set(self._trees[where], where, context)
+            return
         if where not in self._models:
-            data = self._read(context.folder, name)
-            if data.lstrip()[:1] == b"{" and self._add_set(data, where, context):
+            data = self._companions.read(where)
+            tree = orjson.loads(data) if data.lstrip()[:1] == b"{" else {}
+            if "root" in tree:
+                self._trees[where] = tree
+                self._add_set(tree, where, context)
                 return
             with errors_of(f"'{where[-80:]}' "):
                 self._models[where] = self._make_model(data, where, context.up)
         self._place(self._models[where], where, context.matrix)
 
-    def _add_set(self, data: bytes, where: str, context: _Context) -> bool:
-        """Add the tiles of another set; false if the file is glTF."""
-        tree = orjson.loads(data)
-        if "root" not in tree:
-            return False
+    def _add_set(self, tree: dict[str, Any], where: str, context: _Context) -> None:
+        """Add the tiles of another set."""
         if where in self._open:
             msg = f"'{where[-80:]}' leads back to itself; export it again"
             raise InputError(msg)
@@ -177,7 +181,6 @@ class _TilesetReader:
             _Context(folder, context.matrix, context.refine, up_of(tree), context.depth + 1),
         )
         self._open.pop()
-        return True
 
     def _make_model(self, data: bytes, where: str, up: str) -> FileModel:
         """Read a tile's content: glTF, B3DM, or several contents in one (CMPT)."""
@@ -185,7 +188,7 @@ class _TilesetReader:
             msg = "is empty; fetch it again"
             raise InputError(msg)
         up = self._choices.up or up
-        choices = replace(self._choices, up=up, size=len(data), region=None, opened=[])
+        choices = replace(self._choices, up=up, region=None, opened=[])
         path = self._path.parent / where
         magic = data[:4]
         if magic == b"cmpt":
@@ -218,8 +221,9 @@ class _TilesetReader:
         """Add a content's parts where its tile puts them."""
         if self.frame is not None:
             matrix = self.frame.matrix @ matrix
-        size = sum(_PART + _CORNER * part.triangles for part in model.parts)
-        self._budget.spend(size, "tiles' contents")
+        self._budget.count("parts of tiles", len(model.parts))
+        corners = sum(part.triangles for part in model.parts)
+        self._budget.spend(_CORNER * corners, "tiles' contents")
         stem = PurePosixPath(where).stem
         names: dict[str, str] = {}
         for part in model.parts:

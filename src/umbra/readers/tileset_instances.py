@@ -11,7 +11,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, errors_of
+from umbra.readers.checks import errors_of
 from umbra.readers.gltf import PART, read_gltf_content
 from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.tileset_frame import find_axes, move_part
@@ -30,19 +30,18 @@ def read_i3dm(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     start = _HEAD + sum(sizes)
     table = orjson.loads(data[_HEAD : _HEAD + sizes[0]])
     places = _Table(table, data[_HEAD + sizes[0] : _HEAD + sizes[0] + sizes[1]]).find_places()
-    budget, content = Budget(choices.size), data[start:]
+    content = data[start:]
     if not is_within:
         name = unquote(content.rstrip(b"\x00 ").decode())
         content = choices.companions_of(path).read(name)
-        budget.grow(len(content))
-        path, choices = path.parent / name, replace(choices, size=choices.size + len(content))
+        path = path.parent / name
     with errors_of("its glTF "):
         model = read_gltf_content(content, path, choices)
         if model is None:
             msg = "does not begin as glTF does; fetch it again"
             raise InputError(msg)
     many = len(places) * len(model.parts)
-    budget.spend(PART * many, f"{len(places):,} instances of {len(model.parts):,} parts")
+    choices.budget.spend(PART * many, f"{len(places):,} instances of {len(model.parts):,} parts")
     parts = tuple(
         replace(move_part(part, place), name=f"{part.name} {k}", tags=(*part.tags, part.name))
         for k, place in enumerate(places, 1)
