@@ -218,6 +218,7 @@ class Renderer(DeviceUser):
             self.device.sky = sky
             self.still.forget()
         middles = find_middles(lights)
+        self.soft.permit(self.choices)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:
             softened = self.small.select(middles, method, mask_scale, mask_filter)

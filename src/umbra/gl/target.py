@@ -343,7 +343,7 @@ class PictureTargets:
     ) -> "PictureTargets":
         """Return the held targets if they fit; else release them and make others."""
         if held is not None:
-            if (held.size, held.samples) == (tuple(size), samples):
+            if (held.size, held.accumulate, held.samples) == (tuple(size), accumulate, samples):
                 return held
             held.release()
         return cls(device, (int(size[0]), int(size[1])), accumulate, samples)

@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.flags import CUT, LOW, SIDES, VolumeSelection
-from umbra.gl.kept_light import KeptLight
 
-__all__ = ["LoneCasters"]
+__all__ = ["IsolatedCasters"]
 
 _MOST = 512
 """More shells than take a millisecond to compare with each other are not compared."""
 
 
 @dataclass(frozen=True, eq=False)
-class LoneCasters:
+class IsolatedCasters:
     """
     What tells which shells are alone under a light, while they stand still.
 
@@ -44,7 +43,7 @@ class LoneCasters:
     top: float
 
     @classmethod
-    def of(cls, bodies: Sequence[Body], bounds: NDArray[np.float64], top: float) -> "LoneCasters":
+    def of(cls, bodies: Sequence[Body], bounds: NDArray[np.float64], top: float) -> "IsolatedCasters":
         """Measure the shells of bodies, whose boxes ``bounds`` (n_shells, 2, 3) are."""
         convex: list[NDArray[np.bool_]] = [np.zeros(0, np.bool_)]
         reach: list[NDArray[np.float64]] = [np.zeros(0)]
@@ -65,19 +64,21 @@ class LoneCasters:
         can_be = np.concatenate(convex) & (bounds[:, 0, 2] > top)
         return cls(np.column_stack([middle, radius]), can_be, top)
 
-    def shorten(self, selection: VolumeSelection, kept: KeptLight) -> VolumeSelection:
-        """Return a light's selection in which the volumes of lone casters are ``LOW``."""
+    def shorten(
+        self, selection: VolumeSelection, light: NDArray[np.float64]
+    ) -> VolumeSelection:
+        """Return the selection of a light (4,) in which the volumes of isolated casters are ``LOW``."""
         is_cut = (selection.flags & (SIDES | CUT)) == (SIDES | CUT)
         wanted = is_cut & (selection.case == 1) & self.can_be
-        if not wanted.any() or kept.is_special:
+        if not wanted.any():
             return selection
-        lone = _find_lone(self.balls, kept.source, wanted)
+        lone = _find_isolated(self.balls, light, wanted)
         flags = selection.flags | np.where(lone, LOW, np.uint8(0))
         return replace(selection, flags=flags, top=self.top)
 
 
 @njit(cache=True, nogil=True)
-def _find_lone(balls, light, wanted):
+def _find_isolated(balls, light, wanted):
     """Find the wanted balls whose shadow under a light meets no ball, and which none shades."""
     n, is_point = balls.shape[0], light[3] != 0.0
     ways, sines, cosines = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
