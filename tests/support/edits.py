@@ -79,7 +79,7 @@ class Edits:
 
     def make_light(self):
         random, far = self.random, self.far
-        kind = random.integers(5)
+        kind = random.integers(6)
         place = random.uniform((-9, -9, 3), (9, 9, 20)) + far
         if kind < 2:
             return directional_light(random.normal(size=3) * (1, 1, 0.3) + (0, 0, 1))
@@ -91,8 +91,11 @@ class Edits:
         return spot_light(place, target, float(random.uniform(8, 50)), range=40.0)
 
     def edit(self):
-        """Change one or a few things; remember which."""
-        for name in self.random.choice(EDITS, self.random.integers(1, 3), replace=False):
+        """Change one or a few things, mostly what a window changes alone; remember which."""
+        names = self.random.choice(EDITS, self.random.integers(1, 3), replace=False)
+        if self.random.random() < 0.6:
+            names = [self.random.choice(("size", "size", "near", "scale", "rim", "detail"))]
+        for name in names:
             getattr(self, f"edit_{name}")()
             self.done.append(str(name))
 
@@ -132,19 +135,24 @@ class Edits:
         parts[number] = replace(parts[number], transform=place)
         self.scene = replace(self.scene, parts=tuple(parts))
 
+    def edit_scale(self):
+        """Count masks of another resolution."""
+        if "mask_scale" in self.options:
+            self.options = {**self.options, "mask_scale": 6 - self.options["mask_scale"]}
+
     def edit_detail(self):
         self.detail = DETAILS[self.random.integers(len(DETAILS))]
 
     def edit_method(self):
         """Choose among hard shadows, reduced masks, soft shadows and more samples."""
-        kind = self.random.integers(5)
+        kind = self.random.integers(6)
         method = str(self.random.choice(METHODS))
         if kind < 2:
             self.options = {"method": method}
-        elif kind == 2:
+        elif kind < 4:
             scale, how = int(self.random.choice((2, 4))), str(self.random.choice(FILTERS))
             self.options = {"method": method, "mask_scale": scale, "mask_filter": how}
-        elif kind == 3:
+        elif kind == 4:
             self.options = {"soft": str(self.random.choice(SOFT))}
         else:
             self.options = {"samples": int(self.random.choice((2, 4))), "method": method}

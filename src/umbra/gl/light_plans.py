@@ -110,9 +110,7 @@ class LightPlans:
             return list(selections)
         pairs = zip(self._kept, selections, strict=True)
         return [
-            selection
-            if kept.is_special
-            else casting.isolated.shorten(selection, kept.source)
+            selection if kept.is_special else casting.isolated.shorten(selection, kept.source)
             for kept, selection in pairs
         ]
 

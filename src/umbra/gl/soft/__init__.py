@@ -53,9 +53,7 @@ class SampledShadows(Visibility):
         self._each = samples
         # Points' ranges differ; only that of the light's centre limits the light. A face turned
         # from a point may look to the centre: its count must not be cut short.
-        self._choices = replace(
-            choices or VolumeOptions(), narrow=False, detail=0.0, shorten=False
-        )
+        self._choices = replace(choices or VolumeOptions(), narrow=False, detail=0.0, shorten=False)
         self._planner = planner.twin()
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
