@@ -190,4 +190,4 @@ def compare(device, seed, steps, far=(0.0, 0.0, 0.0)):
             with Renderer(edits.scene, edits.ground, device=device, softness=FEW) as fresh:
                 anew = edits.draw(fresh)
             apart = np.abs(shown.astype(int) - anew).max(-1)
-            yield tuple(edits.done), dict(edits.options), int((apart > 0).sum()), edits
+            yield tuple(edits.done), dict(edits.options), int((apart > 0).sum())
