@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from support.shapes import HOUSE
 
+from umbra.errors import UmbraError
 from umbra.gl.context import Device
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.functions import TEXTURE_2D
 from umbra.gl.renderer import Renderer
+from umbra.gl.state import State
 from umbra.gl.sweep import GlSweep
+from umbra.gl.target import Target
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.scene.grid import Grid
 from umbra.soft import ball_light
@@ -152,7 +155,9 @@ def test_every_public_call_gives_the_callers_state_back(shared_device):
         names = []
         for (name, found), (_, expected) in zip(list_calls(device), right, strict=True):
             after = look(gl)
-            changed = {key: (before[key], after[key]) for key in before if after[key] != before[key]}
+            changed = {
+                key: (before[key], after[key]) for key in before if after[key] != before[key]
+            }
             assert not changed, (name, changed)
             if expected is not None:
                 np.testing.assert_array_equal(found, expected, err_msg=name)
@@ -163,3 +168,33 @@ def test_every_public_call_gives_the_callers_state_back(shared_device):
         assert look(gl) == before
         assert held[2].size == 120
     theirs.release()
+
+
+@pytest.mark.parametrize("bits", [0, 8])
+def test_a_framebuffer_without_a_stencil_is_refused(device, bits):
+    class Theirs:
+        """A framebuffer of another program, which has only what counting asks of a target."""
+
+        size, samples = (40, 30), 1
+
+        def use(self):
+            with_stencil.use() if bits else device.gl.BindFramebuffer(0x8CA9, frame.glo)
+
+    picture = device.context.texture((40, 30), 4)
+    frame = device.context.framebuffer([picture])
+    scene = make_scene(*HOUSE)
+    with (
+        GlFrameCounter(scene, ground=0.0, device=device) as counter,
+        Target(device, (40, 30)) as with_stencil,
+        State(device) as state,
+    ):
+        counter.see(CAMERA)
+        plan = counter.planner.plan(counter.planner.project(CAMERA), [LAMP])[0]
+        if bits:
+            counter.counter.count(state, Theirs(), plan)
+        else:
+            with pytest.raises(UmbraError, match="stencil") as found:
+                counter.counter.count(state, Theirs(), plan)
+            assert found.value.bits == 0
+    frame.release()
+    picture.release()

@@ -67,9 +67,10 @@ def request_and_planner(device):
     geometry = Geometry(device, scene)
     planner = Planner(device, scene, geometry, ground=0.0)
     lights = (LightShape.of(SPOT),)
-    yield FrameRequest(
-        planner.casting, planner.project(VIEW), lights, "auto", VolumeOptions()
-    ), planner
+    yield (
+        FrameRequest(planner.casting, planner.project(VIEW), lights, "auto", VolumeOptions()),
+        planner,
+    )
     planner.release()
     geometry.release()
 
@@ -80,7 +81,12 @@ def test_every_field_of_what_a_plan_reads_is_in_its_key(request_and_planner):
     assert replace(request, method="z-fail").key != request.key
     planner.move(planner.scene)
     assert replace(request, casting=planner.casting).key != request.key
-    for record in (request.projection.asked, request.projection, request.lights[0], request.choices):
+    for record in (
+        request.projection.asked,
+        request.projection,
+        request.lights[0],
+        request.choices,
+    ):
         for field in fields(record):
             value = getattr(record, field.name)
             if isinstance(value, Camera):

@@ -216,7 +216,7 @@ def make_hut():
 
 
 def find_places(normal, random):
-    """Find places on the hut's face of a normal, not near its edges, and its outward unit normal."""
+    """Find places on the hut's face of a normal, not near its edges, and the unit normal."""
     low, high = np.array([0.5, 0.5, 0.5]), np.array([5.0, 3.0, 2.5])
     places = random.uniform(low, high, (8, 3))
     size = np.array([8.0, 6.0, 5.0])

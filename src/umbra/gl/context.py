@@ -23,6 +23,7 @@ from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
 from umbra.gl.caller_state import CallerState
+from umbra.gl.fork import check_fork, note_use
 from umbra.gl.functions import Functions
 from umbra.scene.camera import DAY, Sky
 
@@ -51,18 +52,6 @@ class _Current(threading.local):
 
 
 _current = _Current()
-_users: set[int] = set()
-"""The process that has used OpenGL, and those that it was forked from."""
-
-
-def _check_fork() -> None:
-    """Raise `UmbraError` in the fork of a process that has used OpenGL: drivers would hang."""
-    if _users and os.getpid() not in _users:
-        msg = (
-            "this process is a fork of one that has used OpenGL, whose driver does not survive a "
-            "fork; start it by multiprocessing's 'spawn', or use device='cpu'"
-        )
-        raise UmbraError(msg)
 
 
 def _forget_current() -> None:
@@ -136,7 +125,7 @@ class Device:
             has = context.version_code / 100
             msg = f"OpenGL 3.3 is needed and this context has {has:.1f}; {ADVICE}"
             raise UmbraError(msg)
-        _users.add(os.getpid())
+        note_use()
         info = context.info
         renderer = info["GL_RENDERER"]
         device = cls(
@@ -185,7 +174,7 @@ class Device:
         """
         if _current.device is self:
             return
-        _check_fork()
+        check_fork()
         if not self._is_open:
             msg = "this OpenGL device was released; open another"
             raise UmbraError(msg)
@@ -379,7 +368,7 @@ def open_device(backend: str | None = None) -> Device:
     if backend is not None and backend not in BACKENDS:
         msg = f"there is no OpenGL backend '{backend}'; there are {', '.join(BACKENDS)}"
         raise InputError(msg)
-    _check_fork()
+    check_fork()
     for package in ("moderngl", "glcontext"):
         if find_spec(package) is None:
             msg = f"the gl device needs {package}, which is not installed; {INSTALL}"

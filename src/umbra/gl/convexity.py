@@ -129,47 +129,57 @@ def _check_fans(vertices, faces, planes, components, order, starts, sums, found)
     each of normals and edges, and how often the fan winds.
     """
     for k in range(components.size):
-        if not found[components[k]]:
-            continue
-        mine = order[starts[k] : starts[k + 1]]
-        for face in mine:
-            for corner in faces[face]:
-                sums[corner] = 0.0
-        for face in mine:
-            for n in range(3):
-                i, j = faces[face, n], faces[face, (n + 1) % 3]
-                # Each edge is met once from either end.
-                length = 0.0
-                for axis in range(3):
-                    length += (vertices[j, axis] - vertices[i, axis]) ** 2
-                length = np.sqrt(length)
-                for axis in range(3):
-                    along = (vertices[j, axis] - vertices[i, axis]) / length
-                    sums[i, 3 + axis] -= along
-                    sums[j, 3 + axis] += along
-                    sums[i, axis] += _find_normal(planes, face, axis)
-        for face in mine:
-            for i in faces[face]:
-                if _look(planes, face, sums[i, :3]) <= 0.0:
-                    sums[i, 6] = np.nan  # a sharp tip: its edges tell its inside
-        for face in mine:
-            for i in faces[face]:
-                if np.isnan(sums[i, 6]):
-                    sums[i, :3] = sums[i, 3:6]
-                    sums[i, 6] = 0.0
-        for face in mine:
-            for n in range(3):
-                i = faces[face, n]
-                line = sums[i, :3]
-                if _look(planes, face, line) < -_DENT * np.sqrt((line**2).sum()):
-                    found[components[k]] = False
-                first = vertices[faces[face, (n + 1) % 3]] - vertices[i]
-                second = vertices[faces[face, (n + 2) % 3]] - vertices[i]
-                sums[i, 6] += _cross(line, first, second)
-        for face in mine:
-            for corner in faces[face]:
-                if sums[corner, 6] != 1.0:
-                    found[components[k]] = False
+        if found[components[k]]:
+            mine = order[starts[k] : starts[k + 1]]
+            _find_lines(vertices, faces, planes, mine, sums)
+            found[components[k]] = _winds_once(vertices, faces, planes, mine, sums)
+
+
+@njit(cache=True, nogil=True)
+def _find_lines(vertices, faces, planes, mine, sums):
+    """Find a line through each corner of some faces, to whose side these look."""
+    for face in mine:
+        for corner in faces[face]:
+            sums[corner] = 0.0
+    for face in mine:
+        for n in range(3):
+            i, j = faces[face, n], faces[face, (n + 1) % 3]
+            length = 0.0
+            for axis in range(3):
+                length += (vertices[j, axis] - vertices[i, axis]) ** 2
+            length = np.sqrt(length)
+            for axis in range(3):  # the normals', and out of all edges
+                along = (vertices[j, axis] - vertices[i, axis]) / length
+                sums[i, axis] += _find_normal(planes, face, axis)
+                sums[i, 3 + axis] -= along
+                sums[j, 3 + axis] += along
+    for face in mine:
+        for i in faces[face]:
+            if _look(planes, face, sums[i, :3]) <= 0.0:
+                sums[i, 6] = np.nan  # a sharp tip: its edges tell its inside
+    for face in mine:
+        for i in faces[face]:
+            if np.isnan(sums[i, 6]):
+                sums[i, :3] = sums[i, 3:6]
+                sums[i, 6] = 0.0
+
+
+@njit(cache=True, nogil=True)
+def _winds_once(vertices, faces, planes, mine, sums):
+    """Return whether some faces look along their corners' lines and wind once around each."""
+    for face in mine:
+        for n in range(3):
+            i = faces[face, n]
+            line = sums[i, :3]
+            if _look(planes, face, line) < -_DENT * np.sqrt((line**2).sum()):
+                return False
+            j, k = faces[face, (n + 1) % 3], faces[face, (n + 2) % 3]
+            sums[i, 6] += _cross(line, vertices[i], vertices[j], vertices[k])
+    for face in mine:
+        for corner in faces[face]:
+            if sums[corner, 6] != 1.0:
+                return False
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -189,17 +199,29 @@ def _look(planes, face, way):
 
 
 @njit(cache=True, nogil=True)
-def _cross(line, first, second):
-    """Return 1 if the way from one vector to another crosses a half-plane about a line, or -1."""
-    least = np.argmin(np.abs(line))
-    across = np.zeros(3)
-    across[least] = 1.0
-    across = np.cross(line, across)
-    up = np.cross(line, across)
-    one, two = (first * up).sum(), (second * up).sum()
+def _cross(line, corner, first, second):
+    """Return how often, 1, 0 or -1, the way between two points crosses a half-plane at a line."""
+    x, y, z = line
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        across = 0.0, z, -y
+    elif abs(y) <= abs(z):
+        across = -z, 0.0, x
+    else:
+        across = y, -x, 0.0
+    up = (
+        y * across[2] - z * across[1],
+        z * across[0] - x * across[2],
+        x * across[1] - y * across[0],
+    )
+    u, v, one, two = 0.0, 0.0, 0.0, 0.0
+    for axis in range(3):
+        a, b = first[axis] - corner[axis], second[axis] - corner[axis]
+        u += a * across[axis]
+        v += b * across[axis]
+        one += a * up[axis]
+        two += b * up[axis]
     if (one >= 0.0) == (two >= 0.0):
         return 0.0
-    turn = (first * across).sum() * two - (second * across).sum() * one
     if two >= 0.0:
-        return 1.0 if turn > 0.0 else 0.0
-    return -1.0 if turn < 0.0 else 0.0
+        return 1.0 if u * two - v * one > 0.0 else 0.0
+    return -1.0 if u * two - v * one < 0.0 else 0.0

@@ -116,7 +116,15 @@ _RESULTS = {
     "CheckFramebufferStatus": ctypes.c_uint,
     "GetError": ctypes.c_uint,
     **dict.fromkeys(
-        ("IsBuffer", "IsEnabled", "IsEnabledi", "IsFramebuffer", "IsProgram", "IsRenderbuffer", "IsTexture"),
+        (
+            "IsBuffer",
+            "IsEnabled",
+            "IsEnabledi",
+            "IsFramebuffer",
+            "IsProgram",
+            "IsRenderbuffer",
+            "IsTexture",
+        ),
         ctypes.c_ubyte,
     ),
 }

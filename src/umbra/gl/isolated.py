@@ -4,7 +4,8 @@ Isolated convex casters: their shadow meets no other caster but falls on what li
 Such a volume is empty down to there, and all it counts above are its caster's own faces turned
 from the light, which get none anyway. So it may begin just above, closed by a fan: that of a ball
 over the ground then fills a fraction of the pixels. A caster that another's shadow meets is not
-isolated either: where its smooth normals lean to the light, a count of 1 says that no other shades it.
+isolated either: where its smooth normals lean to the light, a count of 1 says that no other shades
+it.
 """
 
 from collections.abc import Sequence
@@ -67,7 +68,7 @@ class IsolatedCasters:
         return cls(np.column_stack([middle, radius]), can_be, top)
 
     def shorten(self, selection: VolumeSelection, light: NDArray[np.float64]) -> VolumeSelection:
-        """Return the selection of a light (4,) in which the volumes of isolated casters are ``LOW``."""
+        """Return a light's selection in which the volumes of isolated casters are ``LOW``."""
         is_cut = (selection.flags & (SIDES | CUT)) == (SIDES | CUT)
         wanted = is_cut & (selection.case == 1) & self.can_be
         if not wanted.any():

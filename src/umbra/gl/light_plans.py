@@ -69,7 +69,8 @@ class LightPlans:
         )  # fmt: skip
         if choices.shorten and request.method == "auto":
             selections = self._shorten(request, selections)
-        slack = tuple(_BEHIND * choices.detail * size for size in find_pixel(projection.camera))
+        pixel, grows = find_pixel(projection.camera)
+        slack = _BEHIND * choices.detail * pixel, _BEHIND * choices.detail * grows
         find_together(self._kept, selections, casting.starts)
         touched = [kept.nearby for kept in self._kept]
         points = [near.points for near in touched if near is not None]

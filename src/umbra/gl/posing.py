@@ -1,7 +1,8 @@
 """
 Geometry of a posed caster, recomputed for each pose of a bending mesh.
 
-Planes, boxes and volumes in one pass over the faces, so that a mesh can bend at every frame. Adjacency is kept.
+Planes, boxes and volumes in one pass over the faces, so that a mesh can bend at every frame.
+Adjacency is kept.
 """
 
 from dataclasses import dataclass

@@ -8,7 +8,7 @@ plan will read tomorrow has to become a field, and is in the key.
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache
+from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
@@ -19,6 +19,7 @@ from umbra.gl.casting_scene import CastingScene
 from umbra.gl.projection import Projection
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light
+from umbra.scene.lights import find_local
 
 __all__ = ["FrameRequest", "LightShape", "find_key"]
 
@@ -37,7 +38,9 @@ class LightShape:
         """Return the shape of a light."""
         return cls(light.position, light.axis, light.half_angle, light.range)
 
-    is_point, local = Light.is_point, Light.local
+    def local(self, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the homogeneous position (4,) relative to an origin (3,) [m]."""
+        return find_local(self.position, origin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,10 @@ class FrameRequest:
         return tuple(find_key(getattr(self, each.name)) for each in fields(self))
 
 
-_RECORDS = (Projection, Camera, LightShape, VolumeOptions)
+_RECORDS: dict[type, Callable[[object], tuple]] = {
+    kind: attrgetter(*(each.name for each in fields(kind)))
+    for kind in (Projection, Camera, LightShape, VolumeOptions)
+}
 _NUMBERS = (float, int, str, bytes, np.generic, type(None))
 
 
@@ -96,12 +102,7 @@ def find_key(value: object) -> Any:
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, tuple | list):
         return tuple(map(find_key, value))
-    if isinstance(value, _RECORDS):
-        return type(value), tuple(map(find_key, _list_fields(type(value))(value)))
+    list_fields = _RECORDS.get(type(value))
+    if list_fields is not None:
+        return type(value), tuple(map(find_key, list_fields(value)))
     return _Same(value)
-
-
-@lru_cache
-def _list_fields(kind: type) -> Callable[[object], tuple]:
-    """Return the function that lists the fields of a record."""
-    return attrgetter(*(each.name for each in fields(kind)))

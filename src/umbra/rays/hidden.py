@@ -200,7 +200,7 @@ def _hides(f, p, n, d, tree, light):
     is_on = abs(height) <= touch
     if is_on:
         above = dot(m, n)
-        if above != above:
+        if np.isnan(above):
             return _NO  # NaN: of a surface with two sides one faces the sun
         if above * at_light > 0.0 and abs(above) > _STEEP:
             return _NO  # the surface itself, or a coplanar continuation
