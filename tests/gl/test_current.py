@@ -1,5 +1,6 @@
 """Several contexts in one process, on any backend, and threads: none draws another's scene."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -200,14 +201,14 @@ print(*names)
 """
 
 
-def run_beside(script):
+def run_beside(script, timeout=None):
     """Run a script in a process of its own, on a display of its own where there can be one."""
     folder = Path(__file__).parents[1]
     with Display() if shutil.which("Xvfb") else nullcontext() as display:
         done = subprocess.run(
             [sys.executable, "-c", script],
             cwd=folder, capture_output=True, text=True, check=False,
-            env=display.environment if display else None,
+            timeout=timeout, env=display.environment if display else None,
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
@@ -218,6 +219,36 @@ def test_every_backend_that_opens_beside_every_other():
     if not found:
         pytest.skip("there is no OpenGL here")
     assert set(found) <= set(BACKENDS)
+
+
+FORK = """
+import os, sys
+import numpy as np
+from support.shapes import HOUSE
+from umbra.errors import UmbraError
+from umbra.gl.frame import GlFrameCounter
+from umbra.scene import Camera, make_scene
+camera, scene = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), make_scene(*HOUSE)
+kept = GlFrameCounter(scene, ground=0.0)
+kept.see(camera)
+child = os.fork()
+if not child:
+    lines = []
+    for see in (lambda: kept.see(camera), lambda: GlFrameCounter(scene, ground=0.0)):
+        try:
+            see()
+        except UmbraError as error:
+            lines.append(str(error))
+    print(len(lines), *("spawn" in line and "\\n" not in line for line in lines), flush=True)
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+kept.see(camera)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_after_a_fork_a_line_says_what_would_hang(shared_device):
+    assert run_beside(FORK, timeout=60) == ["2", "True", "True"]
 
 
 WINDOW = """

@@ -162,13 +162,13 @@ def test_levels_of_instances_follow_them_in_place_and_size(device):
         assert ours.plan.statistics.coarse > 0
         for sizes, shift in ((1.0, 3.0), 0.0), ((6.0, 0.5), 2.0):
             planner.move(place(sizes, shift))
-            (body,), chain, moves = planner.bodies, planner.table.chain, planner.table.moves
+            (body,), table, bounds = planner.bodies, planner.detailed.table, planner.detailed.bounds
             coarse = [level.body for level in planner._levels[0] if level.body is not None]
             assert len(coarse) > 1
             for row, level in enumerate(coarse):
                 for number, transform in enumerate(body.transforms):
                     # The corners that are left lie in the bounds of the instance itself.
-                    fine, mine = planner.bounds[number], planner.bounds[chain[row, number]]
+                    fine, mine = bounds[number], bounds[table.chain[row, number]]
                     assert (mine[0] >= fine[0] - 1e-9).all()
                     assert (mine[1] <= fine[1] + 1e-9).all()
                     assert np.ptp(mine, axis=0).min() > 0.5 * np.ptp(fine, axis=0).max()
@@ -177,7 +177,7 @@ def test_levels_of_instances_follow_them_in_place_and_size(device):
                         transform_points(transform, vertices)
                         for vertices in (body.caster.vertices, level.caster.vertices[used])
                     )
-                    assert find_farthest(points, left) <= moves[row, number] + 1e-9
+                    assert find_farthest(points, left) <= table.moves[row, number] + 1e-9
 
 
 def test_instances_are_taken_as_long_as_their_transforms_make_them(device):
@@ -191,7 +191,7 @@ def test_instances_are_taken_as_long_as_their_transforms_make_them(device):
     with GlFrameCounter(Scene(tuple(parts), np.zeros(3)), device=device, detail=30.0) as ours:
         view, _ = ours.see(CAMERAS["air"])
         ours.count(view, CAMERAS["air"], LIGHTS["sun"])
-        moves, levels = ours.planner.table.moves, ours.planner._levels[0]
+        moves, levels = ours.planner.detailed.table.moves, ours.planner._levels[0]
     for row, level in enumerate(levels):
         np.testing.assert_allclose(moves[row], level.moves[0] * np.array([1.0, 2.0, 8.0]))
 

@@ -248,7 +248,7 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
             for camera in (OUTSIDE, ORTHOGRAPHIC, CAMERAS["inside"])
             for light in (LIGHTS["lamp"], LIGHTS["sun below"], LIGHTS["lamp inside"])
             for method in ("z-fail", "auto")
-            for _ in [setattr(scene.counter.planner, "_last", None)]
+            for _ in [setattr(scene.counter.planner._plans, "_last", None)]
         ]
         assert scene.counter.plan.statistics.counts_in == "float"
         for a, b in zip(found[: len(found) // 2], found[len(found) // 2 :]):

@@ -350,3 +350,15 @@ def test_glass_weakens_the_light_and_a_mask_without_holes_takes_it(device):
     )  # fmt: skip
     assert (bare > half + 20).all()
     assert (half > none + 10).all()
+
+
+@pytest.mark.parametrize("rise", [14.0, 4.0, 1e-3, -1e-3, -14.0])
+@pytest.mark.parametrize("side", [-2.0, 2.0])
+@pytest.mark.parametrize("light", [directional_light((0.3, -0.4, 1)), point_light((1, -3, -8))])
+def test_the_ground_is_seen_from_where_parallel_rays_come(device, rise, side, light):
+    """An orthographic view has no place: its eye may lie above a ground that is seen from below."""
+    scene = make_scene(*box((-2, -2, 1), (2, 2, 4)))
+    camera = Camera((0, -10, side), (0, 0, side + rise), size=(48, 36), height=20)
+    expected = shade_on_cpu(scene, camera, [light]).astype(int)
+    differ = np.abs(render(device, scene, camera, [light]).astype(int) - expected).max(-1) > 3
+    assert differ.sum() <= 2

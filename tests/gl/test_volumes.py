@@ -175,17 +175,17 @@ def test_nothing_is_done_while_nothing_moves(planner, monkeypatch):
     monkeypatch.setattr(plans.indices, "write", lambda *lists, **_: uploads.append(lists))
     assert plans.plan(projection, [LAMP, SUN]) is first
     assert not uploads
-    volumes = [list(kept) for kept in plans._kept]
+    volumes = [list(kept) for kept in plans._plans._kept]
     other = Camera((22, -20, 9), (0, 0, 3), size=SIZE)
     moved_eye = make_projection(other, plans.scene.origin, plans.scene.bounds()[None], 0.0)
     plans.plan(moved_eye, [LAMP, SUN])
     assert len(uploads) == 1  # for both lights
     # The eye moved, no light: every volume is still there. Then one light moves.
-    assert [list(kept) for kept in plans._kept] == volumes
+    assert [list(kept) for kept in plans._plans._kept] == volumes
     plans.plan(moved_eye, [point_light((7, -3, 20)), SUN])
     assert len(uploads) == 2
-    assert plans._kept[0][0] is not volumes[0][0]
-    assert plans._kept[1][0] is volumes[1][0]
+    assert plans._plans._kept[0][0] is not volumes[0][0]
+    assert plans._plans._kept[1][0] is volumes[1][0]
 
 
 def test_volumes_of_a_lamp_that_moves_are_let_go(planner):

@@ -183,3 +183,95 @@ def test_boxes_that_touch_tell_one_story(seed):
             for mask in found:
                 assert mask[every].all()
                 assert not mask[none].any()
+
+
+WALLS = {
+    "south": (0, -1, 0), "north": (0, 1, 0), "west": (-1, 0, 0), "east": (1, 0, 0),
+    "roof": (0, 0, 1), "slanted": (1, 1, 1),
+}  # fmt: skip
+
+
+def make_hut():
+    """Make a box of which a slanted face cuts a corner, as a soup."""
+    vertices, faces = map(np.asarray, box((0, 0, 0), (8, 6, 5)))
+    vertices = np.asarray(vertices, np.float64)
+    # The corner that is farthest along the slanted face's normal becomes three.
+    corner = int(vertices.sum(1).argmax())
+    points, soup = list(vertices), []
+    for face in faces:
+        if corner not in face:
+            soup.append(face)
+            continue
+        k = list(face).index(corner)
+        after, before = face[(k + 1) % 3], face[(k + 2) % 3]
+        # Where the face's plane meets the cut: on its sides, or on a diagonal.
+        ends = []
+        for other in (after, before):
+            way = vertices[other] - vertices[corner]
+            part = 2.0 / -way.sum()
+            points.append(vertices[corner] + part * way)
+            ends.append(len(points) - 1)
+        soup += [(ends[0], after, before), (ends[0], before, ends[1])]
+    return np.array(points), soup, corner
+
+
+def find_places(normal, random):
+    """Find places on the hut's face of a normal, not near its edges, and the unit normal."""
+    low, high = np.array([0.5, 0.5, 0.5]), np.array([5.0, 3.0, 2.5])
+    places = random.uniform(low, high, (8, 3))
+    size = np.array([8.0, 6.0, 5.0])
+    normal = np.array(normal, float)
+    if normal.all():
+        shares = random.dirichlet((4, 4, 4), 8)
+        return size - 2.0 * shares, normal / np.sqrt(3)
+    axis = int(np.abs(normal).argmax())
+    places[:, axis] = size[axis] if normal[axis] > 0 else 0.0
+    return places, normal
+
+
+@pytest.mark.parametrize("name", WALLS)
+@pytest.mark.parametrize("far", [0.0, 1000.0])
+def test_a_point_without_a_normal_sees_what_either_side_of_its_wall_sees(name, far):
+    points, soup, corner = make_hut()
+    faces = [tuple(map(int, face)) for face in soup]
+    rim = {k for face in faces for k in face if k >= 8}
+    order = {tuple(np.round(points[k], 9)): k for k in sorted(rim, reverse=True)}
+    ring = sorted(order.values(), key=lambda k: np.arctan2(*(points[k] - points[corner])[:2]))
+    # Close the cut by a fan about its middle.
+    points = np.concatenate([points, [points[ring].mean(0)]])
+    for a, b in zip(ring, ring[1:] + ring[:1]):
+        way = np.cross(points[a] - points[-1], points[b] - points[-1])
+        faces.append((a, b, len(points) - 1) if way.sum() > 0 else (b, a, len(points) - 1))
+    vertices = points + (far, -far, 0.0)
+    soup = np.array(faces, np.int32)
+    caster = make_caster(vertices, soup)
+    assert caster.is_closed.all()
+    random = np.random.default_rng(1)
+    places, normal = find_places(WALLS[name], random)
+    places = places + (far, -far, 0.0)
+    suns = random.normal(size=(300, 3))
+    suns[:, 2] = np.abs(suns[:, 2]) + 0.02
+    suns /= np.linalg.norm(suns, axis=1, keepdims=True)
+    tree = make_face_tree(caster)
+    free = np.full(places.shape, np.nan)
+    found = find_hidden(tree, places, free, suns)
+    rays, eye, own = RayCaster(vertices, soup), np.array([0.1, 0.2, 1, 0]), np.full(len(places), -1)
+    closed = np.zeros(len(soup), bool)
+    right = np.ones_like(found)
+    for side in (1e-5, -1e-5):
+        beside = places + side * normal
+        for k, sun in enumerate(suns):
+            right[k] &= rays.count(beside, own, eye, np.append(sun, 0.0), closed).any
+    np.testing.assert_array_equal(found, right)
+    # Of a solid no sun behind a wall reaches it: as with the outward normal.
+    outward = find_hidden(tree, places, np.broadcast_to(normal, places.shape).copy(), suns)
+    np.testing.assert_array_equal(found, outward)
+    assert 0 < found.mean() < 1 or name == "roof"
+
+
+def test_a_point_without_a_normal_on_a_sheet_is_lit_from_both_sides():
+    vertices, faces = sheet([(0, 0, 0), (4, 0, 0), (4, 0, 3), (0, 0, 3)])
+    tree = make_face_tree(make_caster(np.asarray(vertices, float), np.asarray(faces, np.int32)))
+    suns = np.array([[0.1, 0.7, 0.5], [0.1, -0.7, 0.5], [0.0, 0.0, 1.0]])
+    suns /= np.linalg.norm(suns, axis=1, keepdims=True)
+    assert not find_hidden(tree, np.array([[1.0, 0.0, 1.0]]), np.full((1, 3), np.nan), suns).any()

@@ -62,11 +62,16 @@ class Judge:
         self.component[self.caster.source] = self.caster.component
         self.is_closed = closed_faces(self.caster, len(soup.faces))
 
-    def judge(self, camera, light, *methods):
-        """Judge every pixel, by each method; return the verdicts and the last counts."""
+    def judge(self, camera, light, *methods, where=lambda _: True):
+        """
+        Judge every pixel, by each method; return the verdicts and the last counts.
+
+        ``where`` tells which pixels of a view are judged.
+        """
         view, frame = self.counter.see(camera)
         origin = self.scene.origin
-        is_seen = (view.face != NOTHING) & (np.abs(frame.position - origin) < 1e5).all(-1)
+        is_seen = (view.face != NOTHING) & where(view)
+        is_seen &= (np.abs(frame.position - origin) < 1e5).all(-1)
         place, verdicts, counts = light.local(origin), Verdicts(), None
         eye = camera.apex(origin)
         opened = find_opened(self.rays, self.component, camera, eye, place, origin)

@@ -109,11 +109,11 @@ def test_boxes_that_move_are_found_where_they_are():
     tree = BoxTree(bounds)
     order = tree._order
     near = bounds + rng.normal(size=(300, 1, 3)) * 0.1
-    tree.fit(near)
+    tree = tree.fit(near)
     assert tree._order is order  # fitted, not made anew
     far = bounds[rng.permutation(300)]
     for moved in (near, far):
-        tree.fit(moved)
+        tree = tree.fit(moved)
         light = np.array([20.0, 25.0, 9.0, 1.0])
         found = see(tree, light, CAMERAS[0], 9.0)
         alone = find_visible_parts(moved, light, CAMERAS[0], reach=9.0).volume

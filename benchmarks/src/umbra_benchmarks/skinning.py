@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device
+from umbra.gl.convexity import Balls, find_balls
 from umbra.gl.posing import measure_shape
 from umbra.gl.resources import TextureBuffer
 from umbra.scene.mesh import Mesh
@@ -141,11 +142,12 @@ class _ProcessorPoser:
 
     def __init__(self, shape: Shape, caster: Caster) -> None:
         self._shape, self._caster = shape, caster
+        self._balls = Balls.of(caster, find_balls(caster))
 
     def pose(self, places: NDArray[np.float64]) -> None:
         """Find the points, normals and sides of a pose."""
         self.mesh = self._shape.pose(places)
-        planes = measure_shape(self._caster, self.mesh.vertices).planes
+        planes = measure_shape(self._caster, self.mesh.vertices, self._balls).planes
         posed = replace(self._caster, vertices=self.mesh.vertices, planes=planes)
         ((_, found),) = find_silhouettes(posed, _LIGHT[None])
         which = found.codes >> 2

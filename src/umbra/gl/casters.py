@@ -12,11 +12,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.convexity import Balls, find_balls
 from umbra.gl.geometry import Geometry, Group, find_mirrored
 from umbra.gl.posing import PosedShape, find_welds, measure_shape
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
-from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.adjacency import Caster, make_caster, make_planes
 from umbra.volume.bounds import move_boxes
 
 __all__ = ["Body", "make_bodies", "make_level_body"]
@@ -104,6 +105,7 @@ class Body:
     _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
     _radii: NDArray[np.float64] | None = field(init=False, default=None)
     _welds: NDArray[np.int64] | None = field(init=False, default=None)
+    _balls: Balls = field(init=False)
     _shell_order: NDArray[np.intp] = field(init=False)
     _shell_starts: NDArray[np.intp] = field(init=False)
 
@@ -115,7 +117,8 @@ class Body:
         self._shell_starts = np.searchsorted(
             self.component_shell[self._shell_order], np.arange(n_shells)
         )
-        self._take(measure_shape(self.caster, self.caster.vertices))
+        self._balls = Balls.of(self.caster, self.is_ball)
+        self._take(measure_shape(self.caster, self.caster.vertices, self._balls))
         self.first = np.array([group.first for group in self.groups], np.int64)
         found = [group.transform for group in self.groups]
         self.place(np.array([_STILL if t is None else t for t in found]))
@@ -134,7 +137,7 @@ class Body:
         self.blocks = FaceBlocks(shape.blocks)
         self.is_inward = (shape.volumes < 0) & self.caster.is_closed
         self.any_inward = bool(self.is_inward.any())
-        self.is_convex = self.is_ball & ~shape.is_dented
+        self.is_convex = shape.is_convex
         self.component_bounds = shape.bounds
         ordered = shape.bounds[self._shell_order]
         self.bounds = np.stack(
@@ -169,7 +172,7 @@ class Body:
         self.groups = groups
         vertices = groups[0].vertices
         if vertices is not self.caster.vertices:
-            shape = measure_shape(self.caster, vertices)
+            shape = measure_shape(self.caster, vertices, self._balls)
             self.caster = replace(self.caster, vertices=vertices, planes=shape.planes)
             self._take(shape)
             self._world_bounds = None
@@ -282,8 +285,7 @@ def make_bodies(
 
 def _pose(caster: Caster, vertices: NDArray[np.float64]) -> Caster:
     """Return a caster with other vertices and the same adjacency."""
-    planes = measure_shape(caster, vertices).planes
-    return replace(caster, vertices=vertices, planes=planes)
+    return replace(caster, vertices=vertices, planes=make_planes(vertices, caster.faces))
 
 
 def make_level_body(
@@ -353,7 +355,7 @@ def _make_body(
         component_shell=component_shell,
         groups=groups,
         soup=soup,
-        is_ball=_find_balls(caster),
+        is_ball=find_balls(caster),
     )
 
 
@@ -377,21 +379,3 @@ def _find_shells(caster: Caster) -> NDArray[np.intp]:
     rank = np.zeros(n, np.intp)
     rank[found[np.argsort(first[found])]] = np.arange(len(found))
     return rank[shell] // -(-len(found) // MOST_SHELLS)
-
-
-def _find_balls(caster: Caster) -> NDArray[np.bool_]:
-    """Find the closed components of genus 0."""
-    n = len(caster.is_closed)
-    a, b = caster.edge_faces.T
-    corner = caster.component[:, None] * np.int64(len(caster.vertices)) + caster.faces
-    vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
-    edges = np.bincount(caster.component[a], minlength=n)
-    faces = np.bincount(caster.component, minlength=n)
-    # An edge of four faces is listed twice: solids that touch along it pass as one.
-    ends = np.sort(caster.edges, axis=1).astype(np.int64)
-    _, same, times = np.unique(
-        ends[:, 0] * len(caster.vertices) + ends[:, 1], return_inverse=True, return_counts=True
-    )
-    shared = (times > 1)[same.ravel()] | (caster.component[a] != caster.component[b])
-    bad = np.bincount(caster.component[a], shared, n)
-    return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))

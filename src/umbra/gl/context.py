@@ -9,6 +9,7 @@ previous context.
 moderngl is imported by ``backends``, when a context is opened.
 """
 
+import os
 import re
 import threading
 from abc import ABC, abstractmethod
@@ -21,6 +22,8 @@ from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
+from umbra.gl.caller_state import CallerState
+from umbra.gl.fork import check_fork, note_use
 from umbra.gl.functions import Functions
 from umbra.packages import write_install
 from umbra.scene.camera import DAY, Sky
@@ -54,6 +57,14 @@ class _Current(threading.local):
 _current = _Current()
 
 
+def _forget_current() -> None:
+    _current.device = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_current)
+
+
 @dataclass(eq=False)
 class Device:
     """
@@ -79,6 +90,9 @@ class Device:
         Objects not released yet, by kind and number.
     sky : Sky
         Of the pictures that are drawn next; programs are linked for each.
+    is_lent : bool
+        The context belongs to another program, whose OpenGL state each outermost public call
+        gives back.
     """
 
     handle: Any
@@ -94,9 +108,11 @@ class Device:
     binding: ContextBinding
     live: set[str] = field(default_factory=set)
     sky: Sky = DAY
+    is_lent: bool = False
     _finish: Callable[[], object] = bool
     _thread: threading.Thread = field(default_factory=threading.current_thread)
     _is_open: bool = True
+    _depth: int = 0
 
     @classmethod
     def of(
@@ -105,13 +121,14 @@ class Device:
         """
         Wrap the current moderngl context, such as a window's.
 
-        ``binding`` makes it current; moderngl's own by default. Raises `UmbraError` if the
-        context is no OpenGL 3.3.
+        ``binding`` makes it current; moderngl's own by default, of a context that ``is_lent``.
+        Raises `UmbraError` if the context is no OpenGL 3.3.
         """
         if context.version_code < 330:
             has = context.version_code / 100
             msg = f"OpenGL 3.3 is needed and this context has {has:.1f}; {_advise()}"
             raise UmbraError(msg)
+        note_use()
         info = context.info
         renderer = info["GL_RENDERER"]
         device = cls(
@@ -127,6 +144,7 @@ class Device:
             or "GL_ARB_clip_control" in context.extensions,
             functions=Functions(_find_loader(context)),
             binding=binding or GivenBinding(context.mglo._context),
+            is_lent=binding is None,
         )
         _current.device = device
         return device
@@ -159,6 +177,7 @@ class Device:
         """
         if _current.device is self:
             return
+        check_fork()
         if not self._is_open:
             msg = "this OpenGL device was released; open another"
             raise UmbraError(msg)
@@ -177,13 +196,28 @@ class Device:
         """Make the context current, then restore the previous one."""
         before = _find_current()
         self.use()
+        kept = self._keep_state() if self.is_lent and not self._depth else None
+        self._depth += 1
         try:
             yield
         finally:
+            self._depth -= 1
+            if kept is not None and self._is_open:
+                self.use()
+                kept.restore()
             if before is not self:
                 _leave()
                 if before is not None and before._is_open:
                     before.use()
+
+    def _keep_state(self) -> CallerState:
+        """Keep the state of the program that lent the context, and set it aside."""
+        state = CallerState(
+            self.functions, has_depth_bounds=self.has_depth_bounds,
+            has_clip_control=self.reverses_depth,
+        )  # fmt: skip
+        state.set_aside()
+        return state
 
     def keep(self, kind: str, number: int) -> str:
         """Register an object; return its key for ``forget``."""
@@ -223,6 +257,11 @@ class Device:
     def release(self) -> None:
         """Free the context; its objects become invalid."""
         if not self._is_open:
+            return
+        if self.is_lent:
+            if _current.device is self:
+                _current.device = None  # the context stays current: it is not umbra's
+            self._is_open = False
             return
         with self.current():
             _leave()
@@ -344,6 +383,7 @@ def open_device(backend: str | None = None) -> Device:
     if backend is not None and backend not in BACKENDS:
         msg = f"there is no OpenGL backend '{backend}'; there are {', '.join(BACKENDS)}"
         raise InputError(msg)
+    check_fork()
     for package in ("moderngl", "glcontext"):
         if find_spec(package) is None:
             msg = f"the gl device needs {package}, which is not installed; {write_install('gl')}"

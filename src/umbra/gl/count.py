@@ -21,7 +21,7 @@ from umbra.gl.programs import Program, Programs
 from umbra.gl.resources import Indices
 from umbra.gl.samples import draw_samples
 from umbra.gl.state import ALL_BITS, Pass, State, Stencil, one_sided
-from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.target import SharedDepthTarget, Target, check_stencil
 
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
@@ -123,6 +123,9 @@ class VolumeCounter:
         bits : int
             Of the stencil: all, or `COUNT_BITS`, for counts in it that these can hold.
         """
+        if not isinstance(target, Target):  # another program's, which made itself no promise
+            target.use()
+            check_stencil(self._device)
         if plan.statistics.counts_in == "float":
             floats = self.count_in_floats(state, target, plan)
             target.use()

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.casting_scene import CastingScene
 from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.open_components import find_held, find_opened
 from umbra.gl.overlap import KnownBound, bound_nearby, find_most
@@ -28,107 +29,94 @@ class KeptLight(Sequence[BodyVolumes]):
 
     Parameters
     ----------
-    bodies : sequence of Body
-    starts : (n_bodies + 1,) int
-        Body k owns the shells from ``starts[k]`` to ``starts[k + 1]``.
+    casting : CastingScene
+        The bodies.
     source : (4,) float64
         The light, relative to the scene's origin.
     near : mapping
         Number of a body -> instances and shells (n, 2) near the light; see ``find_near``.
     camera : Camera
         The view, on which open components depend.
-    origin : (3,) float64
-        Origin of the scene.
-    moves : int
-        Number of poses of the scene so far.
     """
 
-    bodies: Sequence[Body]
-    starts: NDArray[np.intp]
+    casting: CastingScene
     source: NDArray[np.float64]
     near: Mapping[int, NDArray[np.intp]]
     camera: Camera
-    origin: NDArray[np.float64]
-    moves: int
     _made: dict[int, BodyVolumes] = field(default_factory=dict)
     _old: dict[int, BodyVolumes] = field(default_factory=dict)
-    _nearby: Nearby | None = None
-    _touched: NDArray[np.bool_] | None = None
     _bounded: KnownBound | None = None
     _step: float = 0.0
 
     def __len__(self) -> int:
-        return len(self.bodies)
+        return len(self.casting.bodies)
 
     def __getitem__(self, index: int) -> BodyVolumes:  # type: ignore[override]
         if index not in self._made:
-            self._made[index] = self._make(self.bodies[index], index)
+            self._made[index] = self._make(self.casting.bodies[index], index)
         return self._made[index]
+
+    def is_of(self, casting: CastingScene, source: NDArray[np.float64], camera: Camera) -> bool:
+        """Return whether these are the volumes of a light (4,) in a view of a scene."""
+        return (
+            self.casting is casting
+            and self.source.tobytes() == source.tobytes()
+            and (self.camera is camera or not self.is_special)
+        )
 
     def _make(self, body: Body, index: int) -> BodyVolumes:
         """Make a body's volumes, or reuse the old ones where nothing moved."""
-        lights = body.lights(self.source)
+        lights, origin = body.lights(self.source), self.casting.origin
         near = self.near.get(index, _NO_SHELLS)
         held, opened = near[:0], body.none_opened
         if len(near) or body.any_inward:
-            held = find_held(body, self.origin, lights, near)
-            opened = find_opened(body, self.camera, self.origin, lights, held, near)
+            held = find_held(body, origin, lights, near)
+            opened = find_opened(body, self.camera, origin, lights, held, near)
         last = self._old.pop(index, None)
-        if last is not None and last.is_of(lights, opened):
+        if last is not None and last.is_of(body, lights, opened, held):
             return last
         made = BodyVolumes(body, lights, opened, held)
-        if last is not None and len(lights) > 1:
+        if last is not None and last.body is body and len(lights) > 1:
             made.inherit(last)
         return made
 
     def follow(self, old: "KeptLight") -> None:
         """Take over from the last frame what still holds; its volumes are reused on demand."""
         self._old = old._made
-        if old.moves == self.moves:
+        if old.casting is self.casting:
             self._bounded = old._bounded
             self._step = float(np.abs(self.source - old.source).sum())
             if not self._step:
-                self._nearby, self._touched = old._nearby, old._touched
                 self._old = {**old._old, **old._made}
+                if "nearby" in old.__dict__:  # which the view does not change
+                    self.__dict__["nearby"] = old.nearby
 
-    def touch(self, selection: VolumeSelection) -> Nearby | None:
-        """Find the points near the light of the shells drawn now or before."""
+    @cached_property
+    def nearby(self) -> Nearby | None:
+        """The points near the light, of all shells near it, drawn or not."""
         if not self.near:
             return None
-        drawn = selection.sides
-        if self._touched is None or (drawn & ~self._touched).any():
-            self._touched = drawn if self._touched is None else drawn | self._touched
-            wanted = []
-            for index, near in self.near.items():
-                body = self.bodies[index]
-                mine = near[self._touched[self.starts[index] + near @ (body.n_shells, 1)]]
-                if len(mine):
-                    wanted.append((self[index], mine))
-            self._nearby = find_nearby(wanted, self.source)
-        return self._nearby
+        return find_nearby([(self[index], mine) for index, mine in self.near.items()], self.source)
 
     @cached_property
     def is_special(self) -> bool:
         """Whether components of any body may be open, which depends on the view."""
-        return bool(self.near) or any(body.any_inward for body in self.bodies)
+        return bool(self.near) or any(body.any_inward for body in self.casting.bodies)
 
-    def bound(self, selection: VolumeSelection, bounds: NDArray, most: NDArray[np.int64]) -> int:
-        """
-        Bound the count of the drawn shells.
-
-        ``bounds`` (n_shells, 2, 3) are the boxes of all shells, ``most`` (n_shells,) the largest
-        count that each adds while no component is open.
-        """
+    def bound(self, selection: VolumeSelection) -> int:
+        """Bound the count of the drawn shells."""
+        most, starts = self.casting.most, self.casting.starts
         # What is wound inward is open elsewhere, too, but not convex: it adds as many either way.
         for index in self.near:
             opened = self[index].opened
             if opened.any():
                 most = most.copy()
-                mine = slice(self.starts[index], self.starts[index + 1])
-                most[mine] = find_most(self.bodies[index], opened)
+                mine = slice(starts[index], starts[index + 1])
+                most[mine] = find_most(self.casting.bodies[index], opened)
         self._bounded, bound = bound_nearby(
-            self, bounds, most, self.source, selection.sides, self._bounded, _STEPS * self._step
-        )
+            self, self.casting.bounds, most, self.source, selection.sides, self._bounded,
+            _STEPS * self._step,
+        )  # fmt: skip
         return bound
 
 

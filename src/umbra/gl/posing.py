@@ -1,8 +1,8 @@
 """
 Geometry of a posed caster, recomputed for each pose of a bending mesh.
 
-Planes, boxes, volumes and dents in one pass over the faces and one over the edges, so that a
-mesh can bend at every frame. Adjacency is kept.
+Planes, boxes and volumes in one pass over the faces, so that a mesh can bend at every frame.
+Adjacency is kept.
 """
 
 from dataclasses import dataclass
@@ -11,12 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.gl.convexity import Balls, find_convex
 from umbra.rays.eye_count import BLOCK
 from umbra.volume.adjacency import Caster, make_planes
 
 __all__ = ["PosedShape", "find_welds", "measure_shape"]
-
-_DENT = 1e-6  # of a face's size: float32 files dent flat surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,18 +33,18 @@ class PosedShape:
         As in ``FaceBlocks`` [m].
     volumes : (n_components,) float64
         Six times each component's signed volume [m³].
-    is_dented : (n_components,) bool
-        Whether the component is concave at any edge.
+    is_convex : (n_components,) bool
+        Of the balls that were asked about.
     """
 
     planes: NDArray[np.float64]
     bounds: NDArray[np.float64]
     blocks: NDArray[np.float64]
     volumes: NDArray[np.float64]
-    is_dented: NDArray[np.bool_]
+    is_convex: NDArray[np.bool_]
 
 
-def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> PosedShape:
+def measure_shape(caster: Caster, vertices: NDArray[np.float64], balls: Balls) -> PosedShape:
     """Measure a caster with vertices (n_vertices, 3) float64 in its own frame [m]."""
     n_faces, n_components = len(caster.faces), len(caster.is_closed)
     planes = make_planes(vertices, caster.faces)
@@ -53,24 +52,14 @@ def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> PosedShape:
     bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
     blocks = np.zeros((-(-n_faces // BLOCK), 6))
     volumes = np.zeros(n_components)
-    largest = _measure_faces(
-        vertices, caster.faces, caster.component, planes, bounds, blocks, volumes
-    )
-    is_dented = np.zeros(n_components, np.bool_)
-    _find_dents(
-        vertices, caster.faces, caster.component, caster.edges, caster.edge_faces, planes,
-        _DENT * largest, is_dented,
-    )  # fmt: skip
-    return PosedShape(planes, bounds, blocks, volumes, is_dented)
+    _measure_faces(vertices, caster.faces, caster.component, planes, bounds, blocks, volumes)
+    is_convex = find_convex(caster, vertices, planes, volumes, balls)
+    return PosedShape(planes, bounds, blocks, volumes, is_convex)
 
 
 @njit(cache=True, nogil=True)
 def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
-    """Write boxes and volumes in one pass over faces; return the largest coordinate."""
-    largest = 0.0
-    for vertex in range(vertices.shape[0]):
-        for axis in range(3):
-            largest = max(largest, abs(vertices[vertex, axis]))
+    """Write boxes and volumes in one pass over faces."""
     for face in range(faces.shape[0]):
         i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
         owner, block = component[face], face // BLOCK
@@ -83,23 +72,6 @@ def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
             blocks[block, axis] = low if is_first else min(blocks[block, axis], low)
             blocks[block, 3 + axis] = high if is_first else max(blocks[block, 3 + axis], high)
         volumes[owner] -= planes[3, face]
-    return largest
-
-
-@njit(cache=True, nogil=True)
-def _find_dents(vertices, faces, component, edges, edge_faces, planes, limit, is_dented):
-    """Mark components where a neighbour's corner lies above a face by more than a limit."""
-    for edge in range(edges.shape[0]):
-        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-        if is_dented[component[a]]:
-            continue
-        corner = faces[b, 0] + faces[b, 1] + faces[b, 2] - edges[edge, 0] - edges[edge, 1]
-        corner = min(max(corner, 0), vertices.shape[0] - 1)  # where the face is no neighbour
-        height, square = planes[3, a], 0.0
-        for axis in range(3):
-            height += planes[axis, a] * vertices[corner, axis]
-            square += planes[axis, a] ** 2
-        is_dented[component[a]] = height > limit * np.sqrt(square)
 
 
 def find_welds(caster: Caster, soup: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ scissor and depth bounds.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from umbra.volume.scissor import (
     find_sphere_depths,
     find_sphere_scissors,
 )
+
+if TYPE_CHECKING:
+    from umbra.gl.request import LightShape
 
 __all__ = [
     "EDGE_ON",
@@ -41,7 +44,7 @@ EDGE_ON = 1e-300
 _HORIZON = 1e4  # depth of an orthographic view, in sizes of the scene
 
 
-def find_source(light: Light, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+def find_source(light: "Light | LightShape", origin: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a light relative to a scene's origin, (4,); a direction has length 1."""
     source = light.local(origin)
     source[:3] /= 1.0 if source[3] else np.linalg.norm(source[:3])
@@ -261,7 +264,7 @@ def find_clip_range(
 
 
 def find_clip_ranges(
-    camera: Camera, origin: NDArray, sources: NDArray, lights: Sequence[Light]
+    camera: Camera, origin: NDArray, sources: NDArray, lights: "Sequence[Light | LightShape]"
 ) -> list[tuple[Rectangle | None, tuple[float, float] | None]]:
     """
     Find the clip ranges of lights, by their ranges and cones.
@@ -273,7 +276,7 @@ def find_clip_ranges(
         Origin of the scene.
     sources : (n, 4) float64
         The lights, relative to the origin.
-    lights : sequence of Light
+    lights : sequence of Light or LightShape
 
     Returns
     -------

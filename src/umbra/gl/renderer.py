@@ -218,6 +218,7 @@ class Renderer(DeviceUser):
             self.device.sky = sky
             self.still.forget()
         middles = find_middles(lights)
+        self.soft.permit(self.choices)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:
             softened = self.small.select(middles, method, mask_scale, mask_filter)
@@ -367,8 +368,7 @@ class Renderer(DeviceUser):
     @on_device
     def draw_surface(self, state: State) -> None:
         """Draw the visible surface of the last picture's camera into ``targets.surface``."""
-        assert self.targets is not None
-        assert self.projection is not None
+        assert self.targets is not None and self.projection is not None  # noqa: PT018
         surface = self.targets.surface
         surface.begin(state)
         for place in (LIGHT, PLACE, FACE):
@@ -387,9 +387,9 @@ class Renderer(DeviceUser):
         choices = self.choices or VolumeOptions(shorten=True)
         if exact:
             choices = replace(choices, detail=0.0, shorten=False)
-        plans = self.planner.plan(projection, lights, method, choices=choices, warn=self.warn)
-        self.plans, self.statistics = plans, [plan.statistics for plan in plans]
-        return plans
+        self.plans = self.planner.plan(projection, lights, method, choices=choices, warn=self.warn)
+        self.statistics = [plan.statistics for plan in self.plans]
+        return self.plans
 
     def _timed(self, name: str) -> AbstractContextManager[None]:
         """Measure a pass if timers are set."""

@@ -8,6 +8,7 @@ classified by their triangles.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -19,7 +20,6 @@ from umbra.gl.level import is_level
 from umbra.gl.levels import LevelTable, choose_levels
 from umbra.gl.projection import Projection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
-from umbra.scene import Light
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
 from umbra.volume.box_tree import BoxTree
 from umbra.volume.placement import place_box
@@ -29,6 +29,9 @@ from umbra.volume.regions import (
     find_view_planes,
 )
 from umbra.volume.scissor import find_cone_planes
+
+if TYPE_CHECKING:
+    from umbra.gl.request import LightShape
 
 __all__ = ["FoundLights", "VolumeOptions", "select_lights"]
 
@@ -64,8 +67,8 @@ class VolumeOptions:
         By how many pixels shadows may be off, cast from coarser meshes (``umbra.gl.levels``);
         0: none are. This alone changes counts where the light shines.
     shorten : bool
-        Begin the volumes of casters that are alone just above what they fall on
-        (``umbra.gl.lone``): their faces turned from the light then count 0.
+        Begin the volumes of isolated convex casters just above what they fall on
+        (``umbra.gl.isolated``): their faces turned from the light then count 0.
     """
 
     cull: bool = True
@@ -109,7 +112,7 @@ class FoundLights:
     @classmethod
     def of(
         cls,
-        lights: Sequence[Light],
+        lights: "Sequence[LightShape]",
         sources: NDArray[np.float64],
         ranges: Sequence[tuple[Rectangle | None, tuple[float, float] | None]],
         choices: VolumeOptions,

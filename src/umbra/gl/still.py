@@ -13,6 +13,7 @@ from umbra.gl.count import COUNT_BITS, VolumeCounter
 from umbra.gl.masks import Counts
 from umbra.gl.plan import VolumePlan
 from umbra.gl.projection import Projection
+from umbra.gl.request import find_key
 from umbra.gl.shading import Lamp, Scissor, Shading
 from umbra.gl.state import ALL_BITS, Pass, State
 from umbra.gl.target import PictureTargets, Target
@@ -34,15 +35,14 @@ class StillView:
 
     def __init__(self, shading: Shading) -> None:
         self._shading = shading
-        self._view: tuple[PictureTargets, bytes] | None = None
+        self._view: tuple | None = None
         self._dark: Target | None = None
         self.is_stored = self.is_marked = False
 
     def is_same(self, targets: PictureTargets, projection: Projection) -> bool:
         """Return whether these targets were last asked for this view; remember it."""
-        name = projection.matrix.tobytes() + projection.eye.tobytes()
-        last, self._view = self._view, (targets, name)
-        if last is not None and last[0] is targets and last[1] == name:
+        last, self._view = self._view, find_key((targets, projection))
+        if last == self._view:
             return True
         self.is_stored = False
         return False

@@ -117,12 +117,20 @@ class BodyVolumes:
             caster.edge_faces, caster.turn,
         )  # fmt: skip
 
-    def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
-        """Return whether these volumes belong to the given lights and open components."""
+    def is_of(
+        self,
+        body: Body,
+        lights: NDArray[np.float64],
+        opened: NDArray[np.bool_],
+        held: NDArray[np.intp],
+    ) -> bool:
+        """Return whether these are the volumes of a body as it is, made of the same."""
         return (
-            self._pose == self.body.poses
+            self.body is body
+            and self._pose == body.poses
             and np.array_equal(self.lights, lights)
             and np.array_equal(self.opened, opened)
+            and np.array_equal(self.held, held)
         )
 
     def find_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:

@@ -53,7 +53,8 @@ def find_hidden(
     points : (n, 3) float64
         In the caster's frame [m].
     normals : (n, 3) float64
-        Normals of the visible side of the surface; NaN for points on no surface.
+        Normals of the visible side of the surface. NaN for points that have none: faces through
+        them do not hide the sun, so that such a point is lit if it is so from either side.
     lights : (m, 3) or (m, 4) float64
         Unit directions toward the light; or homogeneous, in the caster's frame: a unit direction
         with w = 0, a position with w = 1 [m].
@@ -199,6 +200,8 @@ def _hides(f, p, n, d, tree, light):
     is_on = abs(height) <= touch
     if is_on:
         above = dot(m, n)
+        if np.isnan(above):
+            return _NO  # NaN: of a surface with two sides one faces the sun
         if above * at_light > 0.0 and abs(above) > _STEEP:
             return _NO  # the surface itself, or a coplanar continuation
     elif not height * at_light < 0.0:
@@ -232,7 +235,9 @@ def _hides_beside(f, q, n, d, tree, light, p, scale):
     """As ``_hides``, for a ray from ``q``, a step of ``scale`` beside its point ``p``."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _find_side(m, c, d, light)
-    if abs(_height(p, c, m)) <= touch and n[0] == n[0]:  # not NaN: the point has a surface
+    if abs(_height(p, c, m)) <= touch:
+        if n[0] != n[0]:
+            return _NO
         up = scale * _LIFT
         q = (q[0] + up * n[0], q[1] + up * n[1], q[2] + up * n[2])
     if not _height(q, c, m) * at_light < 0.0:

@@ -175,7 +175,9 @@ class GivenPoints(SampleKind):
         count = len(study.shadow_hours)
         free = int(np.isnan(study.places.normals).any(1).sum())
         words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
-        return "Points", words + ("; the others face the sun at all times" if free else "")
+        return "Points", words + (
+            "; the others are judged from both sides of a surface" if free else ""
+        )
 
     def find_counted(self, study: "Study") -> Counted:
         """Count each point once."""

@@ -20,6 +20,7 @@ __all__ = [
     "Light",
     "SomeLights",
     "directional_light",
+    "find_local",
     "make_lights",
     "point_light",
     "spot_light",
@@ -27,6 +28,16 @@ __all__ = [
 
 WHITE = (1.0, 1.0, 1.0)
 _ALONG = 1e-9  # sine of the angle below which two directions are equal
+
+
+def find_local(position: NDArray[np.float64], origin: ArrayLike) -> NDArray[np.float64]:
+    """Return a light's homogeneous position (4,) relative to an origin (3,) [m]."""
+    shifted = position.copy()
+    if not position[3] > 0:
+        # Near length 1, by a power of 2: exact, and no product of it can underflow.
+        return np.ldexp(shifted, -np.frexp(np.abs(shifted).max())[1])
+    shifted[:3] -= np.asarray(origin, np.float64)
+    return shifted
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +152,7 @@ class Light:
 
     def local(self, origin: ArrayLike) -> NDArray[np.float64]:
         """Return the homogeneous position (4,) relative to an origin (3,) [m]."""
-        shifted = self.position.copy()
-        if not self.is_point:
-            # Near length 1, by a power of 2: exact, and no product of it can underflow.
-            return np.ldexp(shifted, -np.frexp(np.abs(shifted).max())[1])
-        shifted[:3] -= np.asarray(origin, np.float64)
-        return shifted
+        return find_local(self.position, origin)
 
     def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """

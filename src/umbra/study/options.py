@@ -98,7 +98,9 @@ class StudyOptions:
         receivers=("elevation", "view", "camera", "surfaces"),
     )
     points: Any = _receivers(
-        "table", "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates.",
+        "table",
+        "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates. A point without "
+        "a normal is judged from both sides of a surface on which it lies.",
         unit="m", metavar="FILE", receivers=("points",), is_needed=True,
     )  # fmt: skip
     names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))

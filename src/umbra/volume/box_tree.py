@@ -7,6 +7,7 @@ on nodes first, since a node's shadow contains the shadows of its boxes.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +27,7 @@ _NOWHERE = np.zeros((0, 4))
 @dataclass(eq=False)
 class BoxTree:
     """
-    Bounding volume hierarchy over boxes (n, 2, 3); ``fit`` moves them.
+    Bounding volume hierarchy over boxes (n, 2, 3).
 
     Parameters
     ----------
@@ -49,11 +50,12 @@ class BoxTree:
         self._nodes = np.zeros((self._starts[-1], 2, 3))
         self._size = _fit(self.bounds, self._order, self._starts, self._nodes)
 
-    def fit(self, bounds: NDArray[np.float64]) -> None:
-        """Refit the tree to moved boxes, (n, 2, 3) [m]."""
-        self.bounds = bounds
-        if _fit(bounds, self._order, self._starts, self._nodes) > _MOST * self._size:
-            self.__post_init__()
+    def fit(self, bounds: NDArray[np.float64]) -> "BoxTree":
+        """Return the tree of moved boxes, (n, 2, 3) [m], in this one's order while that serves."""
+        fitted = copy(self)
+        fitted.bounds, fitted._nodes = bounds, np.zeros_like(self._nodes)
+        size = _fit(bounds, self._order, self._starts, fitted._nodes)
+        return BoxTree(bounds) if size > _MOST * self._size else fitted
 
     def find_seen(
         self,

@@ -295,7 +295,7 @@ class MaskPicture(DeviceUser):
 
     def _bounds(self) -> NDArray[np.float64]:
         whole = self.scene.bounds()[None] - self.scene.origin
-        return np.concatenate([self.planner.bounds, whole])
+        return np.concatenate([self.planner.casting.bounds, whole])
 
     def _find_targets(self, size: tuple[int, int]) -> tuple[Target, Target, Target]:
         """Return the picture, its colours alone, and the mask in which volumes are counted."""

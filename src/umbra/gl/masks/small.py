@@ -92,7 +92,7 @@ class SmallMasks(Visibility):
         mask = held.small.begin(state, surface, 1.0)
         counter.count(state, mask, self._plans[number])
         mask.use()
-        held.small.add_shadow(state, 0.0)
+        held.small.add_shadow(state, 0.0, self._plans[number].scissor)
         shares = held.large.begin(state, target, 1.0)
         held.find_upsampler(kind).apply(
             state, projection, mask, self._find_surface(), Tally(), mask_places=surface,

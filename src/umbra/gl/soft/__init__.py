@@ -51,8 +51,9 @@ class SampledShadows(Visibility):
     ) -> None:
         self._samples, self._turn = samples, (0, 1)
         self._each = samples
-        # Points' ranges differ; only that of the light's centre limits the light.
-        self._choices = replace(choices or VolumeOptions(), narrow=False)
+        # Points' ranges differ; only that of the light's centre limits the light. A face turned
+        # from a point may look to the centre: its count must not be cut short.
+        self._choices = replace(choices or VolumeOptions(), narrow=False, detail=0.0, shorten=False)
         self._planner = planner.twin()
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
@@ -101,6 +102,11 @@ class SampledShadows(Visibility):
         self._planner.release()
 
 
+def _keep_exact(choices: VolumeOptions | None) -> VolumeOptions:
+    """Leave out what changes counts."""
+    return replace(choices or VolumeOptions(), detail=0.0, shorten=False)
+
+
 class SoftLights:
     """Area lights of a picture by number, and the method that draws their visibility."""
 
@@ -133,7 +139,7 @@ class SoftMethods:
     ) -> None:
         self._planner, self._counter = planner, counter
         self._softness = softness or Softness()
-        self._choices = None if choices is None else replace(choices, detail=0.0)
+        self._choices = _keep_exact(choices)
         self._made: dict[str, Visibility] = {}
 
     def take_turn(self, turn: int, turns: int) -> None:
@@ -146,6 +152,12 @@ class SoftMethods:
         if softness != self._softness:
             self.release()
         self._softness = softness
+
+    def permit(self, choices: VolumeOptions | None) -> None:
+        """Set the permitted simplifications; methods with others are made again."""
+        if _keep_exact(choices) != self._choices:
+            self.release()
+        self._choices = _keep_exact(choices)
 
     def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
         """Find the area lights, and choose their method; raises as ``choose``."""

@@ -204,7 +204,7 @@ class WedgePainter:
         program.set(
             keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
             axis_v=axes[1], axis_n=axes[2], reach=self._find_reach(projection),
-            bottom=float(self._planner.floor - projection.eye[2]),
+            bottom=float(self._planner.casting.floor - projection.eye[2]),
             **projection.uniforms, **projection.rays,
         )  # fmt: skip
         return program

@@ -26,6 +26,7 @@ from umbra.gl.overlap import bound_boxes, find_most
 from umbra.gl.plan import Draw, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_clip_range, find_source
+from umbra.gl.request import find_key
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
 from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
@@ -263,7 +264,7 @@ class ScaledLayers(Visibility):
         self._counter = VolumeCounter(device, self._points, self._indices, grows=True)
         self._numbers, self._stack = IndexList(), Stack(device)
         self._layers: list[LightLayers] = []
-        self._key = b""
+        self._key: tuple | None = None
         self._plans: list[list[VolumePlan]] = []
         self._middles: list[VolumePlan] = []
         self._projection: Projection | None = None
@@ -274,19 +275,12 @@ class ScaledLayers(Visibility):
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         self._projection, self._middles, self._is_shown = projection, list(plans), False
-        grown = self._grow(lights, plans)
-        key = projection.matrix.tobytes() + projection.eye.tobytes()
-        if (
-            not grown
-            and key == self._key
-            and all(
-                mine[0].scissor == plan.scissor
-                for mine, plan in zip(self._plans, plans, strict=True)
-            )
-        ):
+        self._grow(lights, plans)
+        key = find_key((projection, *self._layers, *plans))
+        if key == self._key:
             return
         self._key = key
-        origin, floor = self._planner.scene.origin, self._planner.floor
+        origin, floor = self._planner.scene.origin, self._planner.casting.floor
         self._plans = []
         self._numbers.begin(self._indices.dtype)
         for layers, area, plan in zip(self._layers, lights, plans, strict=True):
@@ -314,8 +308,8 @@ class ScaledLayers(Visibility):
         self._stack.add_shadow(state, 1.0 - float(self._opacities[0]), scissor)
         return shares
 
-    def _grow(self, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]) -> bool:
-        """Find the layers of moved lights; return whether there were any."""
+    def _grow(self, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]) -> None:
+        """Find the layers of moved lights."""
         found = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
             source = find_source(area.light, self._planner.scene.origin)
@@ -333,7 +327,6 @@ class ScaledLayers(Visibility):
         if not same:
             growth = np.stack([each.growth for each in found]) if found else np.zeros(0)
             self._points.write(growth.astype(np.float32))
-        return not same
 
     def release(self) -> None:
         """Free the device objects."""

@@ -1,10 +1,11 @@
 """
-Lone casters: convex, and their shadow meets no other caster but falls on what lies below them all.
+Isolated convex casters: their shadow meets no other caster but falls on what lies below them all.
 
 Such a volume is empty down to there, and all it counts above are its caster's own faces turned
 from the light, which get none anyway. So it may begin just above, closed by a fan: that of a ball
 over the ground then fills a fraction of the pixels. A caster that another's shadow meets is not
-alone either: where its smooth normals lean to the light, a count of 1 says that no other shades it.
+isolated either: where its smooth normals lean to the light, a count of 1 says that no other shades
+it.
 """
 
 from collections.abc import Sequence
@@ -16,18 +17,17 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.flags import CUT, LOW, SIDES, VolumeSelection
-from umbra.gl.kept_light import KeptLight
 
-__all__ = ["LoneCasters"]
+__all__ = ["IsolatedCasters"]
 
 _MOST = 512
 """More shells than take a millisecond to compare with each other are not compared."""
 
 
 @dataclass(frozen=True, eq=False)
-class LoneCasters:
+class IsolatedCasters:
     """
-    What tells which shells are alone under a light, while they stand still.
+    What tells which shells are isolated under a light, while they stand still.
 
     Parameters
     ----------
@@ -44,7 +44,9 @@ class LoneCasters:
     top: float
 
     @classmethod
-    def of(cls, bodies: Sequence[Body], bounds: NDArray[np.float64], top: float) -> "LoneCasters":
+    def of(
+        cls, bodies: Sequence[Body], bounds: NDArray[np.float64], top: float
+    ) -> "IsolatedCasters":
         """Measure the shells of bodies, whose boxes ``bounds`` (n_shells, 2, 3) are."""
         convex: list[NDArray[np.bool_]] = [np.zeros(0, np.bool_)]
         reach: list[NDArray[np.float64]] = [np.zeros(0)]
@@ -65,21 +67,22 @@ class LoneCasters:
         can_be = np.concatenate(convex) & (bounds[:, 0, 2] > top)
         return cls(np.column_stack([middle, radius]), can_be, top)
 
-    def shorten(self, selection: VolumeSelection, kept: KeptLight) -> VolumeSelection:
-        """Return a light's selection in which the volumes of lone casters are ``LOW``."""
+    def shorten(self, selection: VolumeSelection, light: NDArray[np.float64]) -> VolumeSelection:
+        """Return a light's selection in which the volumes of isolated casters are ``LOW``."""
         is_cut = (selection.flags & (SIDES | CUT)) == (SIDES | CUT)
         wanted = is_cut & (selection.case == 1) & self.can_be
-        if not wanted.any() or kept.is_special:
+        if not wanted.any():
             return selection
-        lone = _find_lone(self.balls, kept.source, wanted)
-        flags = selection.flags | np.where(lone, LOW, np.uint8(0))
+        isolated = _find_isolated(self.balls, light, wanted)
+        flags = selection.flags | np.where(isolated, LOW, np.uint8(0))
         return replace(selection, flags=flags, top=self.top)
 
 
 @njit(cache=True, nogil=True)
-def _find_lone(balls, light, wanted):
+def _find_isolated(balls, light, wanted):
     """Find the wanted balls whose shadow under a light meets no ball, and which none shades."""
     n, is_point = balls.shape[0], light[3] != 0.0
+    holds = np.zeros(n, np.bool_)
     ways, sines, cosines = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
     for i in range(n):
         way = ways[i]
@@ -87,12 +90,13 @@ def _find_lone(balls, light, wanted):
         if is_point:
             way -= light[:3]
             distance = max(np.sqrt((way**2).sum()), 1e-300)
+            holds[i] = distance <= balls[i, 3]
             way /= distance
             sines[i] = min(balls[i, 3] / distance, 1.0)
             cosines[i] = np.sqrt(1.0 - sines[i] ** 2)
         else:
             way -= (way * light[:3]).sum() * light[:3]
-    lone = wanted.copy()
+    isolated = wanted.copy()
     for i in range(n):
         if not wanted[i]:
             continue
@@ -101,11 +105,13 @@ def _find_lone(balls, light, wanted):
                 continue
             if is_point:
                 cosine = ways[i, 0] * ways[j, 0] + ways[i, 1] * ways[j, 1] + ways[i, 2] * ways[j, 2]
-                meets = cosine >= cosines[i] * cosines[j] - sines[i] * sines[j]
+                # A caster whose ball holds the lamp may stand in any direction.
+                meets = holds[i] or holds[j]
+                meets |= cosine >= cosines[i] * cosines[j] - sines[i] * sines[j]
             else:
                 x, y, z = ways[i, 0] - ways[j, 0], ways[i, 1] - ways[j, 1], ways[i, 2] - ways[j, 2]
                 meets = x * x + y * y + z * z <= (balls[i, 3] + balls[j, 3]) ** 2
             if meets:
-                lone[i] = False
+                isolated[i] = False
                 break
-    return lone
+    return isolated
