@@ -265,8 +265,6 @@ class ReceiverKind:
         Whether the rows of the raster are heights.
     has_scale : bool
         Whether a length in the picture is one length in the model.
-    follows_extent : bool
-        Whether areas grow with the extent of the raster.
     spot : str
         Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
@@ -288,7 +286,6 @@ class ReceiverKind:
     belongs_to_parts: ClassVar[bool] = True
     is_upright: ClassVar[bool] = False
     has_scale: ClassVar[bool] = True
-    follows_extent: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv")
     has_roofs: ClassVar[bool] = False
@@ -366,6 +363,15 @@ class ReceiverKind:
         which = np.isfinite(study.shadow_hours) & study.is_of_model & self.find_open(study)
         weight = np.full(which.shape, study.grid.dx * study.grid.dy)
         return Counted(which, weight, "m²", self.what_counts) if which.any() else None
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """
+        Return groups of the receivers that a proposal is judged on, all of them last.
+
+        They lie anywhere in the frame, so that changes of their areas are what pictures show.
+        """
+        counted = self.find_counted(study)
+        return [] if counted is None else [counted]
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the receivers under no roof."""

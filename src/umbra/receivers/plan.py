@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, check_stated, find_level, has_terrain
+from umbra.receivers.level import TERRAIN, Level, check_stated, find_level, has_terrain
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.receivers.raster import Raster
 from umbra.scene import Scene
@@ -109,6 +110,21 @@ class PlanRaster(Raster):
             window[tile.nothing] = np.nan
         return heights
 
+    @cached_property
+    def is_built(self) -> NDArray[np.bool_]:
+        """Cells with anything but ground on top."""
+        kinds = [part.kind not in TERRAIN for part in self.casting.scene.parts]
+        stands = np.array([*kinds, False])
+        built = np.zeros(self.shape, np.bool_)
+        for *where, part in self._parts:
+            built[*where] = stands[self.casting.make_tile(part).find_parts()]
+        return built
+
+    @cached_property
+    def is_near(self) -> NDArray[np.bool_]:
+        """Cells that count in figures: those near buildings."""
+        return find_near(self.is_built, (self.grid.dx, self.grid.dy), NEAR)
+
     def finish(self) -> NDArray[np.bool_] | None:
         """Add the assumptions about the ground to the facts."""
         scene, share = self.casting.scene, self.bare / math.prod(self.shape)
@@ -141,6 +157,21 @@ class PlanKind(ReceiverKind):
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the height of each receiver [m]."""
         raise NotImplementedError
+
+    def find_counted(self, study: Any) -> Counted | None:
+        """Return what lies near buildings: far ground would make any share a matter of frame."""
+        *_, whole = self.list_counted(study)
+        which = whole.which & study.laid.is_near
+        if not which.any():
+            return None
+        limit = f", within {NEAR:g} m of buildings" if study.laid.is_built.any() else ""
+        return replace(whole, which=which, what=f"{whole.name}{limit}")
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """Return the receivers of the whole frame."""
+        which = np.isfinite(study.shadow_hours) & self.find_open(study)
+        weight = np.broadcast_to(np.float64(study.grid.dx * study.grid.dy), which.shape)
+        return [Counted(which, weight, "m²", self.what_counts)]
 
     def lay_out(self, request: Request) -> PlanRaster:
         """Choose the cells of the plan."""
@@ -221,7 +252,7 @@ class TopmostSurface(PlanKind):
 
     name = "top"
     has_roofs = True
-    what_counts = "all that is seen from above"
+    what_counts = "ground and roofs"
     tile = TopmostTile
 
     def has_end(self, request: Request, *, is_assumed: bool) -> bool:
@@ -231,6 +262,14 @@ class TopmostSurface(PlanKind):
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the height of the topmost surface."""
         return laid.heights
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """Return the ground, the roofs, and both."""
+        (whole,) = super().list_counted(study)
+        built = study.laid.is_built
+        ground = replace(whole, which=whole.which & ~built, what="ground")
+        roofs = replace(whole, which=whole.which & built, what="roofs")
+        return [*(some for some in (ground, roofs) if some.which.any()), whole]
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
