@@ -68,7 +68,7 @@ class Scale:
     @classmethod
     def of(cls, job: FolderJob) -> "Scale":
         """Choose the scale of a study's pictures."""
-        dates, show = split_dates(job.study), job.outputs.show
+        dates, show = split_dates(job.study), job.show
         divisor, words = find_together(job)
         if len(dates) > 1:
             divisor, words = 1, " on the date"
@@ -81,6 +81,10 @@ class Scale:
         if self.divisor == 1 and lack == 0:
             return study.shadow_hours
         return study.shadow_hours / np.float32(self.divisor) + np.float32(lack)
+
+    def find_dark(self, study: Study) -> float:
+        """Return the value of ``read_hours`` from which a place has no sun."""
+        return self.most if self.show == "sun" else study.up_hours / self.divisor
 
 
 def tell_daylight(study: Study) -> str:

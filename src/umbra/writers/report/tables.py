@@ -141,9 +141,10 @@ def _find_sun_areas(study: Study) -> Table | None:
     if counted.unit == "points":
         note = f"Of {all_of_it:,.0f} points."
         return Table("Points in the sun", (_LEAST, "points", "share [%]"), rows, note)
+    what = f"{counted.what} [m²]"
     note = f"Of {counted.tell_whole()} of {counted.what}"
     note += ", as far as the plan shows them." if study.kind.is_plan else " here."
-    return Table("Area in the sun", (_LEAST, "area [m²]", "share [%]"), rows, note)
+    return Table("Area in the sun", (_LEAST, what, "share [%]"), rows, note)
 
 
 def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
