@@ -8,7 +8,11 @@ from umbra.receivers.counted import NEAR, find_near
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
+from umbra.writers.contours import trace
+from umbra.writers.folder.captions import tell_cut
+from umbra.writers.plan import DOTS_PER_INCH, Plan
 from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas
+from umbra.writers.sheet import lay_out
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 TIMES = {"date": "2026-03-21", "start": "09:00", "end": "15:00", "every": "1h"}
@@ -90,3 +94,26 @@ def test_near_cells_are_those_of_a_search_in_any_strips(monkeypatch):
         monkeypatch.setattr("umbra.receivers.counted._CELLS", cells)
         np.testing.assert_array_equal(find_near(built, (1.5, 0.5), 4.0), away <= 4.0)
     assert find_near(np.zeros((3, 4), bool), (1, 1), 2.0).all()
+
+
+def test_lines_of_hours_go_straight_to_the_frame():
+    for n in (1600, 1000):
+        plan = Plan((np.arange(n) + 0.5) * 100 / n, (np.arange(n * 4 // 5) + 0.5) * 100 / n)
+        sheet = lay_out(plan, 0.55)
+        x, y = np.meshgrid(plan.x, plan.y)
+        left, bottom, wide, high = sheet.map_box
+        (line,) = trace(sheet, y < 0.3 * x - 29.5)  # from the lower edge to near a corner
+        at = (line - (left, bottom)) / (wide, high) * (100, 80)
+        at = at[((at > 0) & (at < (100, 80))).all(1)]
+        off = (at[:, 1] - 0.3 * at[:, 0] + 29.5) / np.hypot(0.3, 1) * DOTS_PER_INCH * high / 80
+        assert np.abs(off[-2:]).max() < 0.25  # pixels; it was 0.47
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_a_frame_that_cuts_shadows_says_so(street, receivers):
+    assert tell_cut(run(street, receivers, (-90, -70, 110, 120))) == ""
+    cut = run(street, receivers, (-20, -20, 20, 9))
+    hours = cut.shadow_hours[-1][~cut.laid.is_built[-1]]
+    assert f"{hours.max():.3g} h" in tell_cut(cut)
+    built = run(street, receivers, (-4, 5, 4, 9))  # all under the roof of one house
+    assert tell_cut(built) == ""
