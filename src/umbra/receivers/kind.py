@@ -274,7 +274,7 @@ class ReceiverKind:
     tables : dict of str to str
         Names of CSV files of samples, each with the dimension of its lines.
     what_counts : str
-        Description of the receivers with meaningful hours.
+        Description of those with meaningful hours.
     """
 
     name: ClassVar[str]
@@ -365,13 +365,8 @@ class ReceiverKind:
         return Counted(which, weight, "m²", self.what_counts) if which.any() else None
 
     def list_counted(self, study: Any) -> list[Counted]:
-        """
-        Return groups of the receivers that a proposal is judged on, all of them last.
-
-        They lie anywhere in the frame, so that changes of their areas are what pictures show.
-        """
-        counted = self.find_counted(study)
-        return [] if counted is None else [counted]
+        """Return groups of receivers of the whole frame, on which a proposal is judged; all last."""
+        return list(filter(None, [self.find_counted(study)]))
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the receivers under no roof."""
