@@ -330,7 +330,8 @@ def test_the_suns_path_is_whole_from_above(live):
         "(() => { const { target, distance } = umbra.state.viewpoint;"
         "const eye = [target[0], target[1], target[2] + distance];"
         "return umbra.stage.renderer.lines.find((one) => one.width === 2.5).places.map((place) =>"
-        "umbra.model.trace(eye, place.map((v, k) => v - eye[k]), { cast: umbra.before, reach: 1.02 }).length > 0); })()"
+        "umbra.model.trace(eye, place.map((v, k) => v - eye[k]),"
+        "{ cast: umbra.before, reach: 1.02 }).length > 0); })()"
     )
     rows, cols = drawn.shape
     (path,) = np.array(lines)

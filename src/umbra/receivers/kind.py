@@ -365,7 +365,7 @@ class ReceiverKind:
         return Counted(which, weight, "m²", self.what_counts) if which.any() else None
 
     def list_counted(self, study: Any) -> list[Counted]:
-        """Return groups of receivers of the whole frame, on which a proposal is judged; all last."""
+        """Return groups of the whole frame, on which a proposal is judged; all of them last."""
         return list(filter(None, [self.find_counted(study)]))
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:

@@ -12,12 +12,21 @@ from numpy.typing import NDArray
 from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import TERRAIN, Level, check_stated, find_level, has_terrain
+from umbra.receivers.level import (
+    TERRAIN,
+    Level,
+    check_stated,
+    find_level,
+    has_terrain,
+    measure_bases,
+)
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.receivers.raster import Raster
+from umbra.receivers.scattered import find_dense, tell_coarse, tell_dense
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
+from umbra.scene.mesh import find_standing
 
 if TYPE_CHECKING:
     from umbra.study import Study
@@ -184,19 +193,36 @@ class PlanKind(ReceiverKind):
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
         is_stated = request.options.extent is not None
-        skyline = Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level)
+        boxes = derive(scene, "standing", None, lambda: _find_standing(scene))
+        facts: dict[str, object] = {"ground_z": level}
+        dense = None if is_stated else find_dense(boxes)
+        if dense is not None:
+            facts["extent_note"] = tell_dense(dense, boxes)
+        skyline = (
+            Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level, dense)
+        )
         # If nothing receives beyond a terrain, the extent need not hold shadows.
         reaching = np.zeros((0, 3)) if has_end or is_stated else request.find_reaching()
         grid, x, y = lay_out(skyline, reaching, **request.find_room())
+        if coarse := tell_coarse(grid, boxes):
+            facts["cell_note"] = coarse
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
-            {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,
+            facts, x=x, y=y, ground=level, assumed=assumed,
             grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
         )  # fmt: skip
 
 
-def _find_skyline(model: PlanModel, level: float) -> Skyline:
-    """Return the skyline of the visible parts and canopies."""
+def _find_standing(scene: Scene) -> NDArray[np.float64]:
+    """Return the plans (n, 2, 3) of the objects that stand on no other: buildings, not dormers."""
+    boxes = measure_bases(scene).boxes
+    return boxes[find_standing(boxes)]
+
+
+def _find_skyline(
+    model: PlanModel, level: float, dense: NDArray[np.float64] | None = None
+) -> Skyline:
+    """Return the skyline of the visible parts and canopies, or of those in a box (2, 2)."""
     origin = model.scene.origin
 
     def find() -> Skyline:
@@ -204,6 +230,9 @@ def _find_skyline(model: PlanModel, level: float) -> Skyline:
         if model.canopy is not None:
             crowns = model.scene.triangles(model.canopy.casting)
             corners = np.concatenate([corners, crowns.find_corners() + origin])
+        if dense is not None:
+            inside = ((corners[:, :2] >= dense[0]) & (corners[:, :2] <= dense[1])).all(1)
+            corners = corners[inside] if inside.any() else corners
         return Skyline.of(corners, level)
 
     return derive(model.soup, "skyline", (model.canopy, level), find)

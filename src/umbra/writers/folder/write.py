@@ -167,6 +167,9 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures += draw_sheet(job, sheets.plan)
     if "assumption" in study.facts:
         job.say(f"note: {study.facts['assumption']}")
+    for name in ("extent_note", "cell_note"):
+        if name in study.facts:
+            job.say(f"note: {study.facts[name]}")
     if study.is_plan and job.options.extent is None and not study.model.has_end:
         note_cut(job)
     is_bare = study.kind.is_level and not has_terrain(job.scene)
