@@ -78,7 +78,7 @@ def compose_profile(
 def find_tints(n: int) -> NDArray[np.float32]:
     """Return the colour of a single shadow of each of n stamps, (n, 3) sRGB."""
     path = make_stamp_path(n).astype(np.float32)
-    return _mix(np.ones(n, np.float32), path.T, n)
+    return _mix(np.ones(n, np.float32), [*path.T], n)
 
 
 def _mix(count: NDArray, lab: Sequence[NDArray], n: int) -> NDArray[np.float32]:

@@ -217,7 +217,7 @@ def describe_making(study: Study, options: StudyOptions) -> str:
     )
 
 
-def tell_cut(study: Study) -> str:
+def tell_cut(study: Any) -> str:
     """Say that a plan's frame cuts shadows, and of one date how long they last there."""
     if not study.is_plan:
         return ""
