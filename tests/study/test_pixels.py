@@ -8,7 +8,9 @@ from support.shapes import box, city, moved, sheet, torus_knot, turned
 
 import umbra
 from umbra.receivers import seen as seen_module
-from umbra.study import run_study
+from umbra.receivers.view import SurfacesFromAbove
+from umbra.study import StudyOptions, run_study
+from umbra.study import run as run_options
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "06:15", "end": "19:15", "every": "40min", "masks": True}
@@ -77,3 +79,13 @@ def test_hours_by_caster_are_what_rays_find(block, receivers, options, monkeypat
         same = np.isclose(counted[name], asked[name], atol=1e-5, equal_nan=True)
         assert (~same).sum() <= 6
         assert float(counted[name].sum()) > 0
+
+
+def test_the_picture_of_samples_is_counted_as_they_are_and_not_in_frames(block, monkeypatch):
+    options = StudyOptions(receivers="215/35", size=(140, 90), **{**DAY, "masks": False})
+    frames = run_options(block, VIENNA, options)
+    monkeypatch.setattr(seen_module.ViewTile, "masks", None)  # no frame of any sun
+    picture = run_options(block, VIENNA, options, kind=SurfacesFromAbove())
+    differ = frames.shadow_hours != picture.shadow_hours
+    assert differ.sum() <= 5  # pixels on an edge of shadow
+    assert np.nanmax(frames.shadow_hours) > 8

@@ -285,11 +285,64 @@ def test_before_and_after_differ_by_the_proposal_in_one_picture(live):
     both = read_picture(live)
     middle = both.shape[1] // 2
     assert (after != before).any(axis=2).mean() > 0.005
-    assert (both[:, : middle - 1] == before[:, : middle - 1]).all()
-    assert (both[:, middle + 1 :] == after[:, middle + 1 :]).all()
+    below = slice(40, None)  # of the labels
+    assert (both[below, : middle - 2] == before[below, : middle - 2]).all()
+    assert (both[below, middle + 2 :] == after[below, middle + 2 :]).all()
+    assert (both[:, middle - 1 : middle + 1] == 255).all()  # they are parted, and named
+    for labels, same in (
+        (both[:36, middle - 110 : middle - 26], before[:36, middle - 110 : middle - 26]),
+        (both[:36, middle + 26 : middle + 80], after[:36, middle + 26 : middle + 80]),
+    ):
+        assert ((labels.max(2) < 90) & (same.max(2) > 90)).sum() > 30
     live.ask("document.querySelector('[role=slider].swipe').focus()")
     live.press("ArrowLeft")
     assert live.ask("umbra.state.swipe") == pytest.approx(0.48)
+
+
+def test_shortcuts_work_while_a_slider_has_the_focus(live):
+    live.ask("document.querySelector('input[type=range]').focus()")
+    before = live.ask("umbra.state.viewpoint.distance")
+    live.press("+")
+    settle(live)
+    assert live.ask("umbra.orbit.viewpoint.distance") < before
+    minutes, heading = live.ask("[umbra.state.minutes, umbra.orbit.viewpoint.heading]")
+    live.press("ArrowRight")  # the slider's own
+    settle(live)
+    assert live.ask("umbra.state.minutes") > minutes
+    assert live.ask("umbra.orbit.viewpoint.heading") == heading
+    live.press("t")
+    settle(live)
+    assert live.ask("umbra.orbit.viewpoint.tilt") == pytest.approx(-89.9)
+
+
+def test_the_suns_path_is_whole_from_above(live):
+    live.ask("umbra.set({compare: 'before', hasPath: false, hasCompass: false, minutes: 720})")
+    live.ask("umbra.orbit.set({...umbra.orbit.viewpoint, heading: 0, tilt: -89.9})")
+    settle(live)
+    without = read_picture(live)
+    live.ask("umbra.set({hasPath: true})")
+    drawn = (read_picture(live) != without).any(axis=2)
+    lines, view = live.ask(
+        "[umbra.stage.renderer.lines.filter((one) => one.width === 2.5).map((one) => one.places),"
+        " umbra.state.viewpoint]"
+    )
+    is_behind = live.ask(
+        "(() => { const { target, distance } = umbra.state.viewpoint;"
+        "const eye = [target[0], target[1], target[2] + distance];"
+        "return umbra.stage.renderer.lines.find((one) => one.width === 2.5).places.map((place) =>"
+        "umbra.model.trace(eye, place.map((v, k) => v - eye[k]),"
+        "{ cast: umbra.before, reach: 1.02 }).length > 0); })()"
+    )
+    rows, cols = drawn.shape
+    (path,) = np.array(lines)
+    away = view["distance"] + view["target"][2] - path[:, 2]
+    scale = rows / 2 / np.tan(np.radians(view["fov"]) / 2) / away
+    x = cols / 2 + (path[:, 0] - view["target"][0]) * scale
+    y = rows / 2 - (path[:, 1] - view["target"][1]) * scale
+    seen = ~np.array(is_behind) & (away > 0) & (x > 9) & (x < cols - 9) & (y > 9) & (y < rows - 9)
+    assert seen.sum() > 60
+    for col, row in np.rint(np.stack([x, y], 1)[seen]).astype(int):
+        assert drawn[row - 6 : row + 7, col - 6 : col + 7].any()
 
 
 def test_distances_and_sections_are_kept_by_a_link(live, written):

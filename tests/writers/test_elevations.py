@@ -16,7 +16,7 @@ from umbra.writers.elevations import (
     make_elevations_sheet,
 )
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, MISSING, Plan
+from umbra.writers.plan import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.sheet import KEY_WIDTH, MARGIN
 
 SIDES = ("South", "East", "North", "West")
@@ -85,7 +85,7 @@ def test_a_stated_extent_of_any_shape_fills_the_paper(plan):
 def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
     x, y = (cell * (np.arange(round(n / cell)) + 0.5) for n in (wide, high))
     plan = Plan(x, y, None, 0.0 if axes[0] else None, title="house", date="2026", axes=axes)
-    return plan, np.full(plan.shape, hours, np.float32)
+    return plan, DayMap(np.full(plan.shape, hours, np.float32))
 
 
 def test_all_maps_are_of_one_scale_and_named():

@@ -13,6 +13,7 @@ from support.shapes import box, moved
 
 from umbra.errors import UmbraError
 from umbra.receivers import KINDS
+from umbra.receivers.counted import find_near
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.preview import make_preview
@@ -132,7 +133,9 @@ def test_csv_counts_the_shaded_ground(study, tmp_path):
     with (tmp_path / "areas.csv").open(newline="") as file:
         rows = list(csv.reader(file))
     hours = int(rows[1][0].split()[0])
-    area = np.count_nonzero((study.sun_hours >= hours - 1e-3) & is_open) * cell
+    assert rows[0][1] == "open ground, within 20 m of buildings [m²]"
+    near = is_open & find_near(~is_open, (study.grid.dx, study.grid.dy), 20.0)
+    area = np.count_nonzero((study.sun_hours >= hours - 1e-3) & near) * cell
     assert float(rows[1][1]) == pytest.approx(area, abs=0.06)
 
 

@@ -245,7 +245,7 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
         for x, y in [(5, 2.5), (15, 2.5), (30, 2.5), (5, 27), (20, 15)]
     )
     assert (bare == 255).all()
-    assert both @ LUMINANCE < min(one @ LUMINANCE, other @ LUMINANCE) - 20
+    assert both @ LUMINANCE < min(one @ LUMINANCE, other @ LUMINANCE) - 10
     assert np.ptp(both) < 8  # all day long is no hour's colour
     assert np.abs(one - other).max() > 60  # stamps tell apart
     assert np.ptp(roof) <= 1
@@ -283,7 +283,7 @@ def test_darkness_grows_with_every_layer_and_never_ends_in_black():
     luminance = np.array(depth) @ LUMINANCE
     assert (np.diff(luminance) < 0).all()
     assert (depth[0] == 1).all()
-    assert luminance[1] < 0.9
+    assert luminance[1] < 0.95
     assert 0.3 < luminance[-1] < 0.45  # dark, and still a grey that lines and roofs stand out from
     assert luminance[16] - luminance[32] > 0.05  # between high buildings counts still tell apart
 
@@ -293,7 +293,8 @@ def test_a_shadow_keeps_the_hue_of_its_hours():
     masks[:6, 0, 0] = masks[-6:, 0, 2] = masks[6:-6, 0, 1] = True
     morning, _, evening = compose_profile(masks, 33, (1, 3))[0]
     assert morning[0] > morning[2] + 0.1  # yellow
-    assert evening[2] > evening[0] + 0.1  # blue
+    assert evening[2] > evening[0] + 0.05  # violet
+    assert evening[2] > evening[1] + 0.1
 
 
 @pytest.mark.parametrize(("shape", "n"), [((60, 80), 4), ((600, 60), 2), ((60, 600), 12)])
@@ -575,7 +576,7 @@ def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
         x, y, w, h = panel.map_box
         at = pixels[round((y + h / 8) * DOTS_PER_INCH), round((x + w / 8) * DOTS_PER_INCH)]
         wanted = ramp[round((len(ramp) - 1) * (k + 1) / n)]
-        np.testing.assert_allclose(at, wanted, atol=2)
+        np.testing.assert_allclose(at, wanted, atol=3)
     with pytest.raises(ValueError, match="2026-01-21 are"):
         make_hours_sheet(plan, [replace(days[0], hours=hours[0][1:])], 8.0)
 

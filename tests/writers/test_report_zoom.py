@@ -296,3 +296,41 @@ def test_the_pixels_of_an_enlarged_plan_are_those_of_its_cells(plan, study):
         assert (pixel[0] < 200) == bool(study.masks[step][row, col])
         tested.add(pixel[0] < 200)
     assert tested == {True, False}
+
+
+WIDE = "[...document.querySelectorAll('.wide, #line')].filter((box) => box.getClientRects().length)"
+
+
+def test_paper_loses_no_column_and_shows_no_empty_model(page, tmp_path):
+    dates = ["2026-03-21", "2026-06-21"]
+    both = make_study(date=dates, every="1h", receivers="top", proposed=["bar"], by="part")
+    page.open(save(tmp_path / "report.html", both)[0], READY)
+    page.ask("document.getElementById('live-show').click()")
+    page.wait("document.getElementById('live').dataset.ready")
+    page.send("Emulation.setEmulatedMedia", media="print")
+    page.resize(688, 1000)  # A4 with Chromium's margins [CSS pixel]
+    over = f"{WIDE}.map((box) => box.scrollWidth - Math.min(box.clientWidth, innerWidth))"
+    assert max(page.ask(over)) <= 1
+    ends = f"{WIDE}.map((box) => Math.max(...[...box.querySelectorAll('th, td')]"
+    assert max(page.ask(f"{ends}.map((cell) => cell.getBoundingClientRect().right), 0))")) <= 688
+    assert page.ask(f"{WIDE}.map((box) => getComputedStyle(box).overflowX)").count("auto") == 0
+    headings = page.ask(
+        "[...document.querySelectorAll('h2')].filter((h) => h.getClientRects().length)"
+        ".map((h) => h.textContent)"
+    )
+    assert "Before and after" in headings
+    assert "The live model" not in headings
+    page.send("Emulation.setEmulatedMedia", media="screen")
+
+
+@pytest.mark.parametrize("dates", [["2026-03-21"], ["2026-03-21", "2026-12-21"]])
+def test_a_phone_shows_what_changed(page, tmp_path, dates):
+    both = make_study(date=dates, every="1h", receivers="top", proposed=["bar"])
+    page.resize(390, 844, is_phone=True)
+    page.open(save(tmp_path / "report.html", both)[0], READY)
+    right = page.ask(
+        "[...document.querySelectorAll('th')].filter((h) => h.textContent.startsWith('change'))"
+        ".map((h) => h.getBoundingClientRect().right)"
+    )
+    assert len(right) == 1
+    assert right[0] <= 390

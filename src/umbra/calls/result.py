@@ -143,7 +143,7 @@ class ShadowStudy:
         Parameters
         ----------
         **picture
-            ``show``: 'shadow' (default) or 'sun'; ``title``, ``subtitle``.
+            ``show``: 'shadow' (default of one date) or 'sun' (of several); ``title``, ``subtitle``.
         """
         return self._draw("hours", picture)
 
@@ -200,7 +200,7 @@ class ShadowStudy:
         sheet: bool = False,
         pictures: bool = True,
         rules: str | Path | None = None,
-        show: Literal["shadow", "sun"] = "shadow",
+        show: Literal["shadow", "sun"] | None = None,
         at: Sequence[str] = (),
         title: str | None = None,
         subtitle: str | None = None,
@@ -225,8 +225,8 @@ class ShadowStudy:
             ``hours.png``, ``profile.png`` and other maps.
         rules : path, optional
             Also ``verdicts.csv`` by this rule file.
-        show : {'shadow', 'sun'}
-            Hours that pictures and lines show.
+        show : {'shadow', 'sun'}, optional
+            Hours that pictures and lines show; by default in shadow of one date, of sun of several.
         at : sequence of str
             Clock times of the profile, films and outlines.
         title, subtitle : str, optional

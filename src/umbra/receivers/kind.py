@@ -270,8 +270,6 @@ class ReceiverKind:
         Whether the rows of the raster are heights.
     has_scale : bool
         Whether a length in the picture is one length in the model.
-    follows_extent : bool
-        Whether areas grow with the extent of the raster.
     spot : str
         Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
@@ -281,7 +279,7 @@ class ReceiverKind:
     tables : dict of str to str
         Names of CSV files of samples, each with the dimension of its lines.
     what_counts : str
-        Description of the receivers with meaningful hours.
+        Description of those with meaningful hours.
     """
 
     name: ClassVar[str]
@@ -293,7 +291,6 @@ class ReceiverKind:
     belongs_to_parts: ClassVar[bool] = True
     is_upright: ClassVar[bool] = False
     has_scale: ClassVar[bool] = True
-    follows_extent: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv")
     has_roofs: ClassVar[bool] = False
@@ -371,6 +368,10 @@ class ReceiverKind:
         which = np.isfinite(study.shadow_hours) & study.is_of_model & self.find_open(study)
         weight = np.full(which.shape, study.grid.dx * study.grid.dy)
         return Counted(which, weight, "m²", self.what_counts) if which.any() else None
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """Return groups of the whole frame, on which a proposal is judged; all of them last."""
+        return list(filter(None, [self.find_counted(study)]))
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the receivers under no roof."""

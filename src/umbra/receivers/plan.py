@@ -9,14 +9,24 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, check_stated, find_level, has_terrain
+from umbra.receivers.level import (
+    TERRAIN,
+    Level,
+    check_stated,
+    find_level,
+    has_terrain,
+    measure_bases,
+)
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.receivers.raster import Raster
+from umbra.receivers.scattered import find_dense, tell_coarse, tell_dense
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
+from umbra.scene.mesh import find_standing
 
 if TYPE_CHECKING:
     from umbra.study import Study
@@ -109,6 +119,21 @@ class PlanRaster(Raster):
             window[tile.nothing] = np.nan
         return heights
 
+    @cached_property
+    def is_built(self) -> NDArray[np.bool_]:
+        """Cells with anything but ground on top."""
+        kinds = [part.kind not in TERRAIN for part in self.casting.scene.parts]
+        stands = np.array([*kinds, False])
+        built = np.zeros(self.shape, np.bool_)
+        for *where, part in self._parts:
+            built[*where] = stands[self.casting.make_tile(part).find_parts()]
+        return built
+
+    @cached_property
+    def is_near(self) -> NDArray[np.bool_]:
+        """Cells that count in figures: those near buildings."""
+        return find_near(self.is_built, (self.grid.dx, self.grid.dy), NEAR)
+
     def finish(self) -> NDArray[np.bool_] | None:
         """Add the assumptions about the ground to the facts."""
         scene, share = self.casting.scene, self.bare / math.prod(self.shape)
@@ -142,6 +167,21 @@ class PlanKind(ReceiverKind):
         """Return the height of each receiver [m]."""
         raise NotImplementedError
 
+    def find_counted(self, study: Any) -> Counted | None:
+        """Return what lies near buildings: far ground would make any share a matter of frame."""
+        *_, whole = self.list_counted(study)
+        which = whole.which & study.laid.is_near
+        if not which.any():
+            return None
+        limit = f", within {NEAR:g} m of buildings" if study.laid.is_built.any() else ""
+        return replace(whole, which=which, what=f"{whole.name}{limit}")
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """Return the receivers of the whole frame."""
+        which = np.isfinite(study.shadow_hours) & self.find_open(study)
+        weight = np.broadcast_to(np.float64(study.grid.dx * study.grid.dy), which.shape)
+        return [Counted(which, weight, "m²", self.what_counts)]
+
     def lay_out(self, request: Request) -> PlanRaster:
         """Choose the cells of the plan."""
         scene, origin = request.scene, request.scene.origin
@@ -153,19 +193,36 @@ class PlanKind(ReceiverKind):
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
         is_stated = request.options.extent is not None
-        skyline = Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level)
+        boxes = derive(scene, "standing", None, lambda: _find_standing(scene))
+        facts: dict[str, object] = {"ground_z": level}
+        dense = None if is_stated else find_dense(boxes)
+        if dense is not None:
+            facts["extent_note"] = tell_dense(dense, boxes)
+        skyline = (
+            Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level, dense)
+        )
         # If nothing receives beyond a terrain, the extent need not hold shadows.
         reaching = np.zeros((0, 3)) if has_end or is_stated else request.find_reaching()
         grid, x, y = lay_out(skyline, reaching, **request.find_room())
+        if coarse := tell_coarse(grid, boxes):
+            facts["cell_note"] = coarse
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
-            {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,
+            facts, x=x, y=y, ground=level, assumed=assumed,
             grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
         )  # fmt: skip
 
 
-def _find_skyline(model: PlanModel, level: float) -> Skyline:
-    """Return the skyline of the visible parts and canopies."""
+def _find_standing(scene: Scene) -> NDArray[np.float64]:
+    """Return the plans (n, 2, 3) of the objects that stand on no other: buildings, not dormers."""
+    boxes = measure_bases(scene).boxes
+    return boxes[find_standing(boxes)]
+
+
+def _find_skyline(
+    model: PlanModel, level: float, dense: NDArray[np.float64] | None = None
+) -> Skyline:
+    """Return the skyline of the visible parts and canopies, or of those in a box (2, 2)."""
     origin = model.scene.origin
 
     def find() -> Skyline:
@@ -173,6 +230,9 @@ def _find_skyline(model: PlanModel, level: float) -> Skyline:
         if model.canopy is not None:
             crowns = model.scene.triangles(model.canopy.casting)
             corners = np.concatenate([corners, crowns.find_corners() + origin])
+        if dense is not None:
+            inside = ((corners[:, :2] >= dense[0]) & (corners[:, :2] <= dense[1])).all(1)
+            corners = corners[inside] if inside.any() else corners
         return Skyline.of(corners, level)
 
     return derive(model.soup, "skyline", (model.canopy, level), find)
@@ -221,7 +281,7 @@ class TopmostSurface(PlanKind):
 
     name = "top"
     has_roofs = True
-    what_counts = "all that is seen from above"
+    what_counts = "ground and roofs"
     tile = TopmostTile
 
     def has_end(self, request: Request, *, is_assumed: bool) -> bool:
@@ -231,6 +291,14 @@ class TopmostSurface(PlanKind):
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the height of the topmost surface."""
         return laid.heights
+
+    def list_counted(self, study: Any) -> list[Counted]:
+        """Return the ground, the roofs, and both."""
+        (whole,) = super().list_counted(study)
+        built = study.laid.is_built
+        ground = replace(whole, which=whole.which & ~built, what="ground")
+        roofs = replace(whole, which=whole.which & built, what="roofs")
+        return [*(some for some in (ground, roofs) if some.which.any()), whole]
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float

@@ -41,7 +41,6 @@ class SampledSurfaces(SampleKind):
     """Walls and roofs, sampled in their own planes."""
 
     name = "surfaces"
-    follows_extent = False
     spot = "sample"
     formats = ("csv", "glb", "3dtiles", "geoparquet", "cityjson")
     tables = {  # noqa: RUF012  (a constant)

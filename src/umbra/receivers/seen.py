@@ -60,6 +60,9 @@ class ViewModel(Casting):
         Parts of the proposed development, which are looked through: the ground below is theirs.
     asked : list of int, optional
         Visible parts that receive; all, and the ground, by default.
+    is_of_samples : bool
+        Whether the view is the picture of sampled surfaces, whose hours patches have counted: it
+        is counted in the same way, which takes a fraction of the time of a frame for each sun.
     """
 
     casters: list[int]
@@ -69,6 +72,7 @@ class ViewModel(Casting):
     lights: int = 0
     proposed: Sequence[int] = ()
     asked: list[int] | None = None
+    is_of_samples: bool = False
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
         """Return the same receivers with other parts casting, visible or not."""
@@ -174,7 +178,8 @@ class ViewTile:
         """Return a counter of all casters: of frames, or by patches if only some parts are seen."""
         model = self.model
         # z-pass needs all casters in the picture.
-        if model.shown is None or self.camera.is_perspective or model.lights < MANY_SUNS:
+        is_by_patches = model.is_of_samples or model.shown is not None
+        if not is_by_patches or self.camera.is_perspective or model.lights < MANY_SUNS:
             return self
         return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
 

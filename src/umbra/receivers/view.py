@@ -161,6 +161,7 @@ class OrthographicKind(ReceiverKind):
     """Base of elevations and views from above."""
 
     is_chosen_by_name = False
+    is_of_samples: ClassVar[bool] = False
     rows: ClassVar[str]
 
     def lay_out(self, request: Request) -> SeenRaster:
@@ -198,6 +199,7 @@ class OrthographicKind(ReceiverKind):
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
             lights=request.lights, proposed=request.find_proposed(), asked=asked,
+            is_of_samples=self.is_of_samples,
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
@@ -266,7 +268,9 @@ class ViewFromAbove(OrthographicKind):
 
 
 class SurfacesFromAbove(ViewFromAbove):
-    """View of all parts, with hours only on those that ``on`` names."""
+    """Picture of sampled surfaces: all parts, with hours only on those that ``on`` names."""
+
+    is_of_samples = True
 
     def find_drawn(self, request: Request) -> tuple[list[int] | None, list[int] | None]:
         """Return what is seen of all parts, and the parts asked for."""

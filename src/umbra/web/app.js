@@ -134,6 +134,7 @@ export class App {
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
+    this.root.addEventListener("keydown", (event) => this.#keyOfSlider(event), { signal });
     if (config.hasLink)
       addEventListener("hashchange", () => this.#follow(location.hash), { signal });
     this.watch = new ResizeObserver(() => this.redraw());
@@ -320,6 +321,18 @@ export class App {
     else if (event.key === " ") this.set({ playing: this.state.playing ? null : "day" });
     else return;
     event.preventDefault();
+  }
+
+  /**
+   * The picture's shortcuts while a slider has the focus, which keeps its own keys.
+   * @param {KeyboardEvent} event
+   */
+  #keyOfSlider(event) {
+    const from = /** @type {HTMLElement} */ (event.target);
+    if (!from.matches("input[type=range], [role=slider]") || event.defaultPrevented) return;
+    if (/^(Arrow|Page|Home|End|Enter|Tab)/.test(event.key)) return;
+    if (!event.altKey && !event.metaKey && !event.ctrlKey) this.#key(event);
+    if (!event.defaultPrevented) this.orbit.key(event);
   }
 
   /** @param {string} link */

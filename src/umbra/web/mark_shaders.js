@@ -52,6 +52,9 @@ void main() {
   gl_Position = isEnd ? b : a;
   gl_Position.xy += aside * width / half_ * gl_Position.w;
   if (isSky) gl_Position.z = reverses ? 0.0 : gl_Position.w;
+  // The near plane, drawn close to the model for its depths, does not cut what is before it.
+  else if (reverses) gl_Position.z = min(gl_Position.z, gl_Position.w);
+  else gl_Position.z = max(gl_Position.z, -gl_Position.w);
   if (max(a.w, b.w) <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`,
   fragment: `${HEAD}

@@ -67,7 +67,7 @@ export class Orbit {
     listen("wheel", (event) => this.#wheel(event));
     listen("dblclick", (event) => this.#approach(event));
     listen("contextmenu", (event) => event.preventDefault());
-    listen("keydown", (event) => this.#key(event));
+    listen("keydown", (event) => this.key(event));
   }
 
   /**
@@ -296,8 +296,11 @@ export class Orbit {
       });
   }
 
-  /** @param {KeyboardEvent} event */
-  #key(event) {
+  /**
+   * Do what a key asks for, on the picture or on a slider beside it.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
     if (event.altKey || event.metaKey || event.ctrlKey) return;
     const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
       event.key

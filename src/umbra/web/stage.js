@@ -33,6 +33,32 @@ const mix = (a, b, t) => {
 const findColors = (altitude) =>
   altitude > 0 ? mix(DUSK, DAY, altitude / 12) : mix(DUSK, NIGHT, -altitude / 8);
 
+/**
+ * Part before from after in a picture that is saved, as the page does.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number} at @param {number} high [pixels] @param {number} unit pixels of a CSS pixel
+ */
+const drawDivider = (pen, at, high, unit) => {
+  const x = Math.round(at);
+  pen.fillStyle = "rgba(20, 20, 30, 0.55)";
+  pen.fillRect(x - 2 * unit, 0, 4 * unit, high);
+  pen.fillStyle = "#ffffff";
+  pen.fillRect(x - unit, 0, 2 * unit, high);
+  pen.font = `600 ${13 * unit}px system-ui, sans-serif`;
+  pen.textBaseline = "middle";
+  for (const [words, side] of /** @type {[string, number][]} */ ([
+    ["Before", -1],
+    ["After", 1],
+  ])) {
+    const wide = pen.measureText(words).width + 20 * unit;
+    const left = side < 0 ? x - 26 * unit - wide : x + 26 * unit;
+    pen.fillStyle = "rgba(255, 255, 255, 0.88)";
+    pen.fillRect(left, 10 * unit, wide, 24 * unit);
+    pen.fillStyle = "#1c1c22";
+    pen.fillText(words, left + 10 * unit, 22 * unit);
+  }
+};
+
 export class Stage {
   /** @param {App} app */
   constructor(app) {
@@ -209,6 +235,8 @@ export class Stage {
     pen.fillRect(0, 0, width, height + line);
     pen.drawImage(this.canvas, 0, 0);
     pen.drawImage(this.cover, 0, 0, width, height);
+    if (state.compare === "swipe" || state.compare === "beside")
+      drawDivider(pen, width * (state.compare === "swipe" ? state.swipe : 0.5), height, line / 26);
     pen.fillStyle = "#1c1c22";
     pen.font = `${Math.round(line * 0.52)}px system-ui, sans-serif`;
     pen.textBaseline = "middle";

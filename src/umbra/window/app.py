@@ -29,6 +29,7 @@ from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, d
 from umbra.window.overlays import find_top
 from umbra.window.painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
+from umbra.window.profile import HOURS
 from umbra.window.screen import Screen
 from umbra.window.view import ViewState
 from umbra.writers.atomic import replace_file
@@ -184,7 +185,7 @@ class Viewer:
                 draw_scale(title, find_top(self._drawn.highest), frame)
             elif self._drawn.period:
                 hours = self._drawn.period
-                draw_scale(f"Hours of shadow, of {hours:.3g}", hours, frame, by_whole=False)
+                draw_scale(f"Hours of shadow, of {hours:.3g}", hours, frame, hours=HOURS)
             has_room = frame.size[0] > _BOTH * self.screen.unit or not self._has_help
             if self.panel.statistics and has_room:
                 draw_statistics(self._drawn, view, frame)

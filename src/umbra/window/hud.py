@@ -134,14 +134,15 @@ def _draw_stem(
     _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
-def draw_scale(title: str, top: float, frame: PictureArea, *, by_whole: bool = True) -> None:
-    """Draw a scale of counts or hours from 0 to ``top`` at the bottom of the picture."""
+def draw_scale(title: str, top: float, frame: PictureArea, *, hours: NDArray | None = None) -> None:
+    """Draw a scale of counts, or of hours in their colours, from 0 to ``top`` below the picture."""
     width, height = grow(260.0), grow(14.0)
     _begin("scale", frame, right=False, top=False)
     imgui.text(title)
     draw, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
     ticks = find_ticks(int(top))
-    if by_whole and len(ticks) == top + 1:  # a field for each count
+    palette = PALETTE if hours is None else hours
+    if hours is None and len(ticks) == top + 1:  # a field for each count
         each = width / len(ticks)
         for count in ticks:
             low = imgui.ImVec2(at.x + count * each, at.y)
@@ -149,8 +150,8 @@ def draw_scale(title: str, top: float, frame: PictureArea, *, by_whole: bool = T
             draw.add_rect_filled(low, high, _tint(find_colors(np.array(count), int(top)), 1.0))
             _write_below(draw, low.x + each / 2, at.y + height, count)
     else:
-        each = width / (len(PALETTE) - 1)
-        for place, (left, right) in enumerate(itertools.pairwise(PALETTE)):
+        each = width / (len(palette) - 1)
+        for place, (left, right) in enumerate(itertools.pairwise(palette)):
             low = imgui.ImVec2(at.x + place * each, at.y)
             high = imgui.ImVec2(low.x + each, at.y + height)
             a, b = _tint(left, 1.0), _tint(right, 1.0)

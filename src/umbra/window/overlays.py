@@ -44,6 +44,7 @@ PALETTE = (
 """sRGB from a count of 0 to the highest, (9, 3)."""
 
 _FEW = 8
+_SOFT = 0.2  # of the light from aside, on counts
 
 
 def find_top(highest: int) -> int:
@@ -214,6 +215,7 @@ class Overlays:
         targets.surface.bind(1, PLACE)
         self._heat.set(
             counts=0, places=1, top=float(find_top(highest)), palette=PALETTE,
+            soft=_SOFT,
             aside=ASIDE,
         )  # fmt: skip
         self._heat.draw(3)

@@ -27,9 +27,13 @@ from umbra.scene import Scene, directional_light
 from umbra.scene.grid import Grid
 from umbra.window.daylight import Suns
 from umbra.window.overlays import ASIDE, PALETTE
+from umbra.writers.pixels import shade_ramp
 
-__all__ = ["Relief", "ShadowProfile", "find_relief"]
+__all__ = ["HOURS", "Relief", "ShadowProfile", "find_relief"]
 
+HOURS = shade_ramp(len(PALETTE))
+"""sRGB from no hours of shadow to the whole period, (9, 3): the pictures' ramp."""
+_FAINT = 0.03  # of hours: walls stay within half of one of eight steps of their own colour
 _AT_ONCE = 16  # suns whose volumes are in memory together
 _CELLS = 240  # along a relief's longer side
 _HIGHEST = 1 / 3  # of the model's height above ground
@@ -129,7 +133,7 @@ class ShadowProfile:
         Replace the picture by the hours of shadow on visible surfaces.
 
         Before: the renderer has drawn a picture. After: ``targets.picture`` is in use, and shows
-        the hours in the colours of ``PALETTE``, the whole period in the last.
+        the hours in the colours of ``HOURS``, the whole period in the last.
         """
         renderer, targets = self._renderer, self._renderer.targets
         assert targets is not None
@@ -155,7 +159,12 @@ class ShadowProfile:
         hours.bind(0)
         targets.surface.bind(1, PLACE)
         self._heat.set(
-            counts=0, places=1, top=float(suns.hours.sum()), palette=PALETTE, aside=ASIDE
+            counts=0,
+            places=1,
+            top=float(suns.hours.sum()),
+            palette=HOURS,
+            aside=ASIDE,
+            soft=_FAINT,
         )
         self._heat.draw(3)
 
@@ -175,7 +184,7 @@ class ShadowProfile:
         self._raster.bind(0)
         self._relief.set(
             raster=0, cols=grid.cols, corner=corner,
-            cell=np.array([grid.dx, grid.dy]), lift=relief.lift, palette=PALETTE,
+            cell=np.array([grid.dx, grid.dy]), lift=relief.lift, palette=HOURS,
             top=float(suns.hours.sum()), step_hours=suns.step, opacity=_OPACITY, aside=ASIDE,
             projection=projection.clip_matrix,
         )  # fmt: skip

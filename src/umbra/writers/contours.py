@@ -95,9 +95,10 @@ def trace(panel: Panel, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
 
 def _smooth(share: NDArray) -> NDArray:
     """Pad by a point and blur by a pixel, to smooth the cells' staircase."""
-    share = np.pad(share, 1, mode="edge")
+    # Odd reflection goes on as it came: repeated, a line would meet the frame at a right angle.
+    share = np.pad(share, 1, mode="reflect", reflect_type="odd")
     for _ in range(2):
-        padded = np.pad(share, 1, mode="edge")
+        padded = np.pad(share, 1, mode="reflect", reflect_type="odd")
         share = padded[:-2] + 2 * padded[1:-1] + padded[2:]
         share = (share[:, :-2] + 2 * share[:, 1:-1] + share[:, 2:]) / 16
     return share

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.writers.contours import find_swatches
-from umbra.writers.hours import draw_hours_key, fill_hours
+from umbra.writers.hours import draw_hours_key, fill_hours, list_dark
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
 from umbra.writers.paper import INK, SMALL, SUBTITLE, Leaf, Panel, measure, to_pixels
-from umbra.writers.plan import DOTS_PER_INCH, Plan, Show
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
 __all__ = ["Arrangement", "arrange", "find_pixel", "make_elevations_sheet"]
@@ -113,13 +112,13 @@ class _Block:
 
 def make_elevations_sheet(
     arrangement: Arrangement,
-    maps: Sequence[tuple[str, Plan, NDArray]],
+    maps: Sequence[tuple[str, Plan, DayMap]],
     max_hours: float,
     show: Show = "shadow",
     what: str = "",
 ) -> Sheet:
     """
-    Draw a plan and its elevations: maps of (caption, plan, shadow_hours), the plan first.
+    Draw a plan and its elevations: maps of (caption, plan, hours), the plan first.
 
     The first plan has the words of the sheet. ``max_hours`` is the colour scale's end
     [h]; ``what`` names the hours in the key, by default hours in shadow or in the sun.
@@ -141,13 +140,13 @@ def make_elevations_sheet(
     )
     top = height - max(words.head, HEAD)
     panels = []
-    for k, (caption, plan, hours) in enumerate(maps):
+    for k, (caption, plan, day) in enumerate(maps):
         x, y = arrangement.corners[k]
         named = caption if scale == other else f"{caption}, {other if k else scale}"
         corner = MARGIN + AXIS + x, top - CAPTION - y
         panel = _make_panel(leaf, plan, corner, arrangement.per_metre(k))
         panel.write(panel.map_box[0], top - CAPTION - y + 0.08, named, SUBTITLE, weight="bold")
-        fill_hours(panel, hours, max_hours, show)
+        fill_hours(panel, day, max_hours, show)
         _draw_axes(panel)
         panels.append(panel)
     key_x, bottom = width - MARGIN - KEY_WIDTH, FOOT
@@ -155,7 +154,10 @@ def make_elevations_sheet(
     sheet = Sheet.of_panels(panels, key_box)
     words.draw(sheet)
     if max_hours > 0:
-        swatches = find_swatches([plan for _, plan, _ in maps])
+        swatches = [
+            *list_dark([day for _, _, day in maps]),
+            *find_swatches([plan for _, plan, _ in maps]),
+        ]
         draw_hours_key(sheet, max_hours, what, show=show, swatches=swatches)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.writers.contours import (
     PROPOSED,
@@ -19,7 +18,15 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
-from umbra.writers.pixels import HALF, SLOPE_SHADE, paint_shares, resample, shade_ramp
+from umbra.writers.pixels import (
+    HALF,
+    NO_SUN,
+    SLOPE_SHADE,
+    Ramp,
+    paint_shares,
+    resample,
+    shade_ramp,
+)
 from umbra.writers.plan import (
     MISSING,
     DayMap,
@@ -31,7 +38,14 @@ from umbra.writers.plan import (
 )
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
 
-__all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet", "tell_outlined"]
+__all__ = [
+    "OUTLINE",
+    "draw_hours_key",
+    "fill_hours",
+    "list_dark",
+    "make_hours_sheet",
+    "tell_outlined",
+]
 
 DEEP = 0.6  # share from which lines are white
 BAR = 5.0  # of a long colour bar, with its title and hatch [inch]
@@ -47,6 +61,7 @@ def make_hours_sheet(
     hatch: str = "",
     *,
     has_lines: bool = True,
+    ramp: Ramp = "shade",
 ) -> Sheet:
     """
     Draw hours in shadow or in the sun, with contour lines at whole hours: a map for each day.
@@ -54,7 +69,8 @@ def make_hours_sheet(
     ``max_hours`` is the colour scale's end: the longest time that the sun was up on one of the
     days [h]. With ``show`` of the sun, max_hours less the hours in shadow are drawn, and a place
     keeps its colour. ``what`` names the hours in the key, by default hours in shadow or in the
-    sun; ``hatch`` explains hatched cells in the key. A ValueError says that hours do not fit.
+    sun; ``hatch`` explains hatched cells in the key; ``ramp`` has the colours. Places without any
+    sun have a colour of their own. A ValueError says that hours do not fit.
     """
     for day in days:
         if day.hours.shape != plan.shape:
@@ -63,25 +79,26 @@ def make_hours_sheet(
             raise ValueError(msg)
     sheet = lay_out(plan, 0.55, days)
     for panel, day in zip(sheet.maps, days, strict=True):
-        hours = np.asarray(day.hours, np.float32)
         end = 0.0 if day.is_night else max_hours
-        fill_hours(panel, hours, end, show, day.finer, has_lines=has_lines)
+        fill_hours(panel, day, end, show, has_lines=has_lines, ramp=ramp)
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
-        swatches = find_swatches([plan])
-        draw_hours_key(sheet, max_hours, what, tell_outlined(plan), show, hatch, swatches)
+        swatches = [*list_dark(days), *find_swatches([plan])]
+        draw_hours_key(
+            sheet, max_hours, what, tell_outlined(plan), show, hatch, swatches, ramp=ramp
+        )
     return sheet
 
 
 def fill_hours(
     panel: Panel,
-    hours: NDArray,
+    day: DayMap,
     max_hours: float,
     show: Show = "shadow",
-    finer: NDArray | None = None,
     *,
     has_lines: bool = True,
+    ramp: Ramp = "shade",
 ) -> None:
     """
     Draw the hours on a map, with contour lines and buildings, for ``make_hours_sheet``.
@@ -89,12 +106,15 @@ def fill_hours(
     Where ``max_hours`` is 0 the sun stays below the horizon, and no place has a value.
     """
     plan, has_scale = panel.plan, max_hours > 0
+    hours, finer = np.asarray(day.hours, np.float32), day.finer
     if not has_scale:
         hours = np.full_like(hours, np.nan)
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
     shade = None if plan.appearance is None else plan.appearance.find_shade(panel.map_size)
-    image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade)
+    image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade, ramp)
+    if has_scale:
+        image[resample(day.find_dark(), panel.map_size) > HALF] = NO_SUN
     is_building = plan.is_building
     image[is_missing] = MISSING
     if shade is not None:
@@ -129,6 +149,12 @@ def fill_hours(
         panel.write_over("no values here" if has_scale else NIGHT)
 
 
+def list_dark(days: Sequence[DayMap]) -> list[Swatch]:
+    """Name the colour of places without any sun, where there are some."""
+    is_seen = any(not day.is_night and day.find_dark().any() for day in days)
+    return [Swatch("no sun", NO_SUN)] if is_seen else []
+
+
 def tell_outlined(plan: Plan) -> str:
     """Name what is outlined in red, for a key."""
     is_outlined = plan.proposed is not None and not plan.looks_through
@@ -143,6 +169,7 @@ def draw_hours_key(
     show: Show = "shadow",
     hatch: str = "",
     swatches: Sequence[Swatch] = (),
+    ramp: Ramp = "shade",
 ) -> None:
     """Draw the scale of hours up to ``max_hours``, above 0, and the hatch in a sheet's key."""
     what = what or name_hours(show)
@@ -151,8 +178,8 @@ def draw_hours_key(
     elif hatch:
         sheet = _draw_hatch_key(sheet, hatch)
     title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
-    ramp = shade_ramp()[:: -1 if show == "sun" else 1]
-    draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark, swatches)
+    colors = shade_ramp(ramp=ramp)[:: -1 if show == "sun" else 1]
+    draw_color_bar(sheet, colors, _find_scale_ticks(max_hours), title, remark, swatches)
 
 
 def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:

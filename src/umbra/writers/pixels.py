@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,9 @@ from PIL import Image
 
 __all__ = [
     "HALF",
+    "NO_SUN",
     "PackedMasks",
+    "Ramp",
     "make_ramp",
     "make_stamp_path",
     "make_stamp_tints",
@@ -46,29 +48,43 @@ CONES_TO_RGB = np.array(
     ]
 )
 
-# Lightness, chroma and hue [degrees], from no shadow (warm white, as sunlit paper) to
-# shadow all the time (deep blue). Lightness falls all the way, so that the order holds
-# in grey print and for every kind of colour vision.
+# Lightness, chroma and hue [degrees], from no shadow (pale yellow, which a shaded roof keeps:
+# paper is white) to shadow all the time (deep blue). Lightness falls all the way, so that the
+# order holds in grey print and for every kind of colour vision.
 SHADE_STOPS = [
-    (0.975, 0.025, 95.0),
+    (0.965, 0.050, 97.0),
     (0.885, 0.085, 110.0),
     (0.760, 0.105, 165.0),
     (0.600, 0.110, 225.0),
     (0.430, 0.120, 262.0),
-    (0.270, 0.090, 280.0),
+    (0.290, 0.095, 280.0),
 ]
+# From no loss (paper) to the most (brown): in no hue of the hours in shadow beside them.
+LOSS_STOPS = [
+    (0.985, 0.004, 80.0),
+    (0.910, 0.060, 75.0),
+    (0.810, 0.115, 62.0),
+    (0.680, 0.140, 50.0),
+    (0.520, 0.125, 42.0),
+    (0.340, 0.085, 35.0),
+]
+Ramp = Literal["shade", "loss"]
+RAMPS = {"shade": SHADE_STOPS, "loss": LOSS_STOPS}
+NO_SUN = (0.075, 0.075, 0.08)
+"""sRGB of places without any sun on the date: darker than the longest shadow of the scale."""
 # The deepest shade of a surface that slopes: darker by this, mostly across the scale of hours
 # rather than along it, where it would be taken for more hours.
 SLOPE_SHADE, ALONG = 0.08, 0.4
 _SHADES = 33
-# The day's light: yellow in the morning, red at noon, violet and blue in the evening.
+# The day's light: yellow in the morning, red at noon, violet in the evening; and ever darker, so
+# that neighbours of nine differ by 5 of CIELAB's lightness in grey print and without red or green.
 STAMP_STOPS = [
-    (0.86, 0.140, 92.0),
-    (0.78, 0.140, 55.0),
-    (0.72, 0.150, 10.0),
-    (0.68, 0.150, 330.0),
-    (0.66, 0.130, 295.0),
-    (0.66, 0.130, 255.0),
+    (0.960, 0.140, 100.0),
+    (0.876, 0.145, 69.0),
+    (0.792, 0.150, 38.0),
+    (0.708, 0.155, 7.0),
+    (0.624, 0.160, -24.0),
+    (0.540, 0.165, -55.0),
 ]
 
 
@@ -121,13 +137,15 @@ def to_srgb(lab: NDArray) -> NDArray:
     return srgb.reshape(lab.shape)
 
 
-def shade_ramp(n: int = 256) -> NDArray[np.float64]:
-    """Return the colours of hours in shadow, (n, 3) sRGB, from none to all the time."""
-    return make_ramp(SHADE_STOPS, np.linspace(0, 1, n))
+def shade_ramp(n: int = 256, ramp: Ramp = "shade") -> NDArray[np.float64]:
+    """Return the colours of hours in shadow or lost, (n, 3) sRGB, from none to all the time."""
+    return make_ramp(RAMPS[ramp], np.linspace(0, 1, n))
 
 
 def paint_shares(
-    shares: NDArray[np.floating], shade: NDArray[np.floating] | None = None
+    shares: NDArray[np.floating],
+    shade: NDArray[np.floating] | None = None,
+    ramp: Ramp = "shade",
 ) -> NDArray[np.float32]:
     """
     Paint shares of the longest time in shadow, on surfaces that are shaded by their slope.
@@ -137,15 +155,15 @@ def paint_shares(
     """
     index = np.clip(np.asarray(shares) * 255 + 0.5, 0, 255).astype(np.intp)
     if shade is None:
-        return shade_ramp().astype(np.float32)[index]
+        return shade_ramp(ramp=ramp).astype(np.float32)[index]
     depth = np.clip(np.asarray(shade) * (_SHADES - 1) + 0.5, 0, _SHADES - 1).astype(np.intp)
-    return _make_shaded_ramps()[depth, index]
+    return _make_shaded_ramps(ramp)[depth, index]
 
 
-@lru_cache(maxsize=1)
-def _make_shaded_ramps() -> NDArray[np.float32]:
+@lru_cache(maxsize=2)
+def _make_shaded_ramps(ramp: Ramp) -> NDArray[np.float32]:
     """Return the colour scale in every depth of shade, (n_shades, 256, 3) sRGB."""
-    lab = follow(SHADE_STOPS, np.linspace(0, 1, 256))
+    lab = follow(RAMPS[ramp], np.linspace(0, 1, 256))
     along = np.gradient(lab, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     darker = np.array([-1.0, 0.0, 0.0])

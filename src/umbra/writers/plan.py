@@ -1,5 +1,6 @@
 """Content of pictures as data: coordinates, captions, appearance of surfaces, hours, shadows."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
@@ -35,6 +36,7 @@ AREA = 6.5**2  # of the map [square inch], whatever its shape
 LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
 
 
+_ROUNDING = 1e-3  # of hours [h]
 SKY = (0.86, 0.885, 0.92)  # where a view sees nothing; no colour of a scale
 MISSING = 0.93  # grey of cells without a value
 INK = np.array([0.11, 0.11, 0.135], np.float32)
@@ -239,6 +241,11 @@ class DayMap:
     # (m, n) the same hours on cells of another size, for the contour lines
     finer: NDArray | None = None
     is_night: bool = False  # the sun stays below the horizon: there are no hours
+    dark_from: float = math.inf  # value of ``hours`` from which a place has no sun at all
+
+    def find_dark(self) -> NDArray[np.bool_]:
+        """Return the places without any sun; hours are sums of float32 steps."""
+        return np.asarray(self.hours) >= self.dark_from - _ROUNDING
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
 from umbra.writers.contours import PROPOSED, trace
-from umbra.writers.hours import OUTLINE, draw_hours_key, tell_outlined
+from umbra.writers.hours import OUTLINE, draw_hours_key, list_dark, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
-from umbra.writers.pixels import shade_ramp
+from umbra.writers.pixels import NO_SUN, Ramp, shade_ramp
 from umbra.writers.plan import MISSING, DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, lay_out
 
@@ -38,6 +38,7 @@ def make_points_sheet(
     names: Sequence[str] = (),
     show: Show = "shadow",
     what: str = "",
+    ramp: Ramp = "shade",
 ) -> Sheet:
     """
     Draw points in the colours of their hours in shadow or in the sun: a map for each day.
@@ -49,9 +50,10 @@ def make_points_sheet(
     """
     sheet = lay_out(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
-        _fill_points(panel, places, day, max_hours, names, show)
+        _fill_points(panel, places, day, max_hours, names, show, shade_ramp(ramp=ramp))
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, what, tell_outlined(plan), show)
+        remark, swatches = tell_outlined(plan), list_dark(days)
+        draw_hours_key(sheet, max_hours, what, remark, show, swatches=swatches, ramp=ramp)
     return sheet
 
 
@@ -62,6 +64,7 @@ def _fill_points(
     max_hours: float,
     names: Sequence[str],
     show: Show,
+    ramp: NDArray[np.float64],
 ) -> None:
     """Draw points on a map, with its buildings."""
     plan, hours = panel.plan, np.asarray(day.hours, np.float64)
@@ -77,9 +80,9 @@ def _fill_points(
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
     middles = panel.place(points[:, :2])
     spread, stacks = _spread(middles, points[:, 2], places.normals[:, :2], 2.15 * radius)
-    ramp = shade_ramp()
     share = hours / max(max_hours, 1e-9)
     colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    colors[day.find_dark()] = NO_SUN
     if is_night:
         colors = np.full_like(colors, MISSING)
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)

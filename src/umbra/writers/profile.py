@@ -1,10 +1,10 @@
 """
 The shadow profile: superposed shadows of several instants.
 
-Lightness shows the number of shadows on a place, hue their time. Colours are mixed in OKLab:
-of each pixel the share of the stamps whose shadow holds it, and the mean of their tints, which
-fades as shares grow, since what lies in shadow all day belongs to no hour. So the deepest
-overlap of a long day is a grey that can still be read, and one shadow alone has its legend's tint.
+Hue and lightness show the time of shadows: the later, the darker. Colours are mixed in OKLab: of
+each pixel the mean of the tints of the stamps whose shadow holds it, which darkens and fades as
+their share grows, since what lies in shadow all day belongs to no hour. So the deepest overlap of a
+long day is a grey that can still be read, and one shadow alone has its legend's tint.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -37,7 +37,7 @@ from umbra.writers.tips import Lines, name_tips, rule_shadows
 __all__ = ["compose_profile", "find_tints", "make_profile_sheet"]
 
 PAPER = 0.99  # lightness where no shadow falls
-DEPTH = 0.53  # by which it falls at most
+DEEPEST = 0.475  # lightness where all shadows fall
 CHROMA = 0.75  # of the tints that one shadow alone keeps
 
 
@@ -55,47 +55,50 @@ def compose_profile(
     given = 0
     while batch := list(islice(stamps, 8)):
         # Eight stamps are the bits of one byte, and a table adds up their count and tints.
-        sums = np.zeros((256, 3), np.float32)
+        sums = np.zeros((256, 4), np.float32)
         bits = np.zeros(batch[0].shape, np.uint8)
         for bit, mask in enumerate(batch):
             bits |= np.asarray(mask, bool).view(np.uint8) << np.uint8(bit)
             if given + bit < n:
-                sums[np.arange(256) >> bit & 1 == 1] += (1, *path[given + bit, 1:])
+                sums[np.arange(256) >> bit & 1 == 1] += (1, *path[given + bit])
         given += len(batch)
         if total is None:
-            total = np.zeros((3, *bits.shape), np.float32)
-        for channel in range(3):
+            total = np.zeros((4, *bits.shape), np.float32)
+        for channel in range(4):
             total[channel] += sums[:, channel].take(bits)
     if given != n:
         msg = f"{given} shadows for {n} labels"
         raise ValueError(msg)
     if total is None:
         return np.ones((*size, 3), np.float32)
-    count, a, b = (resample(channel, size) for channel in total)
-    return _mix(count, a, b, n)
+    count, *lab = (resample(channel, size) for channel in total)
+    return _mix(count, lab, n)
 
 
 def find_tints(n: int) -> NDArray[np.float32]:
     """Return the colour of a single shadow of each of n stamps, (n, 3) sRGB."""
     path = make_stamp_path(n).astype(np.float32)
-    return _mix(np.ones(n, np.float32), path[:, 1], path[:, 2], n)
+    return _mix(np.ones(n, np.float32), [*path.T], n)
 
 
-def _mix(count: NDArray, a: NDArray, b: NDArray, n: int) -> NDArray[np.float32]:
-    """Turn counts and sums of tints into sRGB; white where there is no shadow."""
+def _mix(count: NDArray, lab: Sequence[NDArray], n: int) -> NDArray[np.float32]:
+    """Turn counts and sums of tints in OKLab into sRGB; white where there is no shadow."""
     image = np.ones((*count.shape, 3), np.float32)
     is_dark = count > 0
-    count, a, b = count[is_dark], a[is_dark], b[is_dark]
-    depth = DEPTH * n / (n + 2) * np.sqrt(np.minimum(count / n, 1))
+    count, light, a, b = (channel[is_dark] for channel in (count, *lab))
+    light /= count
+    light -= (light - DEEPEST) * np.sqrt(np.clip((count - 1) / max(n - 1, 1), 0, 1))
+    light = PAPER + (light - PAPER) * np.minimum(count, 1)  # of a pixel covered in part
     # A pixel that is covered in part keeps the hue and loses chroma with the count.
     kept = CHROMA / np.maximum(count, 1) * np.sqrt(np.maximum((n - count) / max(n - 1, 1), 0))
     if n == 1:
         kept = np.full_like(count, CHROMA)
-    image[is_dark] = to_srgb(np.stack([PAPER - depth, a * kept, b * kept], -1).astype(np.float32))
+    image[is_dark] = to_srgb(np.stack([light, a * kept, b * kept], -1).astype(np.float32))
     return image
 
 
-MOST_SWATCHES = 12
+MOST_SWATCHES = 9  # of stamps that are told apart by their tints
+MOST_OUTLINED = 12  # of stamps that are all outlined
 OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
 SHADE = 0.1  # of surfaces that slope, at most
@@ -182,7 +185,7 @@ def _find_bar_ticks(labels: Sequence[str]) -> list[tuple[float, str]]:
 def _find_named(labels: Sequence[str], most: int = 9) -> list[int]:
     """Choose the stamps that are outlined: all of few, else whole hours if there are enough."""
     stamps = list(range(len(labels)))
-    if len(stamps) <= MOST_SWATCHES:
+    if len(stamps) <= MOST_OUTLINED:
         return stamps
     whole = [stamp for stamp in stamps if labels[stamp].endswith(":00")]
     named = whole if len(whole) >= 3 else stamps

@@ -9,6 +9,7 @@ uniform sampler2D places;      // normals and depth keys
 uniform float top;             // the count that takes the last colour
 uniform vec3 palette[COLORS];  // sRGB; the first is of a count of 0
 uniform vec3 aside;            // where the soft light comes from
+uniform float soft;            // its share: a colour that is read against a key takes little
 
 layout(location = 0) out vec4 color;
 
@@ -22,6 +23,6 @@ void main() {
     float place = clamp(count / top, 0.0, 1.0) * float(COLORS - 1);
     int low = min(int(place), COLORS - 2);
     vec3 found = mix(palette[low], palette[low + 1], place - float(low));
-    float shade = 0.8 + 0.2 * dot(seen.xyz, aside);
+    float shade = 1.0 - soft + soft * dot(seen.xyz, aside);
     color = vec4(found * shade, 1.0);
 }

@@ -52,9 +52,10 @@ class Outputs:
         "text", "Title of all pictures; default: the files' names.", metavar="TEXT"
     )
     subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
-    show: Literal["shadow", "sun"] = _pictures(
-        "choice", "Hours in pictures and lines of equal hours; study.nc has both.",
-        default="shadow", choices=("shadow", "sun"),
+    show: Literal["shadow", "sun"] | None = _pictures(
+        "choice", "Hours in pictures and lines of equal hours; default: in shadow of one date, of "
+        "sun of several, as long days have more of both. study.nc has both.",
+        choices=("shadow", "sun"),
     )  # fmt: skip
     at: Sequence[str] = _pictures(
         "texts",
@@ -174,6 +175,11 @@ class FolderJob:
     painter: "Painter"
     say: "Callable[[str], object]"  # called with each line that the user should read
     only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
+
+    @property
+    def show(self) -> Literal["shadow", "sun"]:
+        """The hours that are drawn: of several dates those of sun, which can be compared."""
+        return self.outputs.show or ("sun" if len(self.study.period.days) > 1 else "shadow")
 
     @property
     def scene(self) -> "Scene":

@@ -36,6 +36,7 @@ __all__ = [
     "name_files",
     "name_shown",
     "place_elevation",
+    "tell_cut",
     "tell_daylight",
     "tell_place",
     "tell_times",
@@ -72,7 +73,7 @@ class Scale:
     @classmethod
     def of(cls, job: FolderJob) -> "Scale":
         """Choose the scale of a study's pictures."""
-        dates, show = split_dates(job.study), job.outputs.show
+        dates, show = split_dates(job.study), job.show
         divisor, words = find_together(job)
         if len(dates) > 1:
             divisor, words = 1, " on the date"
@@ -85,6 +86,10 @@ class Scale:
         if self.divisor == 1 and lack == 0:
             return study.shadow_hours
         return study.shadow_hours / np.float32(self.divisor) + np.float32(lack)
+
+    def find_dark(self, study: Study) -> float:
+        """Return the value of ``read_hours`` from which a place has no sun."""
+        return self.most if self.show == "sun" else study.up_hours / self.divisor
 
 
 def tell_daylight(study: Study) -> str:
@@ -228,7 +233,23 @@ def describe_making(study: Study, options: StudyOptions) -> str:
         shown.append(f"hours of {list_few(options.on)} alone")
     elif options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
-    return " · ".join([version, cells, *level, *shown, *describe_method(study, options)])
+    cut = tell_cut(study)
+    return " · ".join(
+        [version, cells, *level, *shown, *describe_method(study, options), *filter(None, [cut])]
+    )
+
+
+def tell_cut(study: Any) -> str:
+    """Say that a plan's frame cuts shadows, and of one date how long they last there."""
+    if not study.is_plan:
+        return ""
+    shown = np.isfinite(study.shadow_hours) & study.kind.find_open(study) & ~study.laid.is_built
+    hours = np.where(shown, study.shadow_hours, 0)
+    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
+    if not most > 0:
+        return ""
+    told = f", where they last up to {most:.3g} h" if len(study.period.days) == 1 else ""
+    return f"the frame cuts shadows{told}"
 
 
 def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:

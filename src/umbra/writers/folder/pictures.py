@@ -105,7 +105,9 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     if len(shown) == 1:
         limit = area
     end = float(most.max()) if len(shown) > 1 else float(np.nanmax(maps[0].hours))
-    painter.draw_hours(job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit)
+    painter.draw_hours(
+        job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit, ramp="loss"
+    )
     return ["hours_lost.png"]
 
 
@@ -234,7 +236,8 @@ def _draw_hours(
     maps = [
         _make_map(
             one, shown, _fit(scale.read_hours(one), plan.shape),
-            finer=None if fine is None else scale.read_hours(fine),
+            f"of {one.up_hours:.3g} h with the sun up" if scale.show == "sun" else "",
+            dark_from=scale.find_dark(one), finer=None if fine is None else scale.read_hours(fine),
         )
         for one, fine in zip(shown, finer, strict=True)
     ]  # fmt: skip
@@ -307,7 +310,10 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     names = study.more["name"][1].tolist() if "name" in study.more else []
     scale = Scale.of(job)
     dates, plan = find_maps(study, plan)
-    maps = [_make_map(one, dates, scale.read_hours(one)) for one in dates]
+    maps = [
+        _make_map(one, dates, scale.read_hours(one), dark_from=scale.find_dark(one))
+        for one in dates
+    ]
     job.painter.draw_points(
         job.folder / "points.png", plan, study.places, maps, scale.most, names, scale.show,
         scale.what,
@@ -320,7 +326,7 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     maps = [_make_map(one, dates, hours) for one, hours in zip(dates, every, strict=True)]
     job.painter.draw_points(
         job.folder / "hours_lost.png", plan, study.places, maps, most, names,
-        what=f"hours of sun lost to {list_few(asked)}{what}",
+        what=f"hours of sun lost to {list_few(asked)}{what}", ramp="loss",
     )  # fmt: skip
     return ["points.png", "hours_lost.png"]
 

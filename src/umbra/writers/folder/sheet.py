@@ -20,7 +20,7 @@ from umbra.writers.folder.captions import (
     place_elevation,
     tell_daylight,
 )
-from umbra.writers.plan import Plan
+from umbra.writers.plan import DayMap, Plan
 
 __all__ = ["draw_sheet"]
 
@@ -71,8 +71,15 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             clock = f"{options.start} to {options.end}"
             own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
-        maps = [("Plan", own, scale.read_hours(plans[k]))]
-        maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
+        each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
+        maps = [
+            (
+                caption,
+                view,
+                DayMap(scale.read_hours(one), dark_from=scale.find_dark(one)),
+            )
+            for caption, view, one in each
+        ]
         job.painter.draw_elevations(
             job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
             show=scale.show, what=scale.what,

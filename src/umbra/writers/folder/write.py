@@ -191,6 +191,9 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures += draw_sheet(job, sheets.plan)
     if "assumption" in study.facts:
         job.say(f"note: {study.facts['assumption']}")
+    for name in ("extent_note", "cell_note"):
+        if name in study.facts:
+            job.say(f"note: {study.facts[name]}")
     if study.is_plan and job.options.extent is None and not study.model.has_end:
         note_cut(job)
     is_bare = study.kind.is_level and not has_terrain(job.scene)
@@ -238,7 +241,7 @@ def _write_files(job: FolderJob, plan: Plan) -> list[str]:
         return []
     from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-    formats = Job(study, job.folder, plan.title, job.say, outputs.show, outputs.at)
+    formats = Job(study, job.folder, plan.title, job.say, job.show, outputs.at)
     names = write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
@@ -254,7 +257,7 @@ def _write_files(job: FolderJob, plan: Plan) -> list[str]:
         write_report(
             job.folder / REPORT, study, plan, _find_sheets(job),
             tables=tables, casters=_name_casters(job), notes=job.scene.notes,
-            timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show,
+            timeline=formats.timeline if study.kind.is_raster else None, show=job.show,
         )  # fmt: skip
         names.append(REPORT)
     return names
@@ -330,7 +333,7 @@ def _note_area(job: FolderJob) -> None:
 def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
     """Iterate over the pictures with captions, of the whole period first, once all are drawn."""
     job.painter.wait()
-    hours = name_hours(job.outputs.show).capitalize()
+    hours = name_hours(job.show).capitalize()
     words = {
         "hours": hours,
         "hours_lost": "Hours of sun lost to the proposed development",

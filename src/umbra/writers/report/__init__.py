@@ -260,6 +260,9 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
         if name == UP and high <= 0:
             words = "never"
         told.append((name + (sums if unit == "h" else ""), words))
+    counted = study.kind.find_counted(study)
+    if counted is not None and counted.unit == "m²" and len(told) > 1:
+        told.append((f"of {counted.what}", counted.tell_whole()))
     return told
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from umbra.receivers.counted import Counted
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight
@@ -22,6 +23,7 @@ __all__ = [
     "join_dates",
     "list_dates",
     "make_verdict_table",
+    "tell_counted",
 ]
 
 UP = "with the sun up, in these hours"
@@ -70,7 +72,7 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
             seen &= study.is_of_model
         weight, what = seen.astype(np.float64), "surfaces"
     else:
-        seen, weight, what = counted.which, counted.weight, counted.what.partition(",")[0]
+        seen, weight, what = counted.which, counted.weight, counted.name
     if not seen.any() or not study.up_hours > 0:  # a night has neither sun nor shadow
         return figures
     share = weight[seen] / weight[seen].sum()
@@ -82,6 +84,15 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
         ("never in the sun", float(100 * share @ (study.sun_hours[seen] <= NEVER)), "%"),
         ("never in shadow", float(100 * share @ (hours[seen] <= NEVER)), "%"),
     ]
+
+
+def tell_counted(study: Study) -> str:
+    """Say in a sentence what a study's figures are of, and how much of it there is."""
+    counted = study.kind.find_counted(study)
+    if counted is None or counted.unit != "m²":
+        return ""
+    told = f"Shares and means are of {counted.tell_whole()} of {counted.what}"
+    return f"{told}, as far as the plan shows them. " if study.kind.is_plan else f"{told}. "
 
 
 def list_dates(study: Study) -> Table | None:
@@ -100,7 +111,8 @@ def list_dates(study: Study) -> Table | None:
         "Date by date",
         ("date", "daylight", *named.values()),
         rows,
-        "Sunrise and sunset are when the sun's upper rim crosses a level horizon, as in almanacs.",
+        f"{tell_counted(study)}Sunrise and sunset are when the sun's upper rim crosses a level "
+        "horizon, as in almanacs.",
     )
 
 
@@ -129,9 +141,10 @@ def _find_sun_areas(study: Study) -> Table | None:
     if counted.unit == "points":
         note = f"Of {all_of_it:,.0f} points."
         return Table("Points in the sun", (_LEAST, "points", "share [%]"), rows, note)
-    note = f"Of {all_of_it:,.0f} m² of {counted.what} here"
-    note += "; areas follow the extent." if study.kind.follows_extent else "."
-    return Table("Area in the sun", (_LEAST, "area [m²]", "share [%]"), rows, note)
+    what = f"{counted.what} [m²]"
+    note = f"Of {counted.tell_whole()} of {counted.what}"
+    note += ", as far as the plan shows them." if study.kind.is_plan else " here."
+    return Table("Area in the sun", (_LEAST, what, "share [%]"), rows, note)
 
 
 def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
@@ -173,21 +186,34 @@ def find_comparisons(study: Study) -> list[Table]:
 
 
 def _compare(study: Study) -> Table | None:
-    counted = study.kind.find_counted(study)
-    if "hours_lost" not in study.more or counted is None:
+    groups = study.kind.list_counted(study)
+    if "hours_lost" not in study.more or not groups:
         return None
-    lost = np.asarray(study.more["hours_lost"][1])
-    both = replace(counted, which=counted.which & np.isfinite(lost))
-    after = study.sun_hours.astype(np.float64)
-    before = after + np.nan_to_num(lost)
-    unit = counted.unit
-    under = float(study.facts.get("under_hours", 2.0))  # type: ignore[arg-type]
-    rows: list[tuple[object, ...]] = []
+    is_left = np.isfinite(np.asarray(study.more["hours_lost"][1]))
+    both = [replace(one, which=one.which & is_left) for one in groups]
+    rows = [row for one in both if one.which.any() for row in _compare_group(study, one)]
+    if len(groups) == 1:
+        rows = [row[1:] for row in rows]
+    whole = both[-1]
+    where = "in the whole frame " if study.kind.is_plan else ""
+    return Table(
+        "Before and after",
+        (*(("where",) if len(groups) > 1 else ()), whole.name, "before", "after", "change"),
+        rows,
+        f"Of the {whole.tell_whole()} {where}that exist before and after.",
+    )
 
-    if both.which.any():
-        means = both.average(before), both.average(after)
-        change = means[1] - means[0]
-        rows.append(("mean sun [h]", *(round(v, 2) + 0.0 for v in (*means, change))))
+
+def _compare_group(study: Study, both: Counted) -> list[tuple[object, ...]]:
+    """Return the rows of some receivers that exist before and after, each with their name."""
+    lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+    after = study.sun_hours.astype(np.float64)
+    before = after + lost
+    unit, under = both.unit, float(study.facts.get("under_hours", 2.0))  # type: ignore[arg-type]
+    means = both.average(before), both.average(after)
+    rows: list[tuple[object, ...]] = [
+        ("mean sun [h]", *(round(v, 2) + 0.0 for v in (*means, means[1] - means[0])))
+    ]
     is_one_date = len(study.period.days) == 1
     limits = (
         (f"at least {under:g} h of sun [{unit}]", lambda sun: sun >= under - _SLACK),
@@ -200,17 +226,12 @@ def _compare(study: Study) -> Table | None:
     ):
         old, new = (round(both.add_up(test(sun))) for sun in (before, after))
         rows.append((name, old, new, new - old))
-    touched = round(both.add_up(np.nan_to_num(lost) > _SLACK))
+    touched = round(both.add_up(lost > _SLACK))
     rows.append((f"loses sun [{unit}]", 0, touched, touched))
-    if not is_one_date:
-        newly = round(both.add_up(np.asarray(study.more["newly_under"][1]) > 0))
-        rows.append((f"newly under {under:g} h on at least one date [{unit}]", 0, newly, newly))
-    return Table(
-        "Before and after",
-        (counted.what.partition(",")[0], "before", "after", "change"),
-        rows,
-        f"Of the {both.whole:,.0f} {unit} that exist before and after.",
-    )
+    newly = round(both.add_up(np.asarray(study.more["newly_under"][1]) > 0))
+    on = "" if is_one_date else " on at least one date"
+    rows.append((f"newly under {under:g} h{on} [{unit}]", 0, newly, newly))
+    return [(both.name, *row) for row in rows]
 
 
 def _list_neighbours(study: Study) -> Table | None:
@@ -252,7 +273,7 @@ def _list_casters(study: Study) -> Table | None:
         return None
     arrays = {n: np.asarray(study.more[n][1]) for n in ("caster", "cast_hours", "sole_hours")}
     rows = []
-    what = "all points" if counted.unit == "points" else counted.what.partition(",")[0]
+    what = "all points" if counted.unit == "points" else counted.what
     for k, name in enumerate(arrays["caster"].tolist()[:_MOST_ROWS]):
         cast, sole = arrays["cast_hours"][k], arrays["sole_hours"][k]
         figures = (counted.average(cast), counted.average(sole), cast[counted.which].max())
