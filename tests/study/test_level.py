@@ -7,7 +7,7 @@ from support.shapes import box, sheet
 
 import umbra
 from umbra.receivers import find_kind
-from umbra.receivers.level import assume_level, has_terrain
+from umbra.ground.level import assume_level, has_terrain
 from umbra.scene import Mesh, Part, make_scene
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")

@@ -88,7 +88,7 @@ def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object
 def find_base(scene: Scene) -> float | None:
     """Find the height of a ground for a model [m]; None if it brings its own."""
     from umbra.receivers import find_kind  # noqa: PLC0415
-    from umbra.receivers.level import find_level, has_terrain  # noqa: PLC0415
+    from umbra.ground.level import find_level, has_terrain  # noqa: PLC0415
 
     if has_terrain(scene):
         return None

@@ -6,7 +6,7 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
-from umbra.receivers.level import has_terrain
+from umbra.ground.level import has_terrain
 from umbra.receivers.plan import GroundPlane, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.raster import Raster

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.receivers.kind import ReceiverKind, Request
-from umbra.receivers.level import find_level
+from umbra.ground.level import find_level
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.receivers.view import PIXEL_BYTES
 from umbra.scene import Camera

@@ -18,7 +18,7 @@ from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
-    from umbra.receivers.level import Level
+    from umbra.ground.level import Level
     from umbra.study.options import StudyOptions
     from umbra.study.result import Study
 

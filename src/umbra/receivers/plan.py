@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, check_stated, find_level, has_terrain
+from umbra.ground.level import Level, check_stated, find_level, has_terrain
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.receivers.raster import Raster
 from umbra.scene import Scene

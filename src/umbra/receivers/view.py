@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.layout import Skyline, lay_out
-from umbra.receivers.level import find_level, has_terrain
+from umbra.ground.level import find_level, has_terrain
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid

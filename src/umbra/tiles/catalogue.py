@@ -25,7 +25,7 @@ from umbra.readers import read
 from umbra.readers.formats import BY_ENDING, FORMATS
 from umbra.readers.georeference import is_same_plan, show_crs
 from umbra.readers.layers import name_layers
-from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
+from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
 from umbra.tiles.geometry import FileGeometry, write_geometry
 from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json

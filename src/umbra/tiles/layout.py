@@ -10,7 +10,7 @@ from umbra.errors import InputError
 from umbra.receivers import KINDS
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, settle_level
+from umbra.ground.level import Level, settle_level
 from umbra.receivers.plan import STREAMED_TILE
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions

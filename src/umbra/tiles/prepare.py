@@ -17,7 +17,7 @@ from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.readers.georeference import locate
 from umbra.readers.model import Crowns, FilePlace, settle
-from umbra.receivers.level import Level
+from umbra.ground.level import Level
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions

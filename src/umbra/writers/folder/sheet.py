@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.level import has_terrain
+from umbra.ground.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
