@@ -6,6 +6,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.ground.asked import check_ground
 
 __all__ = ["Option", "check_types", "list_options", "option", "read_texts"]
 
@@ -19,7 +20,7 @@ class Option:
     ----------
     type : str
         ``number``, ``whole``, ``length``, ``numbers``, ``size``, ``choice``, ``patterns``,
-        ``texts``, ``flag``; or ``text``, ``dates``, ``table``, ``path`` and ``any``, checked where
+        ``texts``, ``flag``, ``ground``; or ``text``, ``dates``, ``table``, ``path`` and ``any``, checked where
         they are used.
     help : str
         Help text of the command line.
@@ -184,4 +185,5 @@ _CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {
     "texts": _check_texts,
     "choice": _check_choice,
     "flag": _check_flag,
+    "ground": lambda name, _, value: check_ground(name, value),
 }

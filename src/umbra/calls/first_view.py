@@ -15,20 +15,19 @@ from umbra.sun import Site
 if TYPE_CHECKING:
     from umbra.window.view import ViewState
 
-__all__ = ["begin_view", "draw_view", "find_height"]
+__all__ = ["begin_view", "draw_view", "stand_scene"]
 
 _DATE = "2026-03-21"  # default date
 
 
-def find_height(options: ViewOptions, scene: Scene) -> float | None:
-    """Return the ground's height [m]: given, the file's, or just below the model."""
-    from umbra.window.view import find_ground  # noqa: PLC0415
+def stand_scene(options: ViewOptions, scene: Scene) -> tuple[Scene, float | None]:
+    """Return a scene with its ground, as for a study, and the height of a plane [m], if it is."""
+    from umbra.ground.choice import find_ground  # noqa: PLC0415
 
     if options.ground is False:
-        return None
-    if options.ground is None or options.ground is True:
-        return find_ground(scene.bounds()) if scene.ground is None else scene.ground
-    return float(options.ground)
+        return scene, None
+    ground = find_ground(scene, None if options.ground is True else options.ground)
+    return ground.scene, ground.level if ground.is_plane else None
 
 
 def begin_view(
@@ -78,13 +77,14 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     """Draw the window's initial picture."""
     from umbra.window.motion import Motion  # noqa: PLC0415
 
+    scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, options.size)
     sizes = [
         view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
     ]
     soft = None if view.soft == "none" else view.soft
     drawing = RenderOptions(
-        ground=find_height(options, scene),
+        ground=False if height is None else height,
         method=options.method or "auto",
         device=options.device or (view.device if view.mask_scale > 1 or view.detail else DEFAULT),
         soft=soft,

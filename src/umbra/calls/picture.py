@@ -292,13 +292,16 @@ def draw_picture(
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
-    ground, shown = choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
+    is_all = casters is None or len(casters) == len(scene.parts)
+    scene, ground = choose_ground(scene, options, style, tell)
+    casters = None if is_all else casters
+    shown = make_pale(scene, style.paleness)
     sky = find_sky(shining, style, tell)
     backdrop = Backdrop(scene, options.transparent, sky)
     how = {"casters": casters, "threads": threads, "warn": said, "detail": options.detail}
     with device.open_frames(scene, ground, **how) as counter:  # type: ignore[arg-type]
         view, frame = counter.see(camera)
-        _warn_of_view(scene, camera, frame, threads, warn, is_assumed=ground != options.ground)
+        _warn_of_view(scene, camera, frame, threads, warn, is_assumed=options.ground is None)
         shadows = PictureLights(
             counter, shining, sized, options, style,
             None if style.is_plain and not options.transparent else backdrop,
@@ -330,21 +333,28 @@ def draw_picture(
     )
 
 
-def choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn) -> float | None:
-    """Return the height of the ground to draw [m]: given, or assumed where the style has one."""
-    from umbra.calls.styles import find_base  # noqa: PLC0415
+def choose_ground(
+    scene: Scene, options: RenderOptions, style: Style, tell: Warn
+) -> tuple[Scene, float | None]:
+    """Return the scene with its ground, and the height of a plane [m]: given, or assumed."""
+    from umbra.ground.choice import find_ground  # noqa: PLC0415
+    from umbra.ground.level import has_terrain  # noqa: PLC0415
 
     if options.ground is False:
-        return None
-    if options.ground is not None or not style.has_ground or options.transparent:
-        return options.ground
-    base = find_base(scene)
-    if base is not None:
+        return scene, None
+    if options.ground is None and (not style.has_ground or options.transparent):
+        return scene, None
+    if options.ground is None and has_terrain(scene):
+        return scene, None
+    ground = find_ground(scene, None if options.ground is True else options.ground)
+    if ground.assumed is not None and not ground.file:
         tell(
-            f"note: the model has no ground of its own; one is drawn at z = {base:.6g} m, as a "
-            "study would assume; ground= sets another height, ground=False none"
+            f"note: the {ground.name}, as a study would assume; ground= sets another, "
+            "ground=False none"
         )
-    return base
+    for note in ground.notes:
+        tell(f"note: {note}")
+    return ground.scene, ground.level if ground.is_plane else None
 
 
 class _SaidOnce:
@@ -378,7 +388,7 @@ def _warn_of_view(
 ) -> None:
     """Warn if the picture shows nothing but an assumed ground, or the near plane cuts the model."""
     if ((frame.part == NOTHING) | (is_assumed & (frame.part == GROUND))).all():
-        middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))
+        middle = ", ".join(f"{v:g}" for v in scene.model_bounds().mean(0))
         warn(
             "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "
             f"target=({middle})"

@@ -172,7 +172,7 @@ def draw_seen(
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)
     style = choose_style(options.style, scene, is_bare=False)
-    ground = choose_ground(scene, options, style, tell)
+    scene, ground = choose_ground(scene, options, style, tell)
     casters = scene.select(options.cast, options.no_cast)
     seen = see_model(scene, camera, shining, casters, ground, advance)
     advance(0, 1, "finding colours", "views")

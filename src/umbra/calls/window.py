@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls.first_view import begin_view, draw_view, find_height
+from umbra.calls.first_view import begin_view, draw_view, stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
 from umbra.machine import count_cores
@@ -150,6 +150,7 @@ def open_window(
     from umbra.window.app import PANEL, show  # noqa: PLC0415
 
     size = (max(options.size[0] - PANEL, 1), options.size[1])
+    scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stem = names[0].split(".")[0] if names else "scene"
@@ -159,7 +160,7 @@ def open_window(
         names=names or ["scene"],
         size=options.size,
         instead=instead,
-        ground=find_height(options, scene),
+        ground=height,
         threads=options.threads or count_cores(),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),

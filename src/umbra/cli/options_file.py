@@ -14,12 +14,14 @@ from umbra import __version__
 from umbra.cli.options import HeadedOption
 from umbra.cli.reading import read_values
 from umbra.errors import InputError
+from umbra.ground.asked import is_file
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
 OPTIONS_FILE = "study.toml"
 _LARGEST = 1_000_000  # [byte]
 _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
+_LENGTH = re.compile(r"[-+.\deE]+\s*(mm|cm|m|km|ft)?", re.IGNORECASE)
 
 
 def _read(context: click.Context, _: click.Parameter, path: str | None) -> str | None:
@@ -148,6 +150,8 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
 def _is_file(parameter: click.Parameter, value: Any) -> bool:
     """Return whether a value is a file name; ``--trunk`` may also be a share."""
     is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
+    if parameter.name == "ground":
+        return is_file(value) and not _LENGTH.fullmatch(value)
     return is_raster or getattr(parameter, "is_file", False)
 
 

@@ -6,15 +6,13 @@ buildings differ by more than a storey, a surface through them; else the plane a
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from umbra.errors import InputError
+from umbra.ground.asked import FEET, LEVEL, Asked, check_ground, is_file
+from umbra.ground.file import add_file_ground
 from umbra.ground.level import (
-    ADDED,
-    ASSUMED,
-    ASSUMED_UNDER,
     GAP,
     Bases,
     Level,
@@ -26,11 +24,10 @@ from umbra.ground.surface import AWAY, FeetSurface, make_surface
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
+from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER
 
-__all__ = ["FEET", "LEVEL", "Ground", "check_ground", "choose_feet", "find_ground", "make_parts"]
+__all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts"]
 
-FEET, LEVEL = "feet", "level"
-"""Words that ask for a surface through the feet, or for a plane at their median."""
 _NAMES = "assumed ground", "assumed ground under buildings"
 
 
@@ -52,6 +49,10 @@ class Ground:
         Basis of the height; None if the caller or the file states it.
     surface : FeetSurface, optional
         The surface that umbra assumes.
+    file : str
+        Name of the file whose land it is.
+    notes : tuple of str
+        What does not fit about that file.
     """
 
     scene: Scene
@@ -59,12 +60,21 @@ class Ground:
     is_plane: bool
     assumed: Level | None = None
     surface: FeetSurface | None = None
+    file: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_added(self) -> bool:
+        """Whether the scene holds a surface that umbra added."""
+        return any(part.kind in ADDED_GROUND for part in self.scene.parts)
 
     @property
     def name(self) -> str:
         """What the ground is, for the foot of a picture: ``ground at z = 36.2 m``."""
         if self.surface is not None:
             return f"ground assumed, {tell_feet(self.surface)}"
+        if self.file:
+            return f"ground of {self.file}"
         if not self.is_plane:
             return "ground of the model"
         how = "" if self.assumed is None else " assumed, level"
@@ -72,7 +82,9 @@ class Ground:
 
     def describe(self) -> dict[str, object]:
         """Return attributes of a result on the surface that umbra assumes; none on another."""
-        return {} if self.surface is None else describe_surface(self.surface)
+        if self.surface is not None:
+            return describe_surface(self.surface)
+        return {"assumption": "; ".join(self.notes)} if self.notes else {}
 
 
 def tell_feet(surface: FeetSurface) -> str:
@@ -95,29 +107,7 @@ def describe_surface(surface: FeetSurface) -> dict[str, object]:
     }  # fmt: skip
 
 
-def check_ground(ground: object, option: str = "ground") -> float | str | None:
-    """
-    Return a ground as asked for: a finite height [m], ``'feet'``, ``'level'``, or None.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
-    if ground is None or ground in {FEET, LEVEL}:
-        return ground  # type: ignore[return-value]
-    try:
-        height = float(ground)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        msg = f"ground= is 'feet', 'level', a height [m] or a terrain file; got {ground!r}"
-        raise InputError(msg, option=option) from None
-    if not np.isfinite(height):
-        msg = f"the ground's height must be a finite number; got {height:g}"
-        raise InputError(msg, option=option, ground=height)
-    return height
-
-
-def find_ground(scene: Scene, ground: float | str | None = None) -> Ground:
+def find_ground(scene: Scene, ground: Asked = None) -> Ground:
     """
     Find the ground of a model.
 
@@ -126,7 +116,7 @@ def find_ground(scene: Scene, ground: float | str | None = None) -> Ground:
     scene : Scene
         With or without a surface that this function added.
     ground : float or str, optional
-        As asked for, see `check_ground`.
+        As asked for, see `umbra.ground.asked.check_ground`; None chooses.
 
     Returns
     -------
@@ -135,14 +125,14 @@ def find_ground(scene: Scene, ground: float | str | None = None) -> Ground:
     Raises
     ------
     InputError
-        If it is not finite, or no building has a foot.
+        If it is not finite, its file is wrong, or no building has a foot.
     """
-    asked = check_ground(ground)
+    asked = check_ground("ground", ground)
     return derive(scene, "ground", asked, lambda: _find(scene, asked))
 
 
-def _find(scene: Scene, asked: float | str | None) -> Ground:
-    own = tuple(part for part in scene.parts if part.kind not in ADDED)
+def _find(scene: Scene, asked: Asked) -> Ground:
+    own = tuple(part for part in scene.parts if part.kind not in ADDED_GROUND)
     if len(own) < len(scene.parts):
         scene = replace(scene, parts=own)
     known = scene.ground if asked is None else asked
@@ -150,6 +140,13 @@ def _find(scene: Scene, asked: float | str | None) -> Ground:
         return Ground(scene, float(known), is_plane=True)
     bases = measure_bases(scene)
     level = settle_level(bases)
+    if is_file(asked):
+        found, notes = add_file_ground(scene, str(asked))
+        given = Ground(
+            found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
+            notes=tuple(notes),
+        )  # fmt: skip
+        return derive(found, "ground", asked, lambda: given)
     if asked is None and has_terrain(scene):
         return Ground(scene, level.low, is_plane=False, assumed=level)
     surface = choose_feet(bases, level, scene.bounds(), asked)
@@ -161,7 +158,7 @@ def _find(scene: Scene, asked: float | str | None) -> Ground:
 
 
 def choose_feet(
-    bases: Bases, level: Level, bounds: Any, asked: float | str | None
+    bases: Bases, level: Level, bounds: Any, asked: Asked
 ) -> FeetSurface | None:
     """
     Make the surface through the feet where they are asked for, or differ by more than a storey.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from umbra.ground.feet import Feet, find_base_faces
 from umbra.scene import Scene
-from umbra.scene.mesh import find_standing
+from umbra.scene.mesh import ADDED_GROUND, find_standing
 
 __all__ = [
     "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "check_stated",
@@ -18,7 +18,7 @@ __all__ = [
 TERRAIN = {
     "Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody",
     "PlantCover", "IfcSite", "IfcGeographicElement",
-    "AssumedGround", "AssumedGroundUnderBuildings", "GivenGround",
+    *ADDED_GROUND,
 }  # fmt: skip
 """Kinds of parts that are ground, or lie on it."""
 _AFLOAT = TERRAIN | {
@@ -26,10 +26,7 @@ _AFLOAT = TERRAIN | {
     "TunnelPart", "SolitaryVegetationObject", "Canopy", "Waterway",
 }  # fmt: skip
 """Kinds of parts that show nothing of the ground's height."""
-ASSUMED, ASSUMED_UNDER, GIVEN = "AssumedGround", "AssumedGroundUnderBuildings", "GivenGround"
-"""Kinds of the parts of a ground that umbra adds to a model."""
-ADDED = {ASSUMED, ASSUMED_UNDER, GIVEN}
-RELIEF = {"Raster", "TINRelief", *ADDED}
+RELIEF = {"Raster", "TINRelief", *ADDED_GROUND}
 """Kinds that are terrain at any coverage."""
 COVERED = 0.2
 """Least share of the model's plan rectangle that ground of other kinds covers."""

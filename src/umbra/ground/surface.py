@@ -19,9 +19,10 @@ __all__ = ["AWAY", "FeetSurface", "make_surface"]
 AWAY = 50.0
 """Distance to the next foot beyond which a surface through feet is a guess [m]."""
 _SHADOW = 4.0  # heights of the model by which the surface goes on beyond it, as the plan does
-_RING = 48  # corners of its end
+_RINGS, _RING = 6, 48  # circles around the model, and corners of each
 _LEAST_STEP = 2.0**-10  # feet that are nearer in plan are one corner [m]
 _MOST = 2.0**24 - 2  # steps along a side
+_NEAR = 256  # corners of feet of which the ground beyond the model is the mean
 _APART = 1.0  # by which a base lies over another, if it stands on it [m]
 _SAMPLES = 256  # places along a side at which the distance to a foot is measured
 
@@ -61,7 +62,7 @@ def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
 
     Between buildings it is the Delaunay triangulation that holds the edges of their bases. Where
     two buildings share a corner at different heights the ground there is the lower, and steps up
-    to the other. Beyond the outermost feet it keeps their heights.
+    to the other. Beyond the outermost feet it takes their mean height.
 
     Parameters
     ----------
@@ -86,12 +87,12 @@ def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
     heights = _find_heights(base, feet.corners)
     vertices, corner = _join(base.plan, base.triangles, heights)
     steps_up = _find_steps(base.triangles, base.neighbours, corner)
-    is_outer = (base.triangles >= len(base.plan) - _RING).any(1)
+    is_outer = (base.triangles >= len(base.plan) - _RINGS * _RING).any(1)
     is_open = (base.label < 0) & ~is_outer
     return FeetSurface(
         vertices, np.concatenate([corner, steps_up]),
         np.append(base.label >= 0, np.zeros(len(steps_up), np.bool_)), feet.count,
-        _find_far_share(base.plan[:-_RING], base.edges), _find_steepest(vertices[corner[is_open]]),
+        _find_far_share(base.plan[: -_RINGS * _RING], base.edges), _find_steepest(vertices[corner[is_open]]),
     )  # fmt: skip
 
 
@@ -138,10 +139,7 @@ class _Bases:
         faces[order] = np.cumsum(is_new) - 1
         faces = faces.reshape(-1, 3)
         plan, points = corners[order[is_new]], points[order[is_new]]
-        turn = np.arange(_RING) * (2.0 * np.pi / _RING)
-        ring = np.zeros((_RING, 3))
-        ring[:, :2] = middle + reach * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        ring[:, 2] = plan[_find_nearest(plan[:, :2], ring[:, :2])[1], 2]
+        ring = _make_rings(plan, middle, 1.05 * radius + 1.0, reach)
         on_ring = np.rint((ring[:, :2] - (middle - reach)) / step).astype(np.int64)
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
         edges = np.unique(np.sort(edges, axis=1), axis=0)
@@ -152,6 +150,20 @@ class _Bases:
         downward = np.argsort(-lowest, kind="stable")
         label, areas = _find_bases(points, triangles, neighbours, faces, lowest, downward)
         return cls(plan, faces, edges, triangles, neighbours, label, areas)
+
+
+def _make_rings(
+    plan: NDArray[np.float64], middle: NDArray[np.float64], first: float, last: float
+) -> NDArray[np.float64]:
+    """Return corners (n, 3) on circles around a model, at the mean height of the feet nearby."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
+
+    turn = np.arange(_RING) * (2.0 * np.pi / _RING)
+    way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    places = np.concatenate([middle + r * way for r in np.geomspace(first, last, _RINGS)])
+    away, near = cKDTree(plan[:, :2]).query(places, range(1, min(_NEAR, len(plan)) + 1))
+    weight = 1.0 / np.maximum(away, 1e-6) ** 2
+    return np.column_stack([places, (weight * plan[near, 2]).sum(1) / weight.sum(1)])
 
 
 def _find_nearest(

@@ -7,7 +7,8 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
 from umbra.ground.level import has_terrain
-from umbra.receivers.plan import GroundPlane, TopmostSurface
+from umbra.scene.mesh import ADDED_GROUND
+from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.raster import Raster
 from umbra.receivers.samples import Samples
@@ -31,8 +32,16 @@ KINDS: dict[str, ReceiverKind] = {
 """All kinds by the name that results state."""
 
 
+_SURFACE = GroundSurface()
+
+
+def has_added(scene: Scene) -> bool:
+    """Return whether a scene holds a ground beside its model."""
+    return any(part.kind in ADDED_GROUND for part in scene.parts)
+
+
 def find_kind(
-    receivers: str, scene: Scene | None = None, ground: float | None = None
+    receivers: str, scene: Scene | None = None, ground: float | str | None = None
 ) -> ReceiverKind:
     """
     Find a kind of receivers by name.
@@ -52,6 +61,8 @@ def find_kind(
     InputError
         If the name is unknown.
     """
+    if receivers in {"auto", "ground"} and scene is not None and has_added(scene):
+        return _SURFACE
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:
             return KINDS["ground"]

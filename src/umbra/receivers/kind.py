@@ -310,10 +310,6 @@ class ReceiverKind:
         """
         raise NotImplementedError
 
-    def choose_level(self, assumed: "Level") -> float:
-        """Choose the ground's default height: low enough to hide nothing."""
-        return assumed.low
-
     def describe_level(
         self, scene: Scene, level: float, assumed: "Level | None", bare: float
     ) -> dict[str, object]:

@@ -19,6 +19,7 @@ from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.rays.hidden import find_hidden
+from umbra.ground.choice import find_ground
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request, Tile
 from umbra.scene import Scene
@@ -52,6 +53,8 @@ def run(
     kind : ReceiverKind, optional
         By default that of the options' receivers.
     """
+    ground = find_ground(scene, options.ground)
+    scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
     laid = kind.lay_out(setup.request)
@@ -59,7 +62,7 @@ def run(
     nothing = laid.finish()
     if nothing is not None:
         done.blank(nothing)
-    facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
+    facts = setup.describe(kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts)
     arrays, more = done.arrays, done.variables(laid)
     study = Study(laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more)
     more |= laid.sum_up(study)
@@ -166,6 +169,7 @@ def count_lights(
     if options.canopy:
         msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"
         raise InputError(msg, option="canopy")
+    scene = find_ground(scene, options.ground).scene
     kind = find_kind(options.receivers, scene, options.ground)
     threads = options.threads or count_cores()
     suns, others = lights.split()

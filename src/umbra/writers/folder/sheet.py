@@ -94,7 +94,7 @@ def _find_window(
     whole = np.array([[x0, y0], [x1, y1]])
     if options.extent is not None:
         return whole, (x1 - x0, y1 - y0)
-    model = np.clip(study.model.scene.bounds()[:, :2], *whole)
+    model = np.clip(study.model.scene.model_bounds()[:, :2], *whole)
     room = 0.03 * float(np.ptp(model, axis=0).max())
     hours = study.shadow_hours
     matters = hours >= max(study.up_hours * MATTERS, 1e-6)
@@ -114,7 +114,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
         plan,
         x=seen.x,
         y=seen.y,
-        building_height=np.nan_to_num(seen.heights - seen.ground).astype(np.float32),
+        building_height=np.nan_to_num(tile.drawn_heights).astype(np.float32),
         appearance=None
         if plan.appearance is None
         else find_appearance(seen, seen.shadow_hours.shape),
