@@ -22,6 +22,7 @@ _SHADOW = 4.0  # heights of the model by which the surface goes on beyond it, as
 _RINGS, _RING = 6, 48  # circles around the model, and corners of each
 _LEAST_STEP = 2.0**-10  # feet that are nearer in plan are one corner [m]
 _MOST = 2.0**24 - 2  # steps along a side
+_GAPS = 16  # places in gaps between buildings, along half of a model
 _NEAR = 256  # corners of feet of which the ground beyond the model is the mean
 _APART = 1.0  # by which a base lies over another, if it stands on it [m]
 _SAMPLES = 256  # places along a side at which the distance to a foot is measured
@@ -87,12 +88,12 @@ def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
     heights = _find_heights(base, feet.corners)
     vertices, corner = _join(base.plan, base.triangles, heights)
     steps_up = _find_steps(base.triangles, base.neighbours, corner)
-    is_outer = (base.triangles >= len(base.plan) - _RINGS * _RING).any(1)
+    is_outer = (base.triangles >= base.own).any(1)
     is_open = (base.label < 0) & ~is_outer
     return FeetSurface(
         vertices, np.concatenate([corner, steps_up]),
         np.append(base.label >= 0, np.zeros(len(steps_up), np.bool_)), feet.count,
-        _find_far_share(base.plan[: -_RINGS * _RING], base.edges), _find_steepest(vertices[corner[is_open]]),
+        _find_far_share(base.plan[: base.own], base.edges), _find_steepest(vertices[corner[is_open]]),
     )  # fmt: skip
 
 
@@ -113,6 +114,8 @@ class _Bases:
         Lowest base face that holds each triangle; -1 between the buildings.
     areas : (2, k) float64
         Of each base face: all, and what of it lies over lower ones.
+    own : int
+        Number of corners of feet, which are the first of ``plan``.
     """
 
     plan: NDArray[np.float64]
@@ -122,6 +125,7 @@ class _Bases:
     neighbours: NDArray[np.int32]
     label: NDArray[np.int32]
     areas: NDArray[np.float64]
+    own: int
 
     @classmethod
     def of(cls, feet: Feet, bounds: NDArray[np.float64]) -> "_Bases":
@@ -144,24 +148,36 @@ class _Bases:
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
         edges = np.unique(np.sort(edges, axis=1), axis=0)
         edges = edges[edges[:, 0] != edges[:, 1]]
+        own = len(plan)
         points, plan = np.concatenate([points, on_ring]), np.concatenate([plan, ring])
         triangles, neighbours, _ = triangulate_with_edges(points, edges)
         lowest = feet.corners[:, :, 2].min(1)
         downward = np.argsort(-lowest, kind="stable")
         label, areas = _find_bases(points, triangles, neighbours, faces, lowest, downward)
-        return cls(plan, faces, edges, triangles, neighbours, label, areas)
+        return cls(plan, faces, edges, triangles, neighbours, label, areas, own)
 
 
 def _make_rings(
     plan: NDArray[np.float64], middle: NDArray[np.float64], first: float, last: float
 ) -> NDArray[np.float64]:
-    """Return corners (n, 3) on circles around a model, at the mean height of the feet nearby."""
+    """
+    Return corners (n, 3) far from all feet, at the mean height of the feet nearby.
+
+    They lie on circles around the model, the outermost last, and on a grid where there are gaps.
+    """
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
+    tree = cKDTree(plan[:, :2])
+    side = first / _GAPS
+    steps = (np.arange(-_GAPS, _GAPS + 1) + 0.5) * side
+    grid = middle + np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
+    grid = grid[np.linalg.norm(grid - middle, axis=1) < first - side / 2]
+    grid = grid[tree.query(grid)[0] > side / 2]
     turn = np.arange(_RING) * (2.0 * np.pi / _RING)
     way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    places = np.concatenate([middle + r * way for r in np.geomspace(first, last, _RINGS)])
-    away, near = cKDTree(plan[:, :2]).query(places, range(1, min(_NEAR, len(plan)) + 1))
+    circles = [middle + r * way for r in np.geomspace(first, last, _RINGS)]
+    places = np.concatenate([grid, *circles])
+    away, near = tree.query(places, range(1, min(_NEAR, len(plan)) + 1))
     weight = 1.0 / np.maximum(away, 1e-6) ** 2
     return np.column_stack([places, (weight * plan[near, 2]).sum(1) / weight.sum(1)])
 
