@@ -141,7 +141,7 @@ def _find(scene: Scene, asked: Asked) -> Ground:
     bases = measure_bases(scene)
     level = settle_level(bases)
     if is_file(asked):
-        found, notes = add_file_ground(scene, str(asked))
+        found, notes = add_file_ground(scene, str(asked), scene.bounds())
         given = Ground(
             found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
             notes=tuple(notes),

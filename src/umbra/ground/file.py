@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Material, Mesh, Part, Scene
@@ -14,7 +15,9 @@ from umbra.scene.mesh import GIVEN
 __all__ = ["add_file_ground"]
 
 
-def add_file_ground(scene: Scene, name: str) -> tuple[Scene, list[str]]:
+def add_file_ground(
+    scene: Scene, name: str, bounds: NDArray[np.float64]
+) -> tuple[Scene, list[str]]:
     """
     Add the land of a file to a model.
 
@@ -23,6 +26,8 @@ def add_file_ground(scene: Scene, name: str) -> tuple[Scene, list[str]]:
     scene : Scene
     name : str
         Of the file, in the model's coordinate reference system or one that says which it is.
+    bounds : (2, 3) float64
+        Of the model [m].
 
     Returns
     -------
@@ -45,9 +50,9 @@ def add_file_ground(scene: Scene, name: str) -> tuple[Scene, list[str]]:
     part = Part("ground", GIVEN, Mesh(soup.vertices + land.origin, soup.faces))
     if land.crs and scene.crs and not is_same_plan(land.crs, scene.crs):
         (part,) = bring_to((part,), land.crs, scene.crs, is_high_in_metres=True)
-    _check_place(scene, part, name)
+    _check_place(bounds, part, name)
     own = [_shift(one, scene) for one in scene.parts]
-    notes = find_gaps("the model", own, Path(name).name, [part])
+    notes = find_gaps("model", own, Path(name).name, [part])
     vertices = part.mesh.vertices - scene.origin
     part = replace(
         part, mesh=Mesh(vertices, part.mesh.faces), material=Material(color=GROUND_COLOR)
@@ -62,9 +67,9 @@ def _shift(part: Part, scene: Scene) -> Part:
     return replace(part, mesh=Mesh(soup.vertices + scene.origin, soup.faces), transform=None)
 
 
-def _check_place(scene: Scene, part: Part, name: str) -> None:
+def _check_place(bounds: NDArray[np.float64], part: Part, name: str) -> None:
     """Refuse land that no part of the model stands on."""
-    (low, high), box = scene.bounds()[:, :2], part.bounds[:, :2]
+    (low, high), box = bounds[:, :2], part.bounds[:, :2]
     gap = np.maximum(np.maximum(box[0] - high, low - box[1]), 0.0)
     if not gap.any():
         return

@@ -19,7 +19,7 @@ from umbra.scene import Scene
 
 __all__ = [
     "KINDS", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples", "SingleReceivers",
-    "Tile", "ViewTile", "check_points", "find_kind", "read_points",
+    "Tile", "ViewTile", "check_points", "find_kind", "name_kind", "read_points",
 ]  # fmt: skip
 
 KINDS: dict[str, ReceiverKind] = {
@@ -33,6 +33,11 @@ KINDS: dict[str, ReceiverKind] = {
 
 
 _SURFACE = GroundSurface()
+
+
+def name_kind(name: str, *, is_added: bool) -> ReceiverKind:
+    """Return a kind by the name that results state, with or without a ground that was added."""
+    return _SURFACE if name == "ground" and is_added else KINDS[name]
 
 
 def has_added(scene: Scene) -> bool:
@@ -62,7 +67,7 @@ def find_kind(
         If the name is unknown.
     """
     if receivers in {"auto", "ground"} and scene is not None and has_added(scene):
-        return _SURFACE
+        return name_kind("ground", is_added=True)
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:
             return KINDS["ground"]

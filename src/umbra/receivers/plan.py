@@ -165,7 +165,8 @@ class PlanKind(ReceiverKind):
         is_stated = request.options.extent is not None
         skyline = Skyline.of(scene.model_bounds(), level) if is_stated else _find_skyline(model, level)
         # If nothing receives beyond a terrain, the extent need not hold shadows.
-        reaching = np.zeros((0, 3)) if has_end or is_stated else request.find_reaching()
+        ends = has_end and not ground.is_added
+        reaching = np.zeros((0, 3)) if ends or is_stated else request.find_reaching()
         grid, x, y = lay_out(skyline, reaching, **request.find_room())
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,

@@ -10,7 +10,7 @@ import math
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -25,16 +25,18 @@ from umbra.readers import read
 from umbra.readers.formats import BY_ENDING, FORMATS
 from umbra.readers.georeference import is_same_plan, show_crs
 from umbra.readers.layers import name_layers
+from umbra.ground.feet import Feet
 from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
 from umbra.tiles.geometry import FileGeometry, write_geometry
 from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json
 from umbra.tiles.reading import check_reading
 
-__all__ = ["Catalogue", "CityFile", "list_files", "make_catalogue", "read_catalogue"]
+__all__ = ["Catalogue", "CityFile", "add_scene", "list_files", "make_catalogue", "read_catalogue"]
 
 _ENTRY, _WORDS = "entry.json", "words.json"
 _INDEX = "index.json"
+_BASES = ("bases", "floors", "feet", "owners")
 _PACKED = {".gz", ".zip", ".xml"}
 
 
@@ -102,8 +104,10 @@ class CityFile:
     @property
     def bases(self) -> Bases:
         """Bases of its objects."""
-        folder = Path(self.folder)
-        return Bases(np.load(folder / "bases.npy"), np.load(folder / "floors.npy"))
+        boxes, floors, feet, owner = (
+            np.load(Path(self.folder) / f"{name}.npy") for name in _BASES
+        )
+        return Bases(boxes, floors, Feet(feet, owner))
 
     @property
     def kinds_of_parts(self) -> list[str]:
@@ -190,9 +194,12 @@ class Catalogue:
     def find_bases(self) -> Bases:
         """Gather the bases of all objects."""
         each = [one.bases for one in self.files]
+        first = np.cumsum([0, *(len(b.boxes) for b in each)])
+        owners = [b.feet.owner + start for b, start in zip(each, first)]
         return Bases(
-            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each])
-        )
+            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each]),
+            Feet(np.concatenate([b.feet.corners for b in each]), np.concatenate(owners)),
+        )  # fmt: skip
 
     def find_corners(self) -> Iterator[NDArray[np.float64]]:
         """Yield the corners of each file's triangles in its own coordinates, in blocks (n, 3)."""
@@ -323,14 +330,48 @@ def _enter(
     check_reading(path, memory, options)
     scene = read(path, **options)
     status = path.stat()
+    return _write_entry(
+        scene, place, number=number, path=str(path.resolve()), layer=layer,
+        size=status.st_size, mtime=status.st_mtime_ns, reading=reading,
+    )  # fmt: skip
+
+
+def add_scene(catalogue: Catalogue, folder: Path, scene: Scene) -> None:
+    """
+    Add parts that no file of a city holds to the catalogue in a folder, as its last file.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        Of the files.
+    folder : Path
+    scene : Scene
+    """
+    number = len(catalogue.files)
+    place = folder / f"{number:06}"
+    if not scene.sources:
+        summed = sha256()
+        for part in scene.parts:
+            summed.update(part.mesh.vertices.tobytes() + part.mesh.faces.tobytes())
+        scene = replace(scene, sources=(Source("ground", summed.hexdigest(), "assumed"),))
+    _write_entry(
+        scene, place, number=number, path="", layer="", size=0, mtime=0, reading="",
+    )  # fmt: skip
+    names = [Path(one.folder).name for one in catalogue.files]
+    write_json(folder / _INDEX, [*names, place.name])
+
+
+def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
+    """Write the facts and arrays of a file into a folder, whole or not at all."""
     shutil.rmtree(place, ignore_errors=True)
-    unfinished = folder / f".{number:06}"
+    unfinished = place.with_name(f".{place.name}")
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir()
     geometry = write_geometry(scene, unfinished)
     bases = measure_bases(scene)
-    np.save(unfinished / "bases.npy", bases.boxes)
-    np.save(unfinished / "floors.npy", bases.floors)
+    arrays = (bases.boxes, bases.floors, bases.feet.corners, bases.feet.owner)
+    for name, array in zip(_BASES, arrays, strict=True):
+        np.save(unfinished / f"{name}.npy", array)
     words = {
         "names": [part.name for part in scene.parts],
         "kinds": [part.kind for part in scene.parts],
@@ -338,8 +379,7 @@ def _enter(
     }
     (unfinished / _WORDS).write_bytes(orjson.dumps(words))
     entry = CityFile(
-        number=number, path=str(path.resolve()), layer=layer, size=status.st_size,
-        mtime=status.st_mtime_ns, folder=str(place), reading=reading, sources=scene.sources,
+        **own, folder=str(place), sources=scene.sources,
         place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
         bounds=(tuple(scene.bounds()[0].tolist()), tuple(scene.bounds()[1].tolist())),
         counts={
@@ -368,7 +408,8 @@ def _load(place: Path) -> CityFile | None:
             facts[name] = tuple(facts[name])
         facts["bounds"] = tuple(map(tuple, facts["bounds"]))
         entry = CityFile(**{**facts, "folder": str(place)})
-        return entry if entry.geometry.sum_up() == entry.checksum else None
+        is_whole = all((place / f"{name}.npy").exists() for name in _BASES)
+        return entry if is_whole and entry.geometry.sum_up() == entry.checksum else None
     except (OSError, ValueError, TypeError, KeyError):
         return None
 

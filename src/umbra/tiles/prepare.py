@@ -17,7 +17,6 @@ from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.readers.georeference import locate
 from umbra.readers.model import Crowns, FilePlace, settle
-from umbra.ground.level import Level
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
@@ -26,6 +25,7 @@ from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
+from umbra.tiles.ground import CityGround, find_city_ground
 from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
@@ -52,13 +52,12 @@ class Preparation:
     ----------
     job : CityJob
     catalogue : Catalogue
-    assumed : Level or None
-        Basis of the ground's height, if it is assumed.
+    ground : CityGround
     """
 
     job: CityJob
     catalogue: Catalogue
-    assumed: Level | None
+    ground: CityGround
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -95,7 +94,8 @@ class Preparation:
         for name in ("threads", "prepare_seconds", "count_seconds", "source"):
             facts.pop(name, None)
         if place.kind.is_plan:
-            facts |= place.kind.describe_level(scene, job.frame.ground, self.assumed, share)
+            facts |= place.kind.describe_level(scene, job.frame.ground, self.ground.assumed, share)
+        facts |= {"ground": self.ground.known.name, **self.ground.known.describe()}
         facts.pop("ground_z" if not place.kind.is_plan else "", None)
         facts["command"] = "umbra.city_study"
         facts["source"] = _name_sources(self.catalogue)
@@ -140,8 +140,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    kind = choose_kind(catalogue, options)
-    frame, assumed = find_frame(catalogue, kind, options)
+    ground = find_city_ground(catalogue, options, folder / CATALOGUE)
+    kind = choose_kind(catalogue, options, ground)
+    frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
         site = find_city_site(catalogue, **(site or {}))
     merged = find_merged(catalogue)
@@ -158,7 +159,7 @@ def prepare_city(
     _check_memory(job, city)
     facts = _describe_run(job, catalogue)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
-    found = Preparation(job, catalogue, assumed)
+    found = Preparation(job, catalogue, ground)
     if not _check_same(folder / _STUDY, facts):
         store = CityStore(job.store)
         store.unmark(store.find_done())
