@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from umbra.errors import InputError
 from umbra.ground.asked import FEET, LEVEL, Asked, check_ground, is_file
 from umbra.ground.file import add_file_ground
@@ -24,7 +26,7 @@ from umbra.ground.surface import AWAY, FeetSurface, make_surface
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
-from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER
+from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, find_standing
 
 __all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts"]
 
@@ -181,9 +183,15 @@ def choose_feet(
     InputError
         If no building has a foot, and they are asked for.
     """
-    if asked == LEVEL or (asked is None and level.high - level.low <= GAP):
+    if asked == LEVEL:
         return None
-    surface = make_surface(bases.feet.above(level.low), bounds)
+    standing, feet = find_standing(bases.boxes), bases.feet.above(level.low)
+    if asked is None:
+        own = np.unique(feet.owner)
+        heights = bases.boxes[own[standing[own]], 0, 2]
+        if not len(heights) or np.ptp(heights) <= GAP:
+            return None
+    surface = make_surface(feet, bounds, standing)
     if surface is None and asked == FEET:
         msg = "no building of the model has a foot; give ground= a height [m] or a terrain file"
         raise InputError(msg, option="ground")

@@ -33,6 +33,7 @@ COVERED = 0.2
 GROUND_SURFACE = "GroundSurface"
 STRAY = 0.02
 """Share of an object's area, and of all objects' plans, that may be stray and far too low."""
+_LEAST = 2.0  # height of what has a foot: decks, slabs and paving are lower [m]
 GAP = 3.0
 """Least distance of strays below the rest, and least difference of bases to report [m]."""
 
@@ -164,12 +165,14 @@ def measure_bases(scene: Scene) -> Bases:
     lowest, area, flat, middle_z = faces
     foot = _find_feet(lowest, area, thing, low[:, 2])
     kept = np.isfinite(foot)
+    with np.errstate(invalid="ignore"):
+        stands_on = np.where(high[:, 2] - foot >= _LEAST, foot, np.inf)
     low[:, 2] = high[:, 2] = foot
     is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
     floors = np.stack([middle_z[is_floor], flat[is_floor]], axis=1)
     stands = np.array([part.kind not in _AFLOAT for part in scene.parts])[soup.part]
     corners = (soup.vertices + scene.origin)[soup.faces[stands]]
-    feet = find_base_faces(corners, thing[stands], is_floor[stands], foot)
+    feet = find_base_faces(corners, thing[stands], is_floor[stands], stands_on)
     feet = Feet(feet.corners, (np.cumsum(kept) - 1)[feet.owner])
     return Bases(np.stack([low, high], axis=1)[kept], floors, feet)
 

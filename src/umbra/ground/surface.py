@@ -22,8 +22,9 @@ _SHADOW = 4.0  # heights of the model by which the surface goes on beyond it, as
 _RINGS, _RING = 6, 48  # circles around the model, and corners of each
 _LEAST_STEP = 2.0**-10  # feet that are nearer in plan are one corner [m]
 _MOST = 2.0**24 - 2  # steps along a side
-_GAPS = 16  # places in gaps between buildings, along half of a model
+_GAPS = 16  # places around the buildings, along half of a model
 _NEAR = 256  # corners of feet of which the ground beyond the model is the mean
+_TOUCH = 0.02  # share of a base over another that is rounding
 _APART = 1.0  # by which a base lies over another, if it stands on it [m]
 _SAMPLES = 256  # places along a side at which the distance to a foot is measured
 
@@ -57,7 +58,9 @@ class FeetSurface:
     steepest: float
 
 
-def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
+def make_surface(
+    feet: Feet, bounds: NDArray[np.float64], standing: NDArray[np.bool_] | None = None
+) -> FeetSurface | None:
     """
     Make the surface through feet.
 
@@ -70,6 +73,8 @@ def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
     feet : Feet
     bounds : (2, 3) float64
         Of the whole model [m].
+    standing : (n_buildings,) bool, optional
+        Whether no other object is near and lower.
 
     Returns
     -------
@@ -81,9 +86,12 @@ def make_surface(feet: Feet, bounds: NDArray[np.float64]) -> FeetSurface | None:
     base = _Bases.of(feet, bounds)
     # What stands on another building is no foot of the ground.
     whole, over = (np.bincount(feet.owner, area) for area in base.areas)
-    standing = (over <= whole / 2)[feet.owner]
-    if not standing.all():
-        feet = Feet(feet.corners[standing], feet.owner[standing])
+    most = np.full(len(whole), 0.5)
+    if standing is not None:
+        most[~standing[: len(most)]] = _TOUCH
+    kept = (over <= whole * most)[feet.owner]
+    if not kept.all():
+        feet = Feet(feet.corners[kept], feet.owner[kept])
         base = _Bases.of(feet, bounds)
     heights = _find_heights(base, feet.corners)
     vertices, corner = _join(base.plan, base.triangles, heights)
@@ -161,9 +169,9 @@ def _make_rings(
     plan: NDArray[np.float64], middle: NDArray[np.float64], first: float, last: float
 ) -> NDArray[np.float64]:
     """
-    Return corners (n, 3) far from all feet, at the mean height of the feet nearby.
+    Return corners (n, 3) outside the hull of the feet, at the mean height of the feet nearby.
 
-    They lie on circles around the model, the outermost last, and on a grid where there are gaps.
+    They lie on a grid, and on circles around the model, the outermost last.
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
@@ -172,7 +180,7 @@ def _make_rings(
     steps = (np.arange(-_GAPS, _GAPS + 1) + 0.5) * side
     grid = middle + np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     grid = grid[np.linalg.norm(grid - middle, axis=1) < first - side / 2]
-    grid = grid[tree.query(grid)[0] > side / 2]
+    grid = grid[(tree.query(grid)[0] > side / 2) & _find_outside(plan[:, :2], grid)]
     turn = np.arange(_RING) * (2.0 * np.pi / _RING)
     way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     circles = [middle + r * way for r in np.geomspace(first, last, _RINGS)]
@@ -180,6 +188,19 @@ def _make_rings(
     away, near = tree.query(places, range(1, min(_NEAR, len(plan)) + 1))
     weight = 1.0 / np.maximum(away, 1e-6) ** 2
     return np.column_stack([places, (weight * plan[near, 2]).sum(1) / weight.sum(1)])
+
+
+def _find_outside(
+    plan: NDArray[np.float64], places: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Find which places lie outside the hull of points in plan; all if these are on a line."""
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - comes with pvlib; 0.2 s
+
+    try:
+        lines = ConvexHull(plan).equations
+    except (QhullError, ValueError):
+        return np.ones(len(places), np.bool_)
+    return (places @ lines[:, :2].T + lines[:, 2] > 0).any(1)
 
 
 def _find_nearest(

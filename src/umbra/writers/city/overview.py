@@ -65,6 +65,8 @@ def _draw(
     note = f"umbra {facts.get('umbra_version', '')} · cells of {cell} m"
     if times > 1:
         note += f", drawn as means of {times} x {times}"
+    if facts.get("ground"):
+        note += f" · {facts['ground']}"
     subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
     if missing:
         names = ", ".join(str(tile.number) for tile in missing[:_FEW])

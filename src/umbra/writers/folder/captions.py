@@ -197,16 +197,13 @@ def describe_making(study: Study, options: StudyOptions) -> str:
     """Describe how a study was made, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
-    is_drawn = study.kind.is_level
-    if "view_tilt_deg" in study.facts:  # from above
-        is_drawn = study.model.ground is not None
-    level = [f"ground at z = {study.ground:.6g} m"] if is_drawn else []
+    ground = [str(study.facts["ground"])]
     shown = []
     if getattr(study.model, "asked", None) is not None:
         shown.append(f"hours of {list_few(options.on)} alone")
     elif options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
-    return " · ".join([version, cells, *level, *shown, *describe_method(study, options)])
+    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options)])
 
 
 def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
