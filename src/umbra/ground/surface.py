@@ -180,7 +180,7 @@ def _make_rings(
     steps = (np.arange(-_GAPS, _GAPS + 1) + 0.5) * side
     grid = middle + np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     grid = grid[np.linalg.norm(grid - middle, axis=1) < first - side / 2]
-    grid = grid[(tree.query(grid)[0] > side / 2) & _find_outside(plan[:, :2], grid)]
+    grid = grid[(tree.query(grid)[0] > side / 2) & _find_outside(plan[:, :2], grid, side / 2)]
     turn = np.arange(_RING) * (2.0 * np.pi / _RING)
     way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     circles = [middle + r * way for r in np.geomspace(first, last, _RINGS)]
@@ -191,16 +191,16 @@ def _make_rings(
 
 
 def _find_outside(
-    plan: NDArray[np.float64], places: NDArray[np.float64]
+    plan: NDArray[np.float64], places: NDArray[np.float64], away: float
 ) -> NDArray[np.bool_]:
-    """Find which places lie outside the hull of points in plan; all if these are on a line."""
+    """Find which places lie off the hull of points in plan; all if these are on a line."""
     from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     try:
         lines = ConvexHull(plan).equations
     except (QhullError, ValueError):
         return np.ones(len(places), np.bool_)
-    return (places @ lines[:, :2].T + lines[:, 2] > 0).any(1)
+    return (places @ lines[:, :2].T + lines[:, 2] > away).any(1)
 
 
 def _find_nearest(
