@@ -6,10 +6,14 @@ from support.model_files import DATA
 from support.shapes import box
 
 import umbra
+from umbra.calls.ground import choose_ground, stand_scene
+from umbra.calls.options import RenderOptions, ViewOptions
+from umbra.calls.styles import STYLES
 from umbra.errors import InputError
 from umbra.ground.choice import find_ground
 from umbra.ground.level import measure_bases
 from umbra.ground.surface import make_surface
+from umbra.rays.hidden import find_hidden
 from umbra.receivers.standing import find_crossings
 from umbra.scene import Mesh, Part
 from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER
@@ -162,8 +166,6 @@ def test_shadows_on_it_are_those_of_rays():
     )
     laid = study.result.laid
     tile = laid.casting.make_tile(laid.grid)
-    from umbra.rays.hidden import find_hidden
-
     suns = study.result.period.sun.direction
     places = tile.places
     rays = find_hidden(tile.tree, places.points, places.normals, suns).reshape(-1, *tile.shape)
@@ -184,11 +186,6 @@ def test_cells_under_a_roof_that_juts_out_receive():
 
 def test_a_study_a_picture_and_a_page_stand_on_one_ground():
     scene, _ = on_slope()
-    from umbra.calls.first_view import stand_scene
-    from umbra.calls.options import RenderOptions, ViewOptions
-    from umbra.calls.picture import choose_ground
-    from umbra.calls.styles import STYLES
-
     known = find_ground(scene)
     told = []
     drawn, plane = choose_ground(scene, RenderOptions(), STYLES["architectural"], told.append)
@@ -205,9 +202,6 @@ def test_a_study_a_picture_and_a_page_stand_on_one_ground():
 
 def test_level_ground_is_one_for_all_too():
     scene = make(((0, 0, 0), (10, 10, 8)), ((30, 0, 2), (50, 10, 13)))
-    from umbra.calls.first_view import stand_scene
-    from umbra.calls.options import ViewOptions
-
     _, height = stand_scene(ViewOptions(), scene)
     for receivers in ("ground", "top", "south"):
         study = umbra.shadow_study(scene, SITE, date="2026-03-21", receivers=receivers, cell=2.0)
@@ -232,12 +226,13 @@ def test_a_mesh_of_the_land_is_a_ground(tmp_path):
     land.write_text(
         "v -100 -100 -20\nv 200 -100 40\nv 200 200 40\nv -100 200 -20\nf 1 2 3 4\n", "utf-8"
     )
-    scene, boxes = on_slope()
+    scene, _ = on_slope()
     study = umbra.shadow_study(scene, SITE, date="2026-03-21", ground=land, cell=2.0)
     assert study.dataset.attrs["ground"] == "ground of land.obj"
     assert study.receiver_z.sel(x=15, y=15, method="nearest").item() == pytest.approx(3, abs=0.3)
+    far = make(((9e4, 0, 0), (9e4 + 9, 9, 9)))
     with pytest.raises(InputError, match="from the model"):
-        umbra.shadow_study(make(((9e4, 0, 0), (9e4 + 9, 9, 9))), SITE, date="2026-03-21", ground=land)
+        umbra.shadow_study(far, SITE, date="2026-03-21", ground=land)
 
 
 @pytest.mark.skipif(not VIENNA.exists(), reason=f"{VIENNA.name} is not here")

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.picture import Picture, draw_picture
 from umbra.devices import DEFAULT
@@ -15,19 +16,9 @@ from umbra.sun import Site
 if TYPE_CHECKING:
     from umbra.window.view import ViewState
 
-__all__ = ["begin_view", "draw_view", "stand_scene"]
+__all__ = ["begin_view", "draw_view"]
 
 _DATE = "2026-03-21"  # default date
-
-
-def stand_scene(options: ViewOptions, scene: Scene) -> tuple[Scene, float | None]:
-    """Return a scene with its ground, as for a study, and the height of a plane [m], if it is."""
-    from umbra.ground.choice import find_ground  # noqa: PLC0415
-
-    if options.ground is False:
-        return scene, None
-    ground = find_ground(scene, None if options.ground is True else options.ground)
-    return ground.scene, ground.level if ground.is_plane else None
 
 
 def begin_view(

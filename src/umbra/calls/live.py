@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
-from umbra.calls.first_view import begin_view, draw_view, stand_scene
+from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved
+from umbra.calls.ground import choose_ground
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import check_type
@@ -22,7 +23,7 @@ from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
 
 if TYPE_CHECKING:
-    from umbra.calls.styles import Style
+    pass
 
 __all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_cut"]
 
@@ -331,30 +332,6 @@ def draw_picture(
         None if seen.transmission is None else np.stack(seen.transmission),
         draw,
     )
-
-
-def choose_ground(
-    scene: Scene, options: RenderOptions, style: Style, tell: Warn
-) -> tuple[Scene, float | None]:
-    """Return the scene with its ground, and the height of a plane [m]: given, or assumed."""
-    from umbra.ground.choice import find_ground  # noqa: PLC0415
-    from umbra.ground.level import has_terrain  # noqa: PLC0415
-
-    if options.ground is False:
-        return scene, None
-    if options.ground is None and (not style.has_ground or options.transparent):
-        return scene, None
-    if options.ground is None and has_terrain(scene):
-        return scene, None
-    ground = find_ground(scene, None if options.ground is True else options.ground)
-    if ground.assumed is not None and not ground.file:
-        tell(
-            f"note: the {ground.name}, as a study would assume; ground= sets another, "
-            "ground=False none"
-        )
-    for note in ground.notes:
-        tell(f"note: {note}")
-    return ground.scene, ground.level if ground.is_plane else None
 
 
 class _SaidOnce:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
+from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = [
     "PAPER",

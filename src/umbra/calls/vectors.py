@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from umbra.calls.arguments import make_camera
+from umbra.calls.ground import choose_ground
 from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
-from umbra.calls.picture import choose_ground, find_own_lights, tell_cut
+from umbra.calls.picture import find_own_lights, tell_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls.first_view import begin_view, draw_view, stand_scene
+from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
 from umbra.machine import count_cores

@@ -235,7 +235,13 @@ def take_record(record: type[R], given: dict[str, Any]) -> R:
 def _describe(said: Option, default: Any) -> dict[str, Any]:
     """Return an option as ``click.option`` takes it."""
     is_many = said.is_repeated or said.type in {"dates", "patterns", "texts"}
-    types: dict[str, Any] = {"number": float, "length": LENGTH, "ground": GroundType(), "size": SIZE, "file": NewPath()}
+    types: dict[str, Any] = {
+        "number": float,
+        "length": LENGTH,
+        "ground": GroundType(),
+        "size": SIZE,
+        "file": NewPath(),
+    }
     kind = types.get(said.type)
     if said.type == "whole":
         kind = click.IntRange(said.least)

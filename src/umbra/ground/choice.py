@@ -159,9 +159,7 @@ def _find(scene: Scene, asked: Asked) -> Ground:
     return derive(settled, "ground", asked, lambda: found)
 
 
-def choose_feet(
-    bases: Bases, level: Level, bounds: Any, asked: Asked
-) -> FeetSurface | None:
+def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSurface | None:
     """
     Make the surface through the feet where they are asked for, or differ by more than a storey.
 

@@ -78,9 +78,7 @@ def find_base_faces(
     is_flat = np.abs(up) > _TILT * np.linalg.norm(np.cross(u, v), axis=1)
     has_floor = np.zeros(len(foot), np.bool_)
     has_floor[thing[is_floor & is_flat]] = True
-    candidates = np.flatnonzero(
-        stands & is_flat & np.where(has_floor[thing], is_floor, up < 0)
-    )
+    candidates = np.flatnonzero(stands & is_flat & np.where(has_floor[thing], is_floor, up < 0))
     patch = _find_patches(corners[candidates], thing[candidates])
     lowest = np.full(int(patch.max(initial=-1)) + 1, np.inf)
     np.minimum.at(lowest, patch, corners[candidates][:, :, 2].min(1))
@@ -99,9 +97,7 @@ def find_base_faces(
     return Feet(np.concatenate(found), np.concatenate(owners))
 
 
-def _find_patches(
-    corners: NDArray[np.float64], thing: NDArray[np.integer]
-) -> NDArray[np.intp]:
+def _find_patches(corners: NDArray[np.float64], thing: NDArray[np.integer]) -> NDArray[np.intp]:
     """Return the patch of each face (n, 3, 3): faces of one object that share a corner."""
     from scipy.sparse import coo_array  # noqa: PLC0415 - comes with pvlib; 0.2 s
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415

@@ -151,9 +151,10 @@ class _Bases:
         faces[order] = np.cumsum(is_new) - 1
         faces = faces.reshape(-1, 3)
         plan, points = corners[order[is_new]], points[order[is_new]]
-        ring = _make_rings(plan, middle, 1.05 * radius + 1.0, reach)
+        hull, lines = _find_hull(plan[:, :2])
+        ring = _make_rings(plan, lines, middle, 1.05 * radius + 1.0, reach)
         on_ring = np.rint((ring[:, :2] - (middle - reach)) / step).astype(np.int64)
-        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]], hull])
         edges = np.unique(np.sort(edges, axis=1), axis=0)
         edges = edges[edges[:, 0] != edges[:, 1]]
         own = len(plan)
@@ -166,7 +167,11 @@ class _Bases:
 
 
 def _make_rings(
-    plan: NDArray[np.float64], middle: NDArray[np.float64], first: float, last: float
+    plan: NDArray[np.float64],
+    lines: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    first: float,
+    last: float,
 ) -> NDArray[np.float64]:
     """
     Return corners (n, 3) outside the hull of the feet, at the mean height of the feet nearby.
@@ -180,7 +185,8 @@ def _make_rings(
     steps = (np.arange(-_GAPS, _GAPS + 1) + 0.5) * side
     grid = middle + np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     grid = grid[np.linalg.norm(grid - middle, axis=1) < first - side / 2]
-    grid = grid[(tree.query(grid)[0] > side / 2) & _find_outside(plan[:, :2], grid, side / 2)]
+    grid = grid[(grid @ lines[:, :2].T + lines[:, 2] > side / 2).any(1)]
+    grid = grid[tree.query(grid)[0] > side / 2]
     turn = np.arange(_RING) * (2.0 * np.pi / _RING)
     way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     circles = [middle + r * way for r in np.geomspace(first, last, _RINGS)]
@@ -190,17 +196,16 @@ def _make_rings(
     return np.column_stack([places, (weight * plan[near, 2]).sum(1) / weight.sum(1)])
 
 
-def _find_outside(
-    plan: NDArray[np.float64], places: NDArray[np.float64], away: float
-) -> NDArray[np.bool_]:
-    """Find which places lie off the hull of points in plan; all if these are on a line."""
+def _find_hull(plan: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the edges (n, 2) of the hull of points in plan, and its lines; none if it is flat."""
     from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     try:
-        lines = ConvexHull(plan).equations
+        hull = ConvexHull(plan)
     except (QhullError, ValueError):
-        return np.ones(len(places), np.bool_)
-    return (places @ lines[:, :2].T + lines[:, 2] > away).any(1)
+        return np.zeros((0, 2), np.int64), np.array([[0.0, 0.0, np.inf]])
+    corners = hull.vertices.astype(np.int64)
+    return np.stack([corners, np.roll(corners, -1)], axis=1), hull.equations
 
 
 def _find_nearest(
@@ -286,7 +291,7 @@ def _find_bases(points, triangles, neighbours, faces, low, order):
         for f in order:
             a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
             whole = abs(_turn(points, a, b, points[c, 0], points[c, 1]))
-            if a == b or b == c or a == c or whole == 0.0:
+            if whole == 0.0:
                 continue
             mark = f + turn * faces.shape[0]
             count, t = 0, at[a]

@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.ifc_facts import IfcWords, count_names, describe, find_grade, find_map, find_place
+from umbra.readers.ifc_facts import (
+    IfcWords,
+    count_names,
+    describe,
+    find_grade,
+    find_map,
+    find_place,
+)
 from umbra.readers.model import FilePlace
 from umbra.scene import Material
 from umbra.scene.material import find_linear

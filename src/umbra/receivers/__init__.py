@@ -4,10 +4,9 @@ Receivers: the points and cells on which a study counts shadows.
 Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
+from umbra.ground.level import has_terrain
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
-from umbra.ground.level import has_terrain
-from umbra.scene.mesh import ADDED_GROUND
 from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.raster import Raster
@@ -16,6 +15,7 @@ from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
 from umbra.scene import Scene
+from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = [
     "KINDS", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples", "SingleReceivers",

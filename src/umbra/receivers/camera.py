@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.choice import find_ground
 from umbra.machine import find_memory, name_memory
 from umbra.receivers.kind import ReceiverKind, Request
-from umbra.ground.choice import find_ground
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.receivers.view import PIXEL_BYTES
 from umbra.scene import Camera

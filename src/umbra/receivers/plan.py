@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
-from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.ground.choice import find_ground
 from umbra.ground.level import Level, check_stated, has_terrain
+from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
+from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, ThroughTile, TopmostTile
 from umbra.receivers.raster import Raster
 from umbra.scene import Scene, Triangles
@@ -163,7 +163,9 @@ class PlanKind(ReceiverKind):
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
         is_stated = request.options.extent is not None
-        skyline = Skyline.of(scene.model_bounds(), level) if is_stated else _find_skyline(model, level)
+        skyline = (
+            Skyline.of(scene.model_bounds(), level) if is_stated else _find_skyline(model, level)
+        )
         # If nothing receives beyond a terrain, the extent need not hold shadows.
         ends = has_end and not ground.is_added
         reaching = np.zeros((0, 3)) if ends or is_stated else request.find_reaching()

@@ -1,8 +1,7 @@
 """Tiles of plans, and their shadow counters."""
 
-import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -15,7 +14,7 @@ from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.rays.face_tree import FaceTree
-from umbra.rays.hidden import find_hidden
+from umbra.receivers.covered import CoveredSweep
 from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid, Places
@@ -99,6 +98,7 @@ class PlanTile:
     model: PlanModel
     grid: Grid
     on_plane: ClassVar[bool]
+    is_topmost: ClassVar[bool] = True
 
     @cached_property
     def surface(self) -> Surface:
@@ -321,6 +321,8 @@ class TopmostTile(PlanTile):
 class ThroughTile(TopmostTile):
     """Cells of a ground that was added to the model, seen through all that stands on it."""
 
+    is_topmost = False
+
     @cached_property
     def receiving(self) -> Surface:
         """The surface of the ground."""
@@ -350,63 +352,6 @@ class ThroughTile(TopmostTile):
     def drawn_heights(self) -> NDArray[np.float64]:
         """Heights above the ground for pictures: buildings are drawn over what lies below."""
         return np.where(self.receiving.face < 0, np.nan, self.relief)
-
-
-class CoveredSweep:
-    """
-    Counter of a plan, by a sweep and by rays for covered and rim cells.
-
-    A sweep assumes topmost receivers, slightly east and north of the cells' centres. Cells
-    below canopies, which are seen through, or without a surface on that side are counted by
-    rays to each sun instead, with the same rules.
-
-    Parameters
-    ----------
-    sweep : Counter
-        Counter of all other cells, on any device.
-    cells : (n,) int
-        Flat indices of the cells that rays count.
-    tree : FaceTree
-        Over the casting faces.
-    places : Places
-        Of these cells.
-    threads : int
-    attached : bool
-        Whether a cell that faces away from the sun is in shadow.
-    """
-
-    def __init__(
-        self, sweep: Any, cells: NDArray[np.intp], tree: FaceTree, places: Places, threads: int,
-        *, attached: bool = True,
-    ) -> None:  # fmt: skip
-        self.sweep, self.cells, self.tree, self.places = sweep, cells, tree, places
-        self.threads, self.attached = threads, attached
-
-    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return for each sun the cells in shadow, (n, rows, cols) uint8."""
-        masks = self.sweep.masks(suns)
-        masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
-        return masks
-
-    def add_steps(
-        self,
-        suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each cell the number of suns that leave it in shadow."""
-        beneath = steps.ravel()[self.cells]
-        for first in range(0, len(suns), 64):
-            beneath += self._find(suns[first : first + 64]).sum(0, dtype=np.int32)
-        self.sweep.add_steps(suns, steps, progress)
-        steps.reshape(-1)[self.cells] = beneath
-
-    def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        where = self.places
-        return find_hidden(
-            self.tree, where.points, where.normals, suns, self.threads,
-            attached=self.attached,
-        )  # fmt: skip
 
 
 def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:

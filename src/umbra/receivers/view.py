@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.receivers.kind import ReceiverKind, Request
-from umbra.receivers.layout import Skyline, lay_out
 from umbra.ground.choice import find_ground
 from umbra.ground.level import has_terrain
+from umbra.receivers.kind import ReceiverKind, Request
+from umbra.receivers.layout import Skyline, lay_out
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid

@@ -39,7 +39,6 @@ def change(record: T, **changes: object) -> T:
     return made
 
 
-
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.packages import need
 from umbra.ground.choice import find_ground
+from umbra.packages import need
 from umbra.receivers import find_kind
 from umbra.receivers.plan import PlanRaster
 from umbra.scene import Scene

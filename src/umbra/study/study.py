@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
 from umbra.errors import InputError
+from umbra.ground.choice import find_ground
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.rays.hidden import find_hidden
-from umbra.ground.choice import find_ground
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request, Tile
 from umbra.scene import Scene
@@ -62,7 +62,9 @@ def run(
     nothing = laid.finish()
     if nothing is not None:
         done.blank(nothing)
-    facts = setup.describe(kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts)
+    facts = setup.describe(
+        kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts
+    )
     arrays, more = done.arrays, done.variables(laid)
     study = Study(laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more)
     more |= laid.sum_up(study)

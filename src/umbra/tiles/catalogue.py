@@ -11,7 +11,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -21,117 +21,23 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.feet import Feet
+from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.readers import read
 from umbra.readers.formats import BY_ENDING, FORMATS
 from umbra.readers.georeference import is_same_plan, show_crs
 from umbra.readers.layers import name_layers
-from umbra.ground.feet import Feet
-from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
-from umbra.tiles.geometry import FileGeometry, write_geometry
+from umbra.tiles.city_file import BASES, WORDS, CityFile
+from umbra.tiles.geometry import write_geometry
 from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading, write_json
 from umbra.tiles.reading import check_reading
 
 __all__ = ["Catalogue", "CityFile", "add_scene", "list_files", "make_catalogue", "read_catalogue"]
 
-_ENTRY, _WORDS = "entry.json", "words.json"
+_ENTRY = "entry.json"
 _INDEX = "index.json"
-_BASES = ("bases", "floors", "feet", "owners")
 _PACKED = {".gz", ".zip", ".xml"}
-
-
-@dataclass(frozen=True)
-class CityFile:
-    """
-    A file of a city, as it was read.
-
-    Parameters
-    ----------
-    number : int
-        Index in the catalogue.
-    path : str
-    layer : str
-    size : int
-        [byte]
-    mtime : int
-        Time of the last change [ns].
-    folder : str
-        Folder of its facts and meshes.
-    reading : str
-        Options with which it was read.
-    sources : tuple of Source
-        Its name, SHA-256 and format, and those of its companions.
-    place : dict
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north`` and ``ground``, as far
-        as the file states them.
-    notes : tuple of str
-    origin : tuple of float
-        Of its local frame, in its own coordinates [m].
-    bounds : tuple of tuple of float
-        Lowest and highest corner, in its own coordinates [m].
-    counts : dict
-        Numbers of ``parts``, ``objects``, ``units`` and ``triangles``.
-    kinds : tuple of str
-        Kinds of its parts.
-    terrain : dict
-        Fields of ``Terrain``.
-    checksum : int
-        CRC-32 of its arrays.
-    """
-
-    number: int
-    path: str
-    layer: str
-    size: int
-    mtime: int
-    folder: str
-    reading: str
-    sources: tuple[Source, ...]
-    place: Mapping[str, Any]
-    notes: tuple[str, ...]
-    origin: tuple[float, float, float]
-    bounds: tuple[tuple[float, ...], tuple[float, ...]]
-    counts: Mapping[str, int]
-    kinds: tuple[str, ...]
-    terrain: Mapping[str, Any]
-    checksum: int = 0
-
-    @property
-    def geometry(self) -> FileGeometry:
-        """Its meshes."""
-        return FileGeometry(Path(self.folder))
-
-    @property
-    def bases(self) -> Bases:
-        """Bases of its objects."""
-        boxes, floors, feet, owner = (
-            np.load(Path(self.folder) / f"{name}.npy") for name in _BASES
-        )
-        return Bases(boxes, floors, Feet(feet, owner))
-
-    @property
-    def kinds_of_parts(self) -> list[str]:
-        """Kind of each part."""
-        return self.words["kinds"]
-
-    @property
-    def names_of_objects(self) -> list[str]:
-        """Name of each object."""
-        names = [""] * self.counts["objects"]
-        for name, thing in zip(self.words["names"], self.geometry.object_of.tolist(), strict=True):
-            names[thing] = name
-        return names
-
-    @property
-    def words(self) -> dict[str, list]:
-        """Names, kinds and tags of its parts."""
-        return _read_words(f"{self.folder}/{_WORDS}", self.sources[0].sha256)
-
-
-@lru_cache(maxsize=16)
-def _read_words(path: str, _: str) -> dict[str, list]:
-    """Read the words of a file's parts; its content is a key of the cache, too."""
-    return orjson.loads(Path(path).read_bytes())
 
 
 @dataclass(frozen=True)
@@ -370,14 +276,14 @@ def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
     geometry = write_geometry(scene, unfinished)
     bases = measure_bases(scene)
     arrays = (bases.boxes, bases.floors, bases.feet.corners, bases.feet.owner)
-    for name, array in zip(_BASES, arrays, strict=True):
+    for name, array in zip(BASES, arrays, strict=True):
         np.save(unfinished / f"{name}.npy", array)
     words = {
         "names": [part.name for part in scene.parts],
         "kinds": [part.kind for part in scene.parts],
         "tags": [part.tags for part in scene.parts],
     }
-    (unfinished / _WORDS).write_bytes(orjson.dumps(words))
+    (unfinished / WORDS).write_bytes(orjson.dumps(words))
     entry = CityFile(
         **own, folder=str(place), sources=scene.sources,
         place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
@@ -408,7 +314,7 @@ def _load(place: Path) -> CityFile | None:
             facts[name] = tuple(facts[name])
         facts["bounds"] = tuple(map(tuple, facts["bounds"]))
         entry = CityFile(**{**facts, "folder": str(place)})
-        is_whole = all((place / f"{name}.npy").exists() for name in _BASES)
+        is_whole = all((place / f"{name}.npy").exists() for name in BASES)
         return entry if is_whole and entry.geometry.sum_up() == entry.checksum else None
     except (OSError, ValueError, TypeError, KeyError):
         return None

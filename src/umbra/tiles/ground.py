@@ -77,9 +77,7 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
         found, notes = add_file_ground(nowhere, str(asked), bounds)
         name = Path(str(asked)).name
     elif asked is None and catalogue.terrain.holds(bounds):
-        return CityGround(
-            Ground(nowhere, level.low, is_plane=False, assumed=level), is_added=False
-        )
+        return CityGround(Ground(nowhere, level.low, is_plane=False, assumed=level), is_added=False)
     else:
         surface = choose_feet(bases, level, bounds, asked)
         if surface is None:

@@ -29,9 +29,7 @@ _LEAST = 8  # cells along a tile, else each caster is prepared for every few cel
 _SAME = 1e-3  # bounds of one object in two files differ by at most this [m]
 
 
-def choose_kind(
-    catalogue: Catalogue, options: StudyOptions, ground: CityGround
-) -> ReceiverKind:
+def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
     """
     Choose the receivers of a city.
 

@@ -141,7 +141,7 @@ def prepare_city(
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
-    kind = choose_kind(catalogue, options, ground)
+    kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
         site = find_city_site(catalogue, **(site or {}))

@@ -122,6 +122,8 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     told = view.removeprefix(", ") if outputs.title else ""
     proposed = None
     nothing = preview.nothing
+    if study.kind.lies_under_roofs:  # which cover what receives nothing
+        nothing = nothing & ~(preview.heights > 0)
     if not study.kind.is_plan:
         nothing = nothing & (preview.heights > 0)  # the sky has its own colour
         if options.proposed:

@@ -349,6 +349,11 @@ def describe_points(job: FolderJob) -> Plan:
         place=f"{study.site.show()} · {study.site.zone}",
         date=f"{dates}, {options.start} to {options.end} ({offsets})",
         note=" · ".join(
-            [f"umbra {study.facts['umbra_version']}", spot, str(study.facts["ground"]), *describe_method(study, options)]
+            [
+                f"umbra {study.facts['umbra_version']}",
+                spot,
+                str(study.facts["ground"]),
+                *describe_method(study, options),
+            ]
         ),
     )
