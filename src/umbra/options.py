@@ -20,8 +20,8 @@ class Option:
     ----------
     type : str
         ``number``, ``whole``, ``length``, ``numbers``, ``size``, ``choice``, ``patterns``,
-        ``texts``, ``flag``, ``ground``; or ``text``, ``dates``, ``table``, ``path`` and ``any``, checked where
-        they are used.
+        ``texts``, ``flag``, ``ground``; or ``text``, ``dates``, ``table``, ``path`` and ``any``,
+        checked where they are used.
     help : str
         Help text of the command line.
     heading : str

@@ -104,7 +104,7 @@ class Picture:
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[True], cast: str | Sequence[str] = ..., no_cast: str | Sequence[str] = ...,
-    ground: float | bool | None = ..., method: str = ...,
+    ground: float | str | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
@@ -114,7 +114,7 @@ def render(
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[False] = ..., cast: str | Sequence[str] = ...,
-    no_cast: str | Sequence[str] = ..., ground: float | bool | None = ..., method: str = ...,
+    no_cast: str | Sequence[str] = ..., ground: float | str | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
@@ -127,7 +127,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     *,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     method: str = "auto",
     device: str = "auto",
     soft: str | None = None,
@@ -159,9 +159,9 @@ def render(  # noqa: PLR0913  (each option by its name)
         default the file's lights, or one from the upper left; ``umbra.sun_light`` is the sun.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not; others are only visible.
-    ground : float or False, optional
-        z of a plane to draw, which receives shadows [m]. By default one under a model that has
-        no ground of its own, as in a study; False: none. Plain pictures and arrays get none by
+    ground : float, str or False, optional
+        z of a plane to draw [m], ``'feet'``, ``'level'`` or a terrain file, as in a study, which
+        is the default under a model that has no ground of its own; False: none. Plain pictures and arrays get none by
         default.
     method : str
         ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,

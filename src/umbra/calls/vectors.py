@@ -99,7 +99,7 @@ def draw_vectors(
     *,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     style: str = "auto",
     shadows: str = "solid",
     transparent: bool = False,

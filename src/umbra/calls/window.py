@@ -29,7 +29,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     *,
     date: str | None = None,
     at: str | None = None,
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     method: str | None = None,
     soft: str | None = None,
     layer_length: float | None = None,
@@ -67,9 +67,9 @@ def show(  # noqa: PLR0913  (each option by its name)
         Local date, 21 March by default.
     at : str, optional
         Local clock time, ``"15:00"`` by default.
-    ground : float or bool, optional
-        z of a plane that receives shadows [m]; False for none; by default the file's, or
-        just below the model.
+    ground : float, str or bool, optional
+        As in a study: z of a plane [m], ``'feet'``, ``'level'`` or a terrain file; False for
+        none.
     method, soft : str, optional
         As in `umbra.render`.
     layer_length, layer_gap, mask_scale, mask_filter, detail : optional

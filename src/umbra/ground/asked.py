@@ -33,7 +33,7 @@ def check_ground(name: str, ground: object) -> Asked:
             raise InputError(msg, option=name)
         return ground
     if isinstance(ground, os.PathLike):
-        return os.fspath(ground)  # type: ignore[return-value]
+        return os.fspath(ground)
     try:
         height = math.nan if isinstance(ground, bool) else float(ground)  # type: ignore[arg-type]
     except (TypeError, ValueError):

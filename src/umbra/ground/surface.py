@@ -98,10 +98,11 @@ def make_surface(
     steps_up = _find_steps(base.triangles, base.neighbours, corner)
     is_outer = (base.triangles >= base.own).any(1)
     is_open = (base.label < 0) & ~is_outer
+    between = vertices[corner[is_open]]
     return FeetSurface(
         vertices, np.concatenate([corner, steps_up]),
         np.append(base.label >= 0, np.zeros(len(steps_up), np.bool_)), feet.count,
-        _find_far_share(base.plan[: base.own], base.edges), _find_steepest(vertices[corner[is_open]]),
+        _find_far_share(base.plan[: base.own], base.edges), _find_steepest(between),
     )  # fmt: skip
 
 
@@ -147,9 +148,9 @@ class _Bases:
         points = np.rint((corners[:, :2] - (middle - reach)) / step).astype(np.int64)
         order = np.lexsort((*corners.T[[1, 0, 2]], *points.T[::-1]))
         is_new = np.append(True, (np.diff(points[order], axis=0) != 0).any(1))
-        faces = np.zeros(len(corners), np.int64)
-        faces[order] = np.cumsum(is_new) - 1
-        faces = faces.reshape(-1, 3)
+        place = np.zeros(len(corners), np.int64)
+        place[order] = np.cumsum(is_new) - 1
+        faces = place.reshape(-1, 3)
         plan, points = corners[order[is_new]], points[order[is_new]]
         hull, lines = _find_hull(plan[:, :2])
         ring = _make_rings(plan, lines, middle, 1.05 * radius + 1.0, reach)

@@ -60,7 +60,8 @@ class CameraPicture(ReceiverKind):
         grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
         tile = model.make_tile(grid)
         return SeenRaster(
-            self, model, tile.shape, ("row", "col"), _find_areas(tile), {"ground_z": level, **ground.describe()},
+            self, model, tile.shape, ("row", "col"), _find_areas(tile),
+            {"ground_z": level, **ground.describe()},
             x=grid.x, y=grid.y, ground=level, grid=grid, tile=tile,
         )  # fmt: skip
 

@@ -50,7 +50,6 @@ METHODS: dict[str, tuple[str, ...]] = {
 SOFT = ("none", *METHODS_OF_SOFT)
 """What draws soft shadows."""
 
-_CLEAR = 2e-4  # of the diagonal, so that the ground is below the model's floor
 _LAMP = 0.01  # a lamp's radius, of the diagonal
 _FROM_LEFT = 115.0  # [degrees] left of the heading: a light from the upper left
 
