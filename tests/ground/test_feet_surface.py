@@ -195,7 +195,7 @@ def test_a_study_a_picture_and_a_page_stand_on_one_ground():
     assert plane is None
     assert height is None
     assert study.dataset.attrs["ground"] == known.name
-    assert known.name in told[0]
+    assert "through the feet of 16 buildings" in told[0]
     assert study.dataset.attrs["ground_feet"] == 16
     assert [part.kind for part in known.scene.parts[-2:]] == [ASSUMED, ASSUMED_UNDER]
 

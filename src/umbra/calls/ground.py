@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.styles import Style
-from umbra.ground.choice import find_ground
+from umbra.ground.choice import find_ground, tell_feet
 from umbra.ground.level import has_terrain
 from umbra.scene import Scene
 
@@ -23,8 +23,11 @@ def choose_ground(
         return scene, None
     ground = find_ground(scene, None if options.ground is True else options.ground)
     if ground.assumed is not None and not ground.file:
+        what = f"one is drawn at z = {ground.level:.6g} m, as a study would assume"
+        if ground.surface is not None:
+            what = f"one is assumed, {tell_feet(ground.surface)}, as a study would"
         tell(
-            f"note: the {ground.name}, as a study would assume; ground= sets another, "
+            f"note: the model has no ground of its own; {what}; ground= sets another, "
             "ground=False none"
         )
     for note in ground.notes:

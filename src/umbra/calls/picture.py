@@ -161,8 +161,8 @@ def render(  # noqa: PLR0913  (each option by its name)
         Shell patterns of the parts that cast, or do not; others are only visible.
     ground : float, str or False, optional
         z of a plane to draw [m], ``'feet'``, ``'level'`` or a terrain file, as in a study, which
-        is the default under a model that has no ground of its own; False: none. Plain pictures and arrays get none by
-        default.
+        is the default under a model that has no ground of its own; False: none. Plain
+        pictures and arrays get none by default.
     method : str
         ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
         ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.

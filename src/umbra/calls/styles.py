@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rays import VisibleSurface
-from umbra.rays.depth import GROUND, NOTHING
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
 from umbra.scene.mesh import ADDED_GROUND
@@ -120,7 +120,7 @@ class Backdrop:
         """Put it behind a picture in linear RGB (rows, cols, 3)."""
         empty = frame.part == NOTHING
         is_added = np.array([part.kind in ADDED_GROUND for part in self.scene.parts])
-        ground = (frame.part == GROUND) | ((frame.part >= 0) & is_added[frame.part])
+        ground = np.append(is_added, [True, False])[frame.part]  # GROUND and NOTHING are last
         if self.is_transparent:
             linear[empty] = 0.0
             return linear

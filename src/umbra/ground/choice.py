@@ -28,7 +28,7 @@ from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
 from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, find_standing
 
-__all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts"]
+__all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts", "tell_feet"]
 
 _NAMES = "assumed ground", "assumed ground under buildings"
 

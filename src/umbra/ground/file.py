@@ -45,6 +45,11 @@ def add_file_ground(
     from umbra.readers.georeference import bring_to, is_same_plan  # noqa: PLC0415
     from umbra.readers.terrain import find_gaps  # noqa: PLC0415
 
+    if not Path(name).exists():
+        msg = (
+            f"ground is 'feet', 'level', a height [m] or a terrain file; no file is named '{name}'"
+        )
+        raise InputError(msg, option="ground")
     land = read(name)
     soup = land.triangles()
     part = Part("ground", GIVEN, Mesh(soup.vertices + land.origin, soup.faces))

@@ -78,9 +78,10 @@ class StudyOptions:
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
-        "Where shadows are counted. ground: the ground alone, without roofs; top: ground and roofs, as "
-        "seen from straight above; auto: top where the model has ground of its own, else ground; north, "
-        "east, south, west or an azimuth in degrees: the elevation seen from there; 215/35: a view "
+        "Where shadows are counted. ground: the ground alone, without roofs; top: ground and "
+        "roofs, as seen from straight above; auto: top where the model has ground of its own, "
+        "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
+        "there; 215/35: a view "
         "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
         "and roofs, sampled; points: the places in --points.",
         default="auto",
