@@ -19,10 +19,10 @@ def test_tiles_have_the_bytes_of_one_piece(tmp_path, receivers):
     }
     file = save_obj(tmp_path / "town.obj", houses)
     asked = {"date": "2026-03-21", "every": "1h", "receivers": receivers, "cell": 1.0}
-    one = umbra.shadow_study(umbra.read(file, axis_up="z"), SITE, **asked).dataset
+    one = umbra.shadow_study(umbra.read(file, up="z"), SITE, **asked).dataset
     for tiles in ("30m", "1km"):
         city = umbra.city_study(
-            file, SITE, out=tmp_path / tiles, tiles=tiles, reading={"axis_up": "z"}, **asked
+            file, SITE, out=tmp_path / tiles, tiles=tiles, reading={"up": "z"}, **asked
         ).dataset
         assert city.attrs["ground"] == one.attrs["ground"]
         assert "12 buildings" in city.attrs["ground"]
