@@ -256,7 +256,8 @@ class GroundSurface(PlanKind):
 
     def find_open(self, study: "Study") -> NDArray[np.bool_]:
         """Find the cells under no roof."""
-        return study.heights <= study.laid.receiver_heights
+        laid: Any = study.laid
+        return study.heights <= laid.receiver_heights
 
 
 class TopmostSurface(PlanKind):

@@ -115,7 +115,7 @@ class StudyOptions:
         "number", "The camera's vertical field of view.", default=50.0, unit="degree",
         metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
     )  # fmt: skip
-    ground: float | str | Path | None = _receivers(
+    ground: float | str | None = _receivers(
         "ground", "What the ground is: feet, a surface through the feet of the buildings; level, "
         "a plane at their median height; a height [m]; or a terrain file. Default: the file's own "
         "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",

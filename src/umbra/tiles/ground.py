@@ -72,7 +72,8 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
         return CityGround(Ground(nowhere, float(stated), is_plane=True), is_added=False)
     bases, bounds = catalogue.find_bases(), catalogue.bounds
     level = settle_level(bases)
-    surface, name, notes = None, "", []
+    surface, name = None, ""
+    notes: list[str] = []
     if is_file(asked):
         found, notes = add_file_ground(nowhere, str(asked), bounds)
         name = Path(str(asked)).name

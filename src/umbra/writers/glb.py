@@ -281,7 +281,8 @@ def _make_ground(study: Study, most: float) -> _Mesh:
     ground = _find_ground(study)
     z = np.full(x.shape, ground)
     if study.kind.lies_under_roofs and not study.kind.is_level:
-        heights = study.kind.find_receiver_z(study.laid)[np.ix_(rows, cols)]
+        kind: Any = study.kind
+        heights = kind.find_receiver_z(study.laid)[np.ix_(rows, cols)]
         z = heights - (study.ground - ground)
     points = np.stack([x, y, z], -1).reshape(-1, 3)
     index = np.arange(x.size, dtype=np.uint32).reshape(x.shape)
