@@ -155,8 +155,8 @@ def _find(scene: Scene, asked: Asked) -> Ground:
     if surface is None:
         return Ground(scene, level.middle, is_plane=True, assumed=level)
     settled = replace(scene, parts=(*scene.parts, *make_parts(surface, scene.origin)))
-    known = Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
-    return derive(settled, "ground", asked, lambda: known)
+    settled_ground = Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
+    return derive(settled, "ground", asked, lambda: settled_ground)
 
 
 def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSurface | None:
