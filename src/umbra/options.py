@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Callable, Hashable, Iterator
+from contextlib import suppress
 from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.ground.asked import check_ground
 
 __all__ = ["Option", "check_types", "list_options", "option", "read_length", "read_texts"]
 
@@ -25,8 +27,8 @@ class Option:
     ----------
     type : str
         ``number``, ``whole``, ``length``, ``numbers``, ``size``, ``choice``, ``patterns``,
-        ``texts``, ``flag``; or ``text``, ``dates``, ``table``, ``path`` and ``any``, checked where
-        they are used.
+        ``texts``, ``flag``, ``ground``; or ``text``, ``dates``, ``table``, ``path`` and ``any``,
+        checked where they are used.
     help : str
         Help text of the command line.
     heading : str
@@ -162,6 +164,14 @@ def _check_length(name: str, said: Option, value: Any) -> Any:
     return _check_number(name, said, value)
 
 
+def _check_ground(name: str, _: Option, value: Any) -> Any:
+    """Check a ground; text with a unit is a height."""
+    if isinstance(value, str):
+        with suppress(ValueError):
+            return read_length(value)
+    return check_ground(name, value)
+
+
 def _check_number(name: str, said: Option, value: Any) -> Any:
     is_whole = said.type == "whole"
     kind: Any = Integral if is_whole else Real
@@ -224,4 +234,5 @@ _CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {
     "texts": _check_texts,
     "choice": _check_choice,
     "flag": _check_flag,
+    "ground": _check_ground,
 }

@@ -84,7 +84,7 @@ def test_lights_come_in_any_form(scene, lights):
         ({"soft": "wedges", "light_size": (1, 2), "lights": [(0, 0, 9)]}, "2 radii for 1 lights"),
         ({"mask_scale": 2}, "give device='gl' and no soft="),
         ({"mask_scale": 3, "device": "gl"}, "mask_scale '3' is not one of 1, 2, 4"),
-        ({"ground": "low"}, "ground is a number"),
+        ({"ground": "low"}, "ground is 'feet'"),
         ({"ground": np.nan}, "must be a finite number"),
         ({"threads": 0}, "threads must be at least 1"),
     ],

@@ -6,8 +6,8 @@ from support.model_files import DATA
 from support.shapes import box, sheet
 
 import umbra
+from umbra.ground.level import assume_level, has_terrain
 from umbra.receivers import find_kind
-from umbra.receivers.level import assume_level, has_terrain
 from umbra.scene import Mesh, Part, make_scene
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")

@@ -295,6 +295,7 @@ def test_cities_agree_with_embree(name, spacing):
     embree = pytest.importorskip("support.embree", reason="embreex is not installed")
     scene = umbra.read(path)
     result = run(scene, spacing=spacing, every="150min")
+    scene = result.result.model.scene  # on its ground
     soup = scene.triangles()
     rays, bulk = RayCaster(soup.vertices, soup.faces), embree.Embree(soup.vertices, soup.faces)
     points = result.position.values - scene.origin

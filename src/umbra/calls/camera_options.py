@@ -91,7 +91,7 @@ class CameraOptions:
         from umbra.scene.camera import fit_camera  # noqa: PLC0415
         from umbra.window.view import frame_bounds  # noqa: PLC0415
 
-        framed = frame_bounds(scene.bounds(), self.size, fov=self._angle).camera(self.size)
+        framed = frame_bounds(scene.model_bounds(), self.size, fov=self._angle).camera(self.size)
         camera = Camera(
             framed.eye if self.eye is None else self.eye,  # type: ignore[arg-type]
             framed.target if self.target is None else self.target,  # type: ignore[arg-type]

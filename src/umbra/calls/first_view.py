@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.picture import Picture, draw_picture
 from umbra.devices import DEFAULT
@@ -15,20 +16,9 @@ from umbra.sun import Site
 if TYPE_CHECKING:
     from umbra.window.view import ViewState
 
-__all__ = ["begin_view", "draw_view", "find_height"]
+__all__ = ["begin_view", "draw_view"]
 
 _DATE = "2026-03-21"  # default date
-
-
-def find_height(options: ViewOptions, scene: Scene) -> float | None:
-    """Return the ground's height [m]: given, the file's, or just below the model."""
-    from umbra.window.view import find_ground  # noqa: PLC0415
-
-    if options.ground is False:
-        return None
-    if options.ground is None or options.ground is True:
-        return find_ground(scene.bounds()) if scene.ground is None else scene.ground
-    return float(options.ground)
 
 
 def begin_view(
@@ -78,13 +68,14 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     """Draw the window's initial picture."""
     from umbra.window.motion import Motion  # noqa: PLC0415
 
+    scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, options.size)
     sizes = [
         view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
     ]
     soft = None if view.soft == "none" else view.soft
     drawing = RenderOptions(
-        ground=find_height(options, scene),
+        ground=False if height is None else height,
         method=options.method or "auto",
         device=options.device or (view.device if view.mask_scale > 1 or view.detail else DEFAULT),
         soft=soft,

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Scene
+from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = ["LineFinder", "draw_lines"]
 
@@ -26,19 +27,25 @@ class LineFinder:
         normals = np.cross(b - a, c - a)
         length = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         self._normals = (normals / length).astype(np.float32)
+        kinds = np.array([part.kind in ADDED_GROUND for part in scene.parts])
+        # A ground beside the model is drawn as a plane is: without creases.
+        self._is_ground = np.append(kinds[soup.part], True) if len(kinds) else np.ones(1, np.bool_)
+        self._normals[self._is_ground[:-1]] = (0.0, 0.0, 1.0)
 
     def find(self, view: DepthBuffer, camera: Camera) -> NDArray[np.float32]:
         """Return the strength of the line in each pixel, (rows, cols): 0 to 1."""
         face = view.face
+        bare = self._is_ground[np.maximum(face, -1)]
         normal = self._normals[np.maximum(face, 0)]
         normal[face == GROUND] = (0.0, 0.0, 1.0)
         normal[face == NOTHING] = 0.0
         with np.errstate(invalid="ignore"):
-            return self._draw(face, normal, *_find_steps(view, normal, camera))
+            return self._draw(face, bare, normal, *_find_steps(view, normal, camera))
 
     @staticmethod
     def _draw(
         face: NDArray[np.int32],
+        bare: NDArray[np.bool_],
         normal: NDArray[np.float32],
         away: NDArray[np.float32],
         step: NDArray[np.float32],
@@ -47,13 +54,13 @@ class LineFinder:
         ink = np.zeros(face.shape, np.float32)
         for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
             at = np.nonzero(face[one] != face[two])
-            own, other = face[one][at], face[two][at]
             gap = np.abs(away[one][at] - away[two][at])
-            is_outline = (own < 0) != (other < 0)
+            is_bare = bare[one][at] & bare[two][at]
+            is_outline = bare[one][at] != bare[two][at]
             is_outline |= gap > _GAP * (step[one][at] + step[two][at])
             bend = np.abs(np.einsum("ij,ij->i", normal[one][at], normal[two][at]))
             strength = np.where(is_outline, 1.0, np.where(bend < _BEND, _CREASE, 0.0))
-            strength[(own < 0) & (other < 0)] = 0.0  # the horizon is no line
+            strength[is_bare] = 0.0  # the horizon is no line
             # A line lies on the nearer surface.
             is_other = away[two][at] < away[one][at]
             for side, chosen in ((one, ~is_other), (two, is_other)):

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
-from umbra.calls.first_view import begin_view, draw_view, find_height
+from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError
@@ -42,6 +43,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     from umbra.window.file import to_json  # noqa: PLC0415
 
     study = _find_study(options.study)
+    scene, height = _stand(scene, options)
     hours = None if study is None else make_hours(study)
     view = begin_view(options, scene, site, options.size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
@@ -54,7 +56,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "subtitle": _describe(scene, site),
         "view": to_json(view),
         "isFramed": options.view is None,
-        "ground": _find_ground(scene, study, options),
+        "ground": _find_ground(scene, study, height),
         "proposed": proposed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
         "hours": hours,
@@ -81,11 +83,18 @@ def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
     return notes
 
 
-def _find_ground(scene: Scene, study: Study | None, options: ViewOptions) -> float | None:
-    """Return the height of the ground that a page draws [m]."""
-    if study is not None and study.is_plan:
+def _stand(scene: Scene, options: ViewOptions) -> tuple[Scene, float | None]:
+    """Return a page's scene on its ground, the study's if there is one, and a plane's height."""
+    study = options.study
+    if isinstance(study, ShadowStudy) and options.ground is None:
+        options = replace(options, ground=study.options.ground)
+    return stand_scene(options, scene)
+
+
+def _find_ground(scene: Scene, study: Study | None, height: float | None) -> float | None:
+    """Return the height of the plane that a page draws [m]."""
+    if study is not None and study.is_plan and height is not None:
         return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
-    height = find_height(options, scene)
     return None if height is None else clear_ground(scene, height, is_above=False)
 
 
@@ -136,6 +145,7 @@ def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str
     elif options.animation is not None:
         msg = "a page plays no animation; give the time of one pose, too"
         raise InputError(msg, option="animation")
+    scene, _ = _stand(scene, options)
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
     surface = find_face_surfaces(_find_study(options.study), scene)
@@ -153,6 +163,7 @@ def write_live_page(
 
 def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveView":
     """Make the page of a scene for a notebook's cell; parameters as in `make_config`."""
+    scene, _ = _stand(scene, options)
     config = make_config(scene, site, options)  # finds what is wrong, before anywidget loads
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.widget import LiveView  # noqa: PLC0415

@@ -53,7 +53,12 @@ _cast = partial(
 _no_cast = partial(
     _casters, "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
 )
-_ground = partial(_counting, "length", unit="m", metavar="Z")
+_ground = partial(
+    _counting, "ground",
+    "What the ground is: feet, a surface through the feet of the buildings; level, a plane at "
+    "their median height; a height [m]; or a terrain file. Default: as umbra study assumes.",
+    unit="m", metavar="feet|level|Z|FILE",
+)  # fmt: skip
 _looks = partial(option, heading="Style")
 _threads = partial(
     _counting, "whole", "Number of threads; default: all cores.", least=1, metavar="N"
@@ -176,11 +181,7 @@ class RenderOptions:
 
     cast: Sequence[str] = _cast()
     no_cast: Sequence[str] = _no_cast()
-    ground: float | bool | None = _ground(
-        "Add a ground plane at this height [m]; default: under a model without ground of its own, "
-        "at the height that umbra study assumes.",
-        passes=(False,),
-    )  # fmt: skip
+    ground: float | str | bool | None = _ground(passes=(False,))
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
         "choice", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
@@ -230,9 +231,6 @@ class RenderOptions:
         check_types(self)
         methods = find_device(self.device).methods
         methods.check(self.method)
-        if self.ground not in {None, False} and not math.isfinite(self.ground):
-            msg = f"the ground's height must be a finite number; got {self.ground:g}"
-            raise InputError(msg, option="ground")
         if self.soft is not None:
             methods.check_soft(self.soft)
         elif self.light_size:
@@ -293,11 +291,7 @@ class ViewOptions:
 
     date: str | None = _window("any", "Local date YYYY-MM-DD; default: 21 March.", metavar="DATE")
     at: str | None = _window("text", "Local time; default: 15:00.", metavar="HH:MM")
-    ground: float | bool | None = _window(
-        "length",
-        "Height of the ground plane [m]; default: the file's, or just below the model.",
-        unit="m", metavar="Z", passes=(True, False),
-    )  # fmt: skip
+    ground: float | str | bool | None = _ground(heading="Window", passes=(True, False))
     method: str | None = _counting("text", _tell_methods(), metavar="NAME")
     soft: str | None = _lights(
         "choice", "Soft shadows, as in umbra render; the panel sets the sizes of the lights.",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved
+from umbra.calls.ground import choose_ground
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import check_type
@@ -22,7 +23,7 @@ from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
 
 if TYPE_CHECKING:
-    from umbra.calls.styles import Style
+    pass
 
 __all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_cut"]
 
@@ -103,7 +104,7 @@ class Picture:
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[True], cast: str | Sequence[str] = ..., no_cast: str | Sequence[str] = ...,
-    ground: float | bool | None = ..., method: str = ...,
+    ground: float | str | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
@@ -113,7 +114,7 @@ def render(
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[False] = ..., cast: str | Sequence[str] = ...,
-    no_cast: str | Sequence[str] = ..., ground: float | bool | None = ..., method: str = ...,
+    no_cast: str | Sequence[str] = ..., ground: float | str | bool | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
@@ -126,7 +127,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     *,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     method: str = "auto",
     device: str = "auto",
     soft: str | None = None,
@@ -158,10 +159,10 @@ def render(  # noqa: PLR0913  (each option by its name)
         default the file's lights, or one from the upper left; ``umbra.sun_light`` is the sun.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not; others are only visible.
-    ground : float or False, optional
-        z of a plane to draw, which receives shadows [m]. By default one under a model that has
-        no ground of its own, as in a study; False: none. Plain pictures and arrays get none by
-        default.
+    ground : float, str or False, optional
+        z of a plane to draw [m], ``'feet'``, ``'level'`` or a terrain file, as in a study, which
+        is the default under a model that has no ground of its own; False: none. Plain
+        pictures and arrays get none by default.
     method : str
         ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
         ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
@@ -292,13 +293,16 @@ def draw_picture(
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
-    ground, shown = choose_ground(scene, options, style, tell), make_pale(scene, style.paleness)
+    is_all = casters is None or len(casters) == len(scene.parts)
+    scene, ground = choose_ground(scene, options, style, tell)
+    casters = None if is_all else casters
+    shown = make_pale(scene, style.paleness)
     sky = find_sky(shining, style, tell)
     backdrop = Backdrop(scene, options.transparent, sky)
     how = {"casters": casters, "threads": threads, "warn": said, "detail": options.detail}
     with device.open_frames(scene, ground, **how) as counter:  # type: ignore[arg-type]
         view, frame = counter.see(camera)
-        _warn_of_view(scene, camera, frame, threads, warn, is_assumed=ground != options.ground)
+        _warn_of_view(scene, camera, frame, threads, warn, is_assumed=options.ground is None)
         shadows = PictureLights(
             counter, shining, sized, options, style,
             None if style.is_plain and not options.transparent else backdrop,
@@ -328,23 +332,6 @@ def draw_picture(
         None if seen.transmission is None else np.stack(seen.transmission),
         draw,
     )
-
-
-def choose_ground(scene: Scene, options: RenderOptions, style: Style, tell: Warn) -> float | None:
-    """Return the height of the ground to draw [m]: given, or assumed where the style has one."""
-    from umbra.calls.styles import find_base  # noqa: PLC0415
-
-    if options.ground is False:
-        return None
-    if options.ground is not None or not style.has_ground or options.transparent:
-        return options.ground
-    base = find_base(scene)
-    if base is not None:
-        tell(
-            f"note: the model has no ground of its own; one is drawn at z = {base:.6g} m, as a "
-            "study would assume; ground= sets another height, ground=False none"
-        )
-    return base
 
 
 class _SaidOnce:
@@ -378,7 +365,7 @@ def _warn_of_view(
 ) -> None:
     """Warn if the picture shows nothing but an assumed ground, or the near plane cuts the model."""
     if ((frame.part == NOTHING) | (is_assumed & (frame.part == GROUND))).all():
-        middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))
+        middle = ", ".join(f"{v:g}" for v in scene.model_bounds().mean(0))
         warn(
             "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "
             f"target=({middle})"

@@ -44,7 +44,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     eye: Sequence[float] | None = None,
     target: Sequence[float] | None = None,
     fov: float = 50.0,
-    ground: float | str | None = None,
+    ground: float | str | Path | None = None,
     extent: Sequence[float] | None = None,
     cell: float | str | None = None,
     size: Sequence[int] | None = None,
@@ -105,7 +105,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     receivers : str
         ``'auto'`` (default): ``'top'`` if the model has its own ground and no ``ground`` is
         given, else ``'ground'``.
-        ``'ground'``, the plane z = ``ground``; ``'top'``, the topmost surface of the plan;
+        ``'ground'``, the ground alone, without roofs; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
         ``'points'``.
@@ -121,10 +121,11 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Receivers 'points', with or without normals [m]; or a table of them.
     names : sequence of str
         Names of the points.
-    ground : float, optional
-        z of the ground [m]; by default the file's, else the median base of the model's
-        buildings, or the lowest for ``'top'``. Attributes ``assumption`` and
-        ``assumed_ground_share`` state the assumption.
+    ground : float, str or path, optional
+        ``'feet'``: a surface through the feet of the buildings; ``'level'``: a plane at their
+        median; z of a plane [m]; or a terrain file. By default what the file states or brings,
+        else ``'feet'`` where they differ by more than 3 m, else ``'level'``. Attributes
+        ``ground`` and ``assumption`` state it.
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
         shadows by default.

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rays import VisibleSurface
-from umbra.rays.depth import GROUND, NOTHING
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
+from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = [
     "PAPER",
@@ -18,7 +19,6 @@ __all__ = [
     "Backdrop",
     "Style",
     "choose_style",
-    "find_base",
     "find_sky",
     "make_pale",
 ]
@@ -85,23 +85,15 @@ def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object
     return sky
 
 
-def find_base(scene: Scene) -> float | None:
-    """Find the height of a ground for a model [m]; None if it brings its own."""
-    from umbra.receivers import find_kind  # noqa: PLC0415
-    from umbra.receivers.level import find_level, has_terrain  # noqa: PLC0415
-
-    if has_terrain(scene):
-        return None
-    level, _ = find_level(scene, find_kind("ground"), None)
-    return level
-
-
 def make_pale(scene: Scene, share: float) -> Scene:
     """Return the scene for shading alone, its colours mixed with plaster."""
     if not share:
         return scene
     parts = []
     for part in scene.parts:
+        if part.kind in ADDED_GROUND:  # it has the colour of a plane
+            parts.append(part)
+            continue
         color = share * _PLASTER + (1 - share) * np.array(part.material.color)
         red, green, blue = color.tolist()
         parts.append(replace(part, material=replace(part.material, color=(red, green, blue))))
@@ -119,14 +111,16 @@ class Backdrop:
     @cached_property
     def _circle(self) -> tuple[NDArray[np.float64], float]:
         """Return the model's centre in plan and its radius [m]."""
-        low, high = self.scene.bounds()[:, :2]
+        low, high = self.scene.model_bounds()[:, :2]
         return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)
 
     def color(
         self, linear: NDArray[np.float64], frame: VisibleSurface, camera: Camera
     ) -> NDArray[np.float64]:
         """Put it behind a picture in linear RGB (rows, cols, 3)."""
-        empty, ground = frame.part == NOTHING, frame.part == GROUND
+        empty = frame.part == NOTHING
+        is_added = np.array([part.kind in ADDED_GROUND for part in self.scene.parts])
+        ground = np.append(is_added, [True, False])[frame.part]  # GROUND and NOTHING are last
         if self.is_transparent:
             linear[empty] = 0.0
             return linear

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from umbra.calls.arguments import make_camera
+from umbra.calls.ground import choose_ground
 from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
-from umbra.calls.picture import choose_ground, find_own_lights, tell_cut
+from umbra.calls.picture import find_own_lights, tell_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
@@ -98,7 +99,7 @@ def draw_vectors(
     *,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     style: str = "auto",
     shadows: str = "solid",
     transparent: bool = False,
@@ -172,7 +173,7 @@ def draw_seen(
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)
     style = choose_style(options.style, scene, is_bare=False)
-    ground = choose_ground(scene, options, style, tell)
+    scene, ground = choose_ground(scene, options, style, tell)
     casters = scene.select(options.cast, options.no_cast)
     seen = see_model(scene, camera, shining, casters, ground, advance)
     advance(0, 1, "finding colours", "views")

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls.first_view import begin_view, draw_view, find_height
+from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
 from umbra.machine import count_cores
@@ -28,7 +29,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     *,
     date: str | None = None,
     at: str | None = None,
-    ground: float | bool | None = None,
+    ground: float | str | bool | None = None,
     method: str | None = None,
     soft: str | None = None,
     layer_length: float | None = None,
@@ -66,9 +67,9 @@ def show(  # noqa: PLR0913  (each option by its name)
         Local date, 21 March by default.
     at : str, optional
         Local clock time, ``"15:00"`` by default.
-    ground : float or bool, optional
-        z of a plane that receives shadows [m]; False for none; by default the file's, or
-        just below the model.
+    ground : float, str or bool, optional
+        As in a study: z of a plane [m], ``'feet'``, ``'level'`` or a terrain file; False for
+        none.
     method, soft : str, optional
         As in `umbra.render`.
     layer_length, layer_gap, mask_scale, mask_filter, detail : optional
@@ -150,6 +151,7 @@ def open_window(
     from umbra.window.app import PANEL, show  # noqa: PLC0415
 
     size = (max(options.size[0] - PANEL, 1), options.size[1])
+    scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stem = names[0].split(".")[0] if names else "scene"
@@ -159,7 +161,7 @@ def open_window(
         names=names or ["scene"],
         size=options.size,
         instead=instead,
-        ground=find_height(options, scene),
+        ground=height,
         threads=options.threads or count_cores(),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
+from umbra.ground.asked import FEET, LEVEL
 from umbra.options import Option, list_options, read_length
 
 __all__ = [
@@ -108,6 +109,25 @@ class Length(click.ParamType):
             return read_length(str(value))
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+
+class GroundType(Length):
+    """A ground: ``feet``, ``level``, a height in metres or in the unit given, or a file."""
+
+    name = "feet|level|Z|FILE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Parse text or a number."""
+        text = str(value)
+        if text in {FEET, LEVEL} or (text and Path(text).is_file()):
+            return text
+        try:
+            return read_length(text)
+        except ValueError:
+            self.fail(
+                f"'{value}' is neither feet, level, a height (30, 98ft) nor a file that exists",
+                param, ctx,
+            )  # fmt: skip
 
 
 LENGTH = Length()
@@ -211,7 +231,13 @@ def take_record(record: type[R], given: dict[str, Any]) -> R:
 def _describe(said: Option, default: Any) -> dict[str, Any]:
     """Return an option as ``click.option`` takes it."""
     is_many = said.is_repeated or said.type in {"dates", "patterns", "texts"}
-    types: dict[str, Any] = {"number": float, "length": LENGTH, "size": SIZE, "file": NewPath()}
+    types: dict[str, Any] = {
+        "number": float,
+        "length": LENGTH,
+        "ground": GroundType(),
+        "size": SIZE,
+        "file": NewPath(),
+    }
     kind = types.get(said.type)
     if said.type == "whole":
         kind = click.IntRange(said.least)

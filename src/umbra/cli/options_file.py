@@ -18,6 +18,8 @@ from umbra import __version__
 from umbra.cli.options import HeadedOption
 from umbra.cli.reading import read_values
 from umbra.errors import InputError, find_similar
+from umbra.ground.asked import is_file
+from umbra.options import read_length
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
@@ -160,6 +162,11 @@ def _is_kept(parameter: click.Parameter) -> bool:
 def _is_file(parameter: click.Parameter, value: Any) -> bool:
     """Return whether a value is a file name; ``--trunk`` may also be a share."""
     is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
+    if parameter.name == "ground" and isinstance(value, str):
+        try:
+            read_length(value)
+        except ValueError:
+            return is_file(value)
     return is_raster or getattr(parameter, "is_file", False)
 
 

@@ -63,7 +63,7 @@ class _GlTiles(TileCounters):
 
     def can_count(self, tile: Any) -> bool:
         """Return whether the tile is a plan, whose rim can be counted by rays."""
-        return hasattr(tile, "with_rays")
+        return hasattr(tile, "with_rays") and tile.is_topmost
 
     def is_accelerated(self) -> bool:
         """Return whether there is a real GPU."""
@@ -76,7 +76,7 @@ class _GlTiles(TileCounters):
 
     def make(self, tile: Any) -> Any:
         if not self.can_count(tile):
-            msg = "the gl device counts plans (receivers='ground' or 'top'); leave device= out"
+            msg = "the gl device counts level ground and what is seen from above; leave device= out"
             raise InputError(msg)
         context = self._open()
         from umbra.gl.sweep import GlSweep  # noqa: PLC0415

@@ -57,6 +57,9 @@ WHOLE = 3e-5
 STRIKES = 2
 """Hangs after which an engine is not tried for the rest, if there is another."""
 
+_LAND = {"IfcSite", "IfcGeographicElement"}
+"""Kinds of elements that are land."""
+
 LOSSES = 8
 """Most times that a child may hang, a tenth of those that it may end; the rest is not read."""
 
@@ -92,7 +95,7 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         moved = move_parts(parts, move, lambda part: part)
         parts, crs = to_metres(moved, crs, is_high_in_metres=True)
         place = FilePlace(place.latitude, place.longitude, place.elevation)
-    place = replace(place, ground=_find_ground(parts))
+    place = _state_ground(place, parts, facts, choices)
     notes = (*facts.notes, *_tell_losses(facts, found))
     return FileModel(f"IFC ({facts.schema})", turn_up(parts, choices.up), crs, notes, place=place)
 
@@ -131,6 +134,43 @@ def _make_parts(words: IfcWords, shape: IfcShape) -> list[Part]:
         mesh = Mesh(shape.vertices, shape.faces[look == number])
         parts.append(Part(words.name, words.kind, mesh, material=material, tags=tags))
     return parts
+
+
+def _state_ground(
+    place: FilePlace, parts: Sequence[Part], facts: IfcFacts, choices: ReadChoices
+) -> FilePlace:
+    """
+    Add the height of the ground: of the site's own body, a storey, the site, or a slab.
+
+    What lies below it are foundations. A site whose body slopes is terrain.
+    """
+    if any(part.kind in _LAND for part in parts):
+        return replace(place, ground=_find_ground(parts))
+    if choices.up not in {None, "z"}:
+        return place
+    if facts.grade is not None:
+        height, source = facts.grade
+        if facts.matrix is not None:
+            height = float(facts.matrix[2, 2] * height + facts.matrix[2, 3])
+        if _reaches_below(parts, height):
+            return replace(place, ground=height, ground_source=source)
+    slabs = [p for p in parts if p.kind == "IfcSlab" and not {"ROOF", "LANDING"} & {*p.tags}]
+    if slabs:
+        lowest = min(slabs, key=lambda part: part.bounds[1, 2])
+        if not _reaches_below(parts, float(lowest.bounds[0, 2])):
+            return place
+        top, source = float(lowest.bounds[1, 2]), f"the top of its slab '{lowest.name}'"
+        return replace(place, ground=top, ground_source=source)
+    return place
+
+
+def _reaches_below(parts: Sequence[Part], height: float) -> bool:
+    """Return whether parts reach below a height [m], as foundations do, and above it."""
+    boxes = [part.bounds[:, 2] for part in parts if part.triangles]
+    if not boxes:
+        return False
+    low, high = min(box[0] for box in boxes), max(box[1] for box in boxes)
+    return low < height - LEVEL and height < high
 
 
 def _find_ground(parts: Sequence[Part]) -> float | None:

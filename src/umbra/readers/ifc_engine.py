@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.ifc_facts import IfcWords, count_names, describe, find_map, find_place
+from umbra.readers.ifc_facts import (
+    IfcWords,
+    count_names,
+    describe,
+    find_grade,
+    find_map,
+    find_place,
+)
 from umbra.readers.model import FilePlace
 from umbra.scene import Material
 from umbra.scene.material import find_linear
@@ -81,6 +88,8 @@ class IfcFacts:
     matrix: NDArray[np.float64] | None  # (4, 4): from the file's coordinates in metres to its map's
     crs: str | None  # the map's
     notes: tuple[str, ...]
+    # Height of the ground that a storey or the site states [m], and which
+    grade: tuple[float, str] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +115,8 @@ def read_pieces(work: IfcWork) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
     notes += remarks
     matrix, crs, remarks = find_map(file, place)
     notes += remarks
-    yield IfcFacts(file.schema, tuple(words), place, matrix, crs, tuple(notes))
+    grade = find_grade(file)
+    yield IfcFacts(file.schema, tuple(words), place, matrix, crs, tuple(notes), grade)
     yield from _make_shapes(file, products, work)
 
 

@@ -13,7 +13,7 @@ from umbra.packages import need
 from umbra.readers.georeference import is_known, name_crs
 from umbra.readers.model import APART, FilePlace, tell_doubt
 
-__all__ = ["IfcWords", "count_names", "describe", "find_map", "find_place"]
+__all__ = ["IfcWords", "count_names", "describe", "find_grade", "find_map", "find_place"]
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:
@@ -41,6 +41,41 @@ def find_place(file: Any) -> tuple[FilePlace, list[str]]:
         doubt = f"its {len(places)} sites disagree ({listed})"
         return FilePlace(true_north=north, doubt=doubt), [*notes, tell_doubt(doubt)]
     return FilePlace(latitude, longitude, elevation, north), notes
+
+
+def find_grade(file: Any) -> tuple[float, str] | None:
+    """
+    Find the height of the ground [m] in the file's coordinates, and what states it.
+
+    That is the storey whose elevation is the building's zero, or near it; else the site.
+    """
+    unit = _unit_scale(file)
+    near: list[tuple[float, str, Any]] = []
+    for storey in file.by_type("IfcBuildingStorey"):
+        height = _find_height(storey, unit)
+        level = storey.Elevation
+        away = abs(float(level) * unit) if level is not None else abs(height or math.inf)
+        if height is None and level is not None:
+            height = float(level) * unit
+        if height is not None and away <= GRADE:
+            near.append((away, str(storey.Name or storey.GlobalId), height))
+    if near:
+        _, name, height = min(near)
+        return float(height), f"its storey '{name}'"
+    for site in file.by_type("IfcSite"):
+        height = _find_height(site, unit)
+        if height is not None:
+            return height, "the height of its site"
+    return None
+
+
+def _find_height(thing: Any, unit: float) -> float | None:
+    """Return the height of an object's placement in the file's coordinates [m]."""
+    if thing.ObjectPlacement is None:
+        return None
+    placement = need("ifcopenshell.util.placement", "ifc", "IFC")
+    height = float(placement.get_local_placement(thing.ObjectPlacement)[2, 3]) * unit
+    return height if math.isfinite(height) else None
 
 
 def find_map(
@@ -156,6 +191,7 @@ def _true_north(file: Any) -> float | None:
     return None
 
 
+GRADE = 1.5  # from the zero of a building within which a storey is at grade [m]
 LEAST, MOST = 0.9, 1.1  # scales of a map projection
 
 

@@ -119,6 +119,7 @@ class FilePlace:
     # Azimuth of true north in the file's plan, clockwise from +y [degrees]
     true_north: float | None = None
     ground: float | None = None  # height of the level ground in the file's own coordinates [m]
+    ground_source: str = "the top of its site"  # what states it
     doubt: str | None = None  # why the site is not known although the file states it
 
 
@@ -233,7 +234,8 @@ def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | N
     (name, ground), *others = levels.items()
     if all(abs(other - ground) < LEVEL for _, other in others):
         notes.append(
-            f"{name}: the ground is taken at z = {ground:g} m, the top of its site (ground=)"
+            f"{name}: the ground is taken at z = {ground:g} m, {places[name].ground_source} "
+            "(ground=)"
         )
         return ground
     return None

@@ -4,10 +4,10 @@ Receivers: the points and cells on which a study counts shadows.
 Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
+from umbra.ground.level import has_terrain
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
-from umbra.receivers.level import has_terrain
-from umbra.receivers.plan import GroundPlane, TopmostSurface
+from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.raster import Raster
 from umbra.receivers.samples import Samples
@@ -15,10 +15,11 @@ from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
 from umbra.scene import Scene
+from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = [
     "KINDS", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples", "SingleReceivers",
-    "Tile", "ViewTile", "check_points", "find_kind", "read_points",
+    "Tile", "ViewTile", "check_points", "find_kind", "name_kind", "read_points",
 ]  # fmt: skip
 
 KINDS: dict[str, ReceiverKind] = {
@@ -31,8 +32,21 @@ KINDS: dict[str, ReceiverKind] = {
 """All kinds by the name that results state."""
 
 
+_SURFACE = GroundSurface()
+
+
+def name_kind(name: str, *, is_added: bool) -> ReceiverKind:
+    """Return a kind by the name that results state, with or without a ground that was added."""
+    return _SURFACE if name == "ground" and is_added else KINDS[name]
+
+
+def has_added(scene: Scene) -> bool:
+    """Return whether a scene holds a ground beside its model."""
+    return any(part.kind in ADDED_GROUND for part in scene.parts)
+
+
 def find_kind(
-    receivers: str, scene: Scene | None = None, ground: float | None = None
+    receivers: str, scene: Scene | None = None, ground: float | str | None = None
 ) -> ReceiverKind:
     """
     Find a kind of receivers by name.
@@ -52,6 +66,8 @@ def find_kind(
     InputError
         If the name is unknown.
     """
+    if receivers in {"auto", "ground"} and scene is not None and has_added(scene):
+        return name_kind("ground", is_added=True)
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:
             return KINDS["ground"]

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.choice import find_ground
 from umbra.machine import find_memory, name_memory
 from umbra.receivers.kind import ReceiverKind, Request
-from umbra.receivers.level import find_level
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.receivers.view import PIXEL_BYTES
 from umbra.scene import Camera
@@ -33,7 +33,8 @@ class CameraPicture(ReceiverKind):
 
     def lay_out(self, request: Request) -> SeenRaster:
         """Find the surfaces visible to the camera."""
-        level, _ = find_level(request.scene, self, request.options.ground)
+        ground = find_ground(request.scene, request.options.ground)
+        level, plane = ground.level, None if ground.is_added else ground.level
         shown = request.find_shown()
         eye, target, fov = request.options.eye, request.options.target, request.options.fov
         size = request.options.size
@@ -46,7 +47,7 @@ class CameraPicture(ReceiverKind):
 
         model = ViewModel(
             request.scene, casting.soup, casting.caster, request.threads, request.casters,
-            make_camera, level, shown, canopy=request.canopy,
+            make_camera, plane, shown, canopy=request.canopy,
             lights=request.lights, proposed=request.find_proposed(),
         )  # fmt: skip
         kept = PIXEL_BYTES + request.bytes_kept + request.bytes_of_masks
@@ -59,7 +60,8 @@ class CameraPicture(ReceiverKind):
         grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
         tile = model.make_tile(grid)
         return SeenRaster(
-            self, model, tile.shape, ("row", "col"), _find_areas(tile), {"ground_z": level},
+            self, model, tile.shape, ("row", "col"), _find_areas(tile),
+            {"ground_z": level, **ground.describe()},
             x=grid.x, y=grid.y, ground=level, grid=grid, tile=tile,
         )  # fmt: skip
 

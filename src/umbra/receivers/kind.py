@@ -18,7 +18,7 @@ from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
-    from umbra.receivers.level import Level
+    from umbra.ground.level import Level
     from umbra.study.options import StudyOptions
     from umbra.study.result import Study
 
@@ -311,10 +311,6 @@ class ReceiverKind:
             If an option is wrong, or they do not fit in memory.
         """
         raise NotImplementedError
-
-    def choose_level(self, assumed: "Level") -> float:
-        """Choose the ground's default height: low enough to hide nothing."""
-        return assumed.low
 
     def describe_level(
         self, scene: Scene, level: float, assumed: "Level | None", bare: float

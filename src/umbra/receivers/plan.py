@@ -9,21 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.ground.choice import find_ground
+from umbra.ground.level import TERRAIN, Level, check_stated, has_terrain, measure_bases
 from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import (
-    TERRAIN,
-    Level,
-    check_stated,
-    find_level,
-    has_terrain,
-    measure_bases,
-)
-from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
+from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, ThroughTile, TopmostTile
 from umbra.receivers.raster import Raster
 from umbra.receivers.scattered import find_dense, tell_coarse, tell_dense
-from umbra.scene import Scene
+from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 from umbra.scene.mesh import find_standing
@@ -31,7 +25,7 @@ from umbra.scene.mesh import find_standing
 if TYPE_CHECKING:
     from umbra.study import Study
 
-__all__ = ["GroundPlane", "PlanKind", "PlanRaster", "TopmostSurface"]
+__all__ = ["GroundPlane", "GroundSurface", "PlanKind", "PlanRaster", "TopmostSurface"]
 
 STREAMED_TILE = 1024
 """Tile side of a study whose instants come in time order: its cells hold more [cell]."""
@@ -112,10 +106,18 @@ class PlanRaster(Raster):
     @cached_property
     def heights(self) -> NDArray[np.float64]:
         """Surface heights, found on first access: while a study counts they would take memory."""
+        return self._gather(lambda tile: tile.surface.heights)
+
+    @cached_property
+    def receiver_heights(self) -> NDArray[np.float64]:
+        """Heights of the receivers, which may lie under that surface; found on first access."""
+        return self._gather(lambda tile: tile.find_z())
+
+    def _gather(self, find: Callable[[PlanTile], NDArray[np.float64]]) -> NDArray[np.float64]:
         heights = np.zeros(self.shape)
         for *where, part in self._parts:
             tile, window = self.casting.make_tile(part), heights[*where]
-            np.add(tile.surface.heights, self.casting.scene.origin[2], out=window)
+            np.add(find(tile), self.casting.scene.origin[2], out=window)
             window[tile.nothing] = np.nan
         return heights
 
@@ -185,7 +187,8 @@ class PlanKind(ReceiverKind):
     def lay_out(self, request: Request) -> PlanRaster:
         """Choose the cells of the plan."""
         scene, origin = request.scene, request.scene.origin
-        level, assumed = find_level(scene, self, request.options.ground)
+        ground = find_ground(scene, request.options.ground)
+        level, assumed = ground.level, ground.assumed
         has_end = self.has_end(request, is_assumed=assumed is not None)
         cast = request.prepare()
         model = PlanModel(
@@ -194,15 +197,18 @@ class PlanKind(ReceiverKind):
         )  # fmt: skip
         is_stated = request.options.extent is not None
         boxes = derive(scene, "standing", None, lambda: _find_standing(scene))
-        facts: dict[str, object] = {"ground_z": level}
+        facts: dict[str, object] = {"ground_z": level, **ground.describe()}
         dense = None if is_stated else find_dense(boxes)
         if dense is not None:
             facts["extent_note"] = tell_dense(dense, boxes)
         skyline = (
-            Skyline.of(scene.bounds(), level) if is_stated else _find_skyline(model, level, dense)
+            Skyline.of(scene.model_bounds(), level)
+            if is_stated
+            else _find_skyline(model, level, dense)
         )
         # If nothing receives beyond a terrain, the extent need not hold shadows.
-        reaching = np.zeros((0, 3)) if has_end or is_stated else request.find_reaching()
+        ends = has_end and not ground.is_added
+        reaching = np.zeros((0, 3)) if ends or is_stated else request.find_reaching()
         grid, x, y = lay_out(skyline, reaching, **request.find_room())
         if coarse := tell_coarse(grid, boxes):
             facts["cell_note"] = coarse
@@ -226,7 +232,7 @@ def _find_skyline(
     origin = model.scene.origin
 
     def find() -> Skyline:
-        corners = model.soup.find_corners() + origin
+        corners = _drop_added(model.scene, model.soup).find_corners() + origin
         if model.canopy is not None:
             crowns = model.scene.triangles(model.canopy.casting)
             corners = np.concatenate([corners, crowns.find_corners() + origin])
@@ -238,6 +244,15 @@ def _find_skyline(
     return derive(model.soup, "skyline", (model.canopy, level), find)
 
 
+def _drop_added(scene: Scene, soup: Triangles) -> Triangles:
+    """Return the triangles of the model, without a ground that was added to it."""
+    own = scene.list_own()
+    if own is None:
+        return soup
+    kept = np.isin(soup.part, own)
+    return replace(soup, faces=soup.faces[kept], part=soup.part[kept])
+
+
 class GroundPlane(PlanKind):
     """The plane z = ground, also under buildings."""
 
@@ -246,10 +261,6 @@ class GroundPlane(PlanKind):
     lies_under_roofs = True
     what_counts = "open ground, not under buildings"
     tile = PlaneTile
-
-    def choose_level(self, assumed: Level) -> float:
-        """Choose the median base of the model's buildings."""
-        return assumed.middle
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the ground's height everywhere."""
@@ -274,6 +285,32 @@ class GroundPlane(PlanKind):
     def find_open(self, study: "Study") -> NDArray[np.bool_]:
         """Find the cells under no roof."""
         return study.heights <= study.ground + _LEVEL
+
+
+class GroundSurface(PlanKind):
+    """Ground that was added to a model, seen through its buildings."""
+
+    name = "ground"
+    lies_under_roofs = True
+    what_counts = "open ground, not under buildings"
+    tile = ThroughTile
+
+    def has_end(self, request: Request, *, is_assumed: bool) -> bool:
+        """Return that only the surface receives."""
+        return True
+
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
+        """Return the height of the ground."""
+        return laid.receiver_heights
+
+    def describe_receivers(self, study: "Study") -> str:
+        """Describe the surface."""
+        return f"the {study.facts['ground']}, except under buildings"
+
+    def find_open(self, study: "Study") -> NDArray[np.bool_]:
+        """Find the cells under no roof."""
+        laid: Any = study.laid
+        return study.heights <= laid.receiver_heights
 
 
 class TopmostSurface(PlanKind):

@@ -1,8 +1,7 @@
 """Tiles of plans, and their shadow counters."""
 
-import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -15,14 +14,14 @@ from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.rays.face_tree import FaceTree
-from umbra.rays.hidden import find_hidden
-from umbra.rays.masks import add_masks
+from umbra.receivers.covered import CoveredSweep
 from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid, Places
+from umbra.scene.mesh import ADDED_GROUND, ASSUMED_UNDER
 from umbra.volume.adjacency import Caster
 
-__all__ = ["PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
+__all__ = ["PlanModel", "PlanTile", "PlaneTile", "ThroughTile", "TopmostTile"]
 
 _KEPT = 1 << 22  # most cells of a surface kept for the next study, 80 MB
 
@@ -62,6 +61,22 @@ class PlanModel(Casting):
             return look()
         return derive(self.soup, "surface", (grid, self.floor, self.has_end), look)
 
+    def look_through(self, grid: Grid) -> Surface:
+        """Find the surface of the ground that was added to the model, through all else."""
+
+        def look() -> Surface:
+            soup, parts = self.soup, self.scene.parts
+            is_added = np.array([part.kind in ADDED_GROUND for part in parts], np.bool_)
+            chosen = np.flatnonzero(is_added[soup.part])
+            own = replace(soup, faces=soup.faces[chosen], part=soup.part[chosen])
+            found = find_surface(own, grid, self.floor, self.threads, has_end=True)
+            face = np.append(chosen, -1).astype(np.int32)[np.maximum(found.face, -1)]
+            return replace(found, face=face)
+
+        if grid.rows * grid.cols > _KEPT:
+            return look()
+        return derive(self.soup, "added ground", (grid, self.floor), look)
+
     @property
     def floor(self) -> float:
         """Height above which parts are visible; just below the plane if there is no plane."""
@@ -83,11 +98,17 @@ class PlanTile:
     model: PlanModel
     grid: Grid
     on_plane: ClassVar[bool]
+    is_topmost: ClassVar[bool] = True
 
     @cached_property
     def surface(self) -> Surface:
         """Topmost surface of the cells, found on first access."""
         return self.model.look_down(self.grid)
+
+    @property
+    def receiving(self) -> Surface:
+        """The surface that receives."""
+        return self.surface
 
     @cached_property
     def covered(self) -> NDArray[np.intp]:
@@ -257,16 +278,20 @@ class TopmostTile(PlanTile):
     @cached_property
     def covered(self) -> NDArray[np.intp]:
         """Cells on the surface's rim, and cells under canopies."""
-        model, surface = self.model, self.surface
+        return np.union1d(self.surface.rim, np.flatnonzero(self._find_crowned()))
+
+    def _find_crowned(self) -> NDArray[np.bool_]:
+        """Find the cells under canopies, which are looked through."""
+        model, surface = self.model, self.receiving
         if model.canopy is None:
-            return surface.rim
+            return np.zeros(self.shape, np.bool_)
         crowns = model.scene.triangles(model.canopy.casting)
         above = find_surface(crowns, self.grid, model.floor, model.threads)
-        return np.union1d(surface.rim, np.flatnonzero(above.heights > surface.heights))
+        return above.heights > surface.heights
 
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
         """Prepare a sweep over the height field, with attached shadow if all cells are counted."""
-        model, surface = self.model, self.surface
+        model, surface = self.model, self.receiving
         if window is None:
             return HeightFieldSweep(
                 caster, self.grid, surface.heights, model.threads, surface.slopes
@@ -277,78 +302,56 @@ class TopmostTile(PlanTile):
 
     def find_z(self) -> NDArray[np.float64]:
         """Return the height of the topmost surface."""
-        return self.surface.heights
+        return self.receiving.heights
 
     def find_floor(self) -> float:
         """Return the lowest of all heights."""
-        return float(self.surface.heights.min())
+        return float(self.receiving.heights.min())
 
     def _find_aside(self) -> NDArray[np.float64]:
         aside = super()._find_aside()
-        aside[self.surface.rim] = self.surface.inward
+        aside[self.receiving.rim] = self.receiving.inward
         return aside
 
     def _tilt(self, normals: NDArray[np.float64]) -> None:
-        slopes = self.surface.slopes
+        slopes = self.receiving.slopes
         normals[slopes.cells] = slopes.planes[:3, slopes.face].T
 
 
-class CoveredSweep:
-    """
-    Counter of a plan, by a sweep and by rays for covered and rim cells.
+class ThroughTile(TopmostTile):
+    """Cells of a ground that was added to the model, seen through all that stands on it."""
 
-    A sweep assumes topmost receivers, slightly east and north of the cells' centres. Cells
-    below canopies, which are seen through, or without a surface on that side are counted by
-    rays to each sun instead, with the same rules.
+    is_topmost = False
 
-    Parameters
-    ----------
-    sweep : Counter
-        Counter of all other cells, on any device.
-    cells : (n,) int
-        Flat indices of the cells that rays count.
-    tree : FaceTree
-        Over the casting faces.
-    places : Places
-        Of these cells.
-    threads : int
-    attached : bool
-        Whether a cell that faces away from the sun is in shadow.
-    """
+    @cached_property
+    def receiving(self) -> Surface:
+        """The surface of the ground."""
+        return self.model.look_through(self.grid)
 
-    def __init__(
-        self, sweep: Any, cells: NDArray[np.intp], tree: FaceTree, places: Places, threads: int,
-        *, attached: bool = True,
-    ) -> None:  # fmt: skip
-        self.sweep, self.cells, self.tree, self.places = sweep, cells, tree, places
-        self.threads, self.attached = threads, attached
+    @cached_property
+    def nothing(self) -> NDArray[np.bool_]:
+        """Cells under buildings, and beyond the ground."""
+        kinds = np.array([part.kind for part in self.model.scene.parts])
+        is_under = np.append(kinds[self.model.soup.part] == ASSUMED_UNDER, True)
+        return is_under[self.receiving.face]
 
-    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return for each sun the cells in shadow, (n, rows, cols) uint8."""
-        masks = self.sweep.masks(suns)
-        masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
-        return masks
+    @cached_property
+    def covered(self) -> NDArray[np.intp]:
+        """Cells that need rays: under something, and on the ground's rim."""
+        ground = self.receiving
+        is_under = (self.surface.face != ground.face) & ~self.nothing
+        return np.union1d(ground.rim, np.flatnonzero(is_under | self._find_crowned()))
 
-    def add_weights(
-        self,
-        suns: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each cell the weights (n, k) of the suns that leave it in shadow."""
-        flat = sums.reshape(len(sums), -1)
-        covered = flat[:, self.cells]
-        add_masks(self._find, suns, weights, covered, at_once=64)
-        self.sweep.add_weights(suns, weights, sums, progress)
-        flat[:, self.cells] = covered
+    @property
+    def relief(self) -> NDArray[np.float64]:
+        """Heights above the ground, 0 on it, (rows, cols) float64 [m]."""
+        relief = self.surface.heights - self.receiving.heights
+        return np.maximum(relief, 0.0, out=relief)
 
-    def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        where = self.places
-        return find_hidden(
-            self.tree, where.points, where.normals, suns, self.threads,
-            attached=self.attached,
-        )  # fmt: skip
+    @property
+    def drawn_heights(self) -> NDArray[np.float64]:
+        """Heights above the ground for pictures: buildings are drawn over what lies below."""
+        return np.where(self.receiving.face < 0, np.nan, self.relief)
 
 
 def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:

@@ -53,6 +53,9 @@ class SampledSurfaces(SampleKind):
         casting = request.prepare()
         scene = request.scene
         left = None if request.canopy is None else request.canopy.find_receivers(scene, on)
+        own = scene.list_own()
+        if own is not None and not on:  # a ground that was added is sampled where it is asked for
+            left = own if left is None else sorted({*left} & {*own})
         samples = derive(
             scene, "samples", (spacing, tuple(on), None if left is None else tuple(left)),
             lambda: sample_surfaces(scene, spacing, on, left), most=1, fits=is_kept,

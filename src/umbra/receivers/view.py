@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.choice import find_ground
+from umbra.ground.level import has_terrain
 from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.layout import Skyline, lay_out
-from umbra.receivers.level import find_level, has_terrain
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid
@@ -126,7 +127,7 @@ class Elevation:
 
     def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
         """Return the bounds of parts along the view's right and up axes, (2, 2) [m]."""
-        soup = scene.triangles(parts)
+        soup = scene.triangles(scene.list_own() if parts is None else parts)
         used = soup.find_corners() + scene.origin
         across = used @ np.array([self.right, self.up]).T
         return np.stack([across.min(0), across.max(0)])
@@ -167,7 +168,8 @@ class OrthographicKind(ReceiverKind):
     def lay_out(self, request: Request) -> SeenRaster:
         """Find the surfaces visible from an azimuth."""
         scene = request.scene
-        level, assumed = find_level(scene, self, request.options.ground)
+        known = find_ground(scene, request.options.ground)
+        level, assumed = known.level, known.assumed
         azimuth, tilt = find_direction(request.options.receivers)
         shown, asked = self.find_drawn(request)
         bounds = scene.bounds()
@@ -205,6 +207,7 @@ class OrthographicKind(ReceiverKind):
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
         if assumed is not None and not has_terrain(scene):
             facts |= assumed.describe(level)
+        facts |= known.describe()
         return SeenRaster(
             self, model, tile.shape, (self.rows, "along"),
             grid.dx * grid.dy / _find_facing(tile), facts, x=grid.x, y=grid.y, ground=level,

@@ -337,7 +337,7 @@ def expose_lights(scene: Scene) -> tuple[Light, ...]:
     """
     if not scene.lights:
         return ()
-    low, high = scene.bounds()
+    low, high = scene.model_bounds()
     middle, nearest = (low + high) / 2, float(np.linalg.norm(high - low)) / 4
     amounts = []
     for light in scene.lights:

@@ -15,10 +15,16 @@ from umbra.scene.material import Color, Image, Material
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
 
-__all__ = ["Mesh", "Part", "change", "find_standing", "multiply_rows"]
+__all__ = [
+    "ADDED_GROUND", "ASSUMED", "ASSUMED_UNDER", "GIVEN", "Mesh", "Part", "change", "find_standing",
+    "multiply_rows",
+]  # fmt: skip
 
 PLAIN = Material()
 _ROWS = ("normals", "uv", "colors", "tangents", "uv2", "alpha")  # fields with a row for each vertex
+ASSUMED, ASSUMED_UNDER, GIVEN = "AssumedGround", "AssumedGroundUnderBuildings", "GivenGround"
+ADDED_GROUND = frozenset({ASSUMED, ASSUMED_UNDER, GIVEN})
+"""Kinds of parts that are a ground beside the model: umbra's own, or of a file for it."""
 
 
 T = TypeVar("T", "Mesh", "Part")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, find_similar, fit_names, make_printable
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
-from umbra.scene.mesh import Part, find_box, find_used, transform_points
+from umbra.scene.mesh import ADDED_GROUND, Part, find_box, find_used, transform_points
 from umbra.scene.rig import Animation
 
 __all__ = ["Scene", "Source", "Triangles"]
@@ -222,6 +222,21 @@ class Scene(Exchange):
             Lowest and highest corner in the model's own coordinates [m]. Read only.
         """
         return self._bounds
+
+    def model_bounds(self) -> NDArray[np.float64]:
+        """Return the same without a ground that was added to the model, which goes far beyond."""
+        own = self.list_own()
+        return self._bounds if own is None else self._own_bounds
+
+    def list_own(self) -> list[int] | None:
+        """Return the parts without a ground that was added; None: all, as there is none."""
+        own = [k for k, part in enumerate(self.parts) if part.kind not in ADDED_GROUND]
+        return own if 0 < len(own) < len(self.parts) else None
+
+    @cached_property
+    def _own_bounds(self) -> NDArray[np.float64]:
+        own = tuple(self.parts[k] for k in self.list_own() or ())
+        return replace(self, parts=own).bounds()
 
     @cached_property
     def _bounds(self) -> NDArray[np.float64]:

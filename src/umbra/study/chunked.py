@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.choice import find_ground
 from umbra.packages import need
 from umbra.receivers import find_kind
 from umbra.receivers.plan import PlanRaster
@@ -104,7 +105,9 @@ class ChunkJob:
         """Make the study of one cell before counting: names, types and constants of the whole."""
         setup, laid = self.setup, self.laid.pick(slice(0, 1), slice(0, 1))
         begun = setup.begin(laid)
-        facts = setup.describe(laid.kind.name, 0.0, **laid.facts, **_tell_ground(self.laid))
+        known = find_ground(self.scene, self.options.ground)
+        told = {**laid.facts, **_tell_ground(self.laid), **known.describe()}
+        facts = setup.describe(laid.kind.name, 0.0, ground=known.name, **told)
         facts = {name: fact for name, fact in facts.items() if name not in _TIMES}
         arrays, more = begun.arrays, begun.variables(laid)
         return Study(
@@ -127,7 +130,8 @@ def _prepare(job: ChunkJob) -> tuple[Setup, PlanRaster]:
     """Set a job up, once in each process: other threads wait."""
     with _lock:
         if job.key not in _prepared:
-            scene, options = job.scene, job.options
+            options = job.options
+            scene = find_ground(job.scene, options.ground).scene
             kind = find_kind(options.receivers, scene, options.ground)
             if not kind.is_plan:
                 msg = (

@@ -78,9 +78,10 @@ class StudyOptions:
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
-        "Where shadows are counted. ground: a level plane; top: ground and roofs, as seen from "
-        "straight above; auto: top where the model has ground of its own, else ground; north, "
-        "east, south, west or an azimuth in degrees: the elevation seen from there; 215/35: a view "
+        "Where shadows are counted. ground: the ground alone, without roofs; top: ground and "
+        "roofs, as seen from straight above; auto: top where the model has ground of its own, "
+        "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
+        "there; 215/35: a view "
         "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
         "and roofs, sampled; points: the places in --points.",
         default="auto",
@@ -116,9 +117,11 @@ class StudyOptions:
         "number", "The camera's vertical field of view.", default=50.0, unit="degree",
         metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
     )  # fmt: skip
-    ground: float | None = _receivers(
-        "length", "Height of the ground [m]; default: the file's, or the median base of its "
-        "buildings.", unit="m", metavar="Z",
+    ground: float | str | None = _receivers(
+        "ground", "What the ground is: feet, a surface through the feet of the buildings; level, "
+        "a plane at their median height; a height [m]; or a terrain file. Default: the file's own "
+        "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",
+        metavar="feet|level|Z|FILE",
     )  # fmt: skip
     extent: Sequence[float] | None = _receivers(
         "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
 from umbra.errors import InputError, find_similar
+from umbra.ground.choice import find_ground
 from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.receivers import find_kind
@@ -51,6 +52,8 @@ def run(
     kind : ReceiverKind, optional
         By default that of the options' receivers.
     """
+    ground = find_ground(scene, options.ground)
+    scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
     laid = kind.lay_out(setup.request)
@@ -58,7 +61,9 @@ def run(
     nothing = laid.finish()
     if nothing is not None:
         done.blank(nothing)
-    facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
+    facts = setup.describe(
+        kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts
+    )
     arrays, (more, totals) = done.arrays, done.collect(laid)
     study = Study(
         laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals
@@ -136,6 +141,7 @@ def count_lights(
     if options.canopy:
         msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"
         raise InputError(msg, option="canopy")
+    scene = find_ground(scene, options.ground).scene
     kind = find_kind(options.receivers, scene, options.ground)
     threads = options.threads or count_cores()
     suns, others = lights.split()

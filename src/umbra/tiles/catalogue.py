@@ -10,7 +10,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -20,120 +20,24 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.ground.feet import Feet
+from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.readers import read
-from umbra.readers.apart import FilePlan, check_apart, make_crs_error
+from umbra.readers.apart import check_apart, make_crs_error
 from umbra.readers.georeference import is_same_plan
 from umbra.readers.layers import name_layers
-from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.scene import Scene, Source
+from umbra.tiles.city_file import BASES, WORDS, CityFile
 from umbra.tiles.files import list_files
-from umbra.tiles.geometry import FileGeometry, write_geometry
+from umbra.tiles.geometry import write_geometry
 from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading
 from umbra.tiles.reading import check_reading
 from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
 
-__all__ = ["Catalogue", "CityFile", "make_catalogue", "read_catalogue"]
+__all__ = ["Catalogue", "CityFile", "add_scene", "make_catalogue", "read_catalogue"]
 
-_ENTRY, _WORDS = "entry.json", "words.json"
+_ENTRY = "entry.json"
 _INDEX = "index.json"
-
-
-@dataclass(frozen=True)
-class CityFile:
-    """
-    A file of a city, as it was read.
-
-    Parameters
-    ----------
-    number : int
-        Index in the catalogue.
-    path : str
-    layer : str
-    size : int
-        [byte]
-    mtime : int
-        Time of the last change [ns].
-    folder : str
-        Folder of its facts and meshes.
-    reading : str
-        Options with which it was read.
-    sources : tuple of Source
-        Its name, SHA-256 and format, and those of its companions.
-    place : dict
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north`` and ``ground``, as far
-        as the file states them.
-    notes : tuple of str
-    origin : tuple of float
-        Of its local frame, in its own coordinates [m].
-    bounds : tuple of tuple of float
-        Lowest and highest corner, in its own coordinates [m].
-    counts : dict
-        Numbers of ``parts``, ``objects``, ``units`` and ``triangles``.
-    kinds : tuple of str
-        Kinds of its parts.
-    terrain : dict
-        Fields of ``Terrain``.
-    files_checksum : int
-        CRC-32 of its other files.
-    """
-
-    number: int
-    path: str
-    layer: str
-    size: int
-    mtime: int
-    folder: str
-    reading: str
-    sources: tuple[Source, ...]
-    place: Mapping[str, Any]
-    notes: tuple[str, ...]
-    origin: tuple[float, float, float]
-    bounds: tuple[tuple[float, ...], tuple[float, ...]]
-    counts: Mapping[str, int]
-    kinds: tuple[str, ...]
-    terrain: Mapping[str, Any]
-    files_checksum: int = 0
-
-    @property
-    def geometry(self) -> FileGeometry:
-        """Its meshes."""
-        return FileGeometry(Path(self.folder))
-
-    @property
-    def plan(self) -> FilePlan:
-        """Where it lies in the plan of all files."""
-        site = [self.place[name] for name in ("crs", "latitude", "longitude")]
-        return FilePlan(Path(self.path).name, np.array(self.bounds)[:, :2], *site)
-
-    @property
-    def bases(self) -> Bases:
-        """Bases of its objects."""
-        folder = Path(self.folder)
-        return Bases(np.load(folder / "bases.npy"), np.load(folder / "floors.npy"))
-
-    @property
-    def kinds_of_parts(self) -> list[str]:
-        """Kind of each part."""
-        return self.words["kinds"]
-
-    @property
-    def names_of_objects(self) -> list[str]:
-        """Name of each object."""
-        names = [""] * self.counts["objects"]
-        for name, thing in zip(self.words["names"], self.geometry.object_of.tolist(), strict=True):
-            names[thing] = name
-        return names
-
-    @property
-    def words(self) -> dict[str, list]:
-        """Names, kinds and tags of its parts."""
-        return _read_words(f"{self.folder}/{_WORDS}", self.sources[0].sha256)
-
-
-@lru_cache(maxsize=16)
-def _read_words(path: str, _: str) -> dict[str, list]:
-    """Read the words of a file's parts; its content is a key of the cache, too."""
-    return orjson.loads(Path(path).read_bytes())
 
 
 @dataclass(frozen=True)
@@ -196,9 +100,12 @@ class Catalogue:
     def find_bases(self) -> Bases:
         """Gather the bases of all objects."""
         each = [one.bases for one in self.files]
+        first = np.cumsum([0, *(len(b.boxes) for b in each)])
+        owners = [b.feet.owner + start for b, start in zip(each, first)]
         return Bases(
-            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each])
-        )
+            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each]),
+            Feet(np.concatenate([b.feet.corners for b in each]), np.concatenate(owners)),
+        )  # fmt: skip
 
     def find_corners(self) -> Iterator[NDArray[np.float64]]:
         """Yield the corners of each file's triangles in its own coordinates, in blocks (n, 3)."""
@@ -304,23 +211,56 @@ def _enter(
     check_reading(path, memory, options)
     scene = read(path, **options)
     status = path.stat()
+    return _write_entry(
+        scene, place, number=number, path=str(path.resolve()), layer=layer,
+        size=status.st_size, mtime=status.st_mtime_ns, reading=reading,
+    )  # fmt: skip
+
+
+def add_scene(catalogue: Catalogue, folder: Path, scene: Scene) -> None:
+    """
+    Add parts that no file of a city holds to the catalogue in a folder, as its last file.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        Of the files.
+    folder : Path
+    scene : Scene
+    """
+    number = len(catalogue.files)
+    place = folder / f"{number:06}"
+    if not scene.sources:
+        summed = sha256()
+        for part in scene.parts:
+            summed.update(part.mesh.vertices.tobytes() + part.mesh.faces.tobytes())
+        scene = replace(scene, sources=(Source("ground", summed.hexdigest(), "assumed"),))
+    _write_entry(
+        scene, place, number=number, path="", layer="", size=0, mtime=0, reading="",
+    )  # fmt: skip
+    names = [Path(one.folder).name for one in catalogue.files]
+    write_sealed(folder / _INDEX, {"files": [*names, place.name]})
+
+
+def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
+    """Write the facts and arrays of a file into a folder, whole or not at all."""
     shutil.rmtree(place, ignore_errors=True)
-    unfinished = folder / f".{number:06}"
+    unfinished = place.with_name(f".{place.name}")
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir()
     geometry = write_geometry(scene, unfinished)
     bases = measure_bases(scene)
-    np.save(unfinished / "bases.npy", bases.boxes)
-    np.save(unfinished / "floors.npy", bases.floors)
+    arrays = (bases.boxes, bases.floors, bases.feet.corners, bases.feet.owner)
+    for name, array in zip(BASES, arrays, strict=True):
+        np.save(unfinished / f"{name}.npy", array)
     words = {
         "names": [part.name for part in scene.parts],
         "kinds": [part.kind for part in scene.parts],
         "tags": [part.tags for part in scene.parts],
     }
-    (unfinished / _WORDS).write_bytes(orjson.dumps(words))
+    (unfinished / WORDS).write_bytes(orjson.dumps(words))
     entry = CityFile(
-        number=number, path=str(path.resolve()), layer=layer, size=status.st_size,
-        mtime=status.st_mtime_ns, folder=str(place), reading=reading, sources=scene.sources,
+        **own, folder=str(place), sources=scene.sources,
         place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
         bounds=(tuple(scene.bounds()[0].tolist()), tuple(scene.bounds()[1].tolist())),
         counts={

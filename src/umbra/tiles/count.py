@@ -238,6 +238,8 @@ def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:
     """Lay out the cells of a window among some units."""
     job, kind = place.job, place.kind
     scene = Neighbourhood(place).read(units)
+    if job.frame.is_added:
+        scene = scene.with_words(place.catalogue)
     caster, canopy, soup = make_tile_casters(place, scene)
     assert isinstance(kind, PlanKind)
     model = PlanModel(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.machine import count_cores
-from umbra.receivers import KINDS
+from umbra.receivers import name_kind
 from umbra.receivers.kind import ReceiverKind
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
@@ -57,12 +57,15 @@ class CityFrame:
         z of the ground plane, in the city's own coordinates [m].
     has_end : bool
         Whether only the visible parts receive.
+    is_added : bool
+        Whether the ground is a surface that no file brings.
     """
 
     origin: tuple[float, float, float]
     bounds: tuple[tuple[float, ...], tuple[float, ...]]
     ground: float
     has_end: bool
+    is_added: bool = False
 
     @property
     def floor(self) -> float:
@@ -189,7 +192,7 @@ class Workplace:
     @cached_property
     def kind(self) -> ReceiverKind:
         """Kind of the receivers."""
-        return KINDS[self.job.kind]
+        return name_kind(self.job.kind, is_added=self.job.frame.is_added)
 
     @cached_property
     def shifts(self) -> NDArray[np.float64]:

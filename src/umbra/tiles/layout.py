@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.receivers import KINDS
+from umbra.receivers import name_kind
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.layout import TILE, Skyline, lay_out
-from umbra.receivers.level import Level, settle_level
 from umbra.receivers.plan import STREAMED_TILE
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
+from umbra.tiles.ground import CityGround, find_origin
 from umbra.tiles.job import CityFrame
 from umbra.tiles.lattice import Lattice, find_side
 
@@ -29,7 +29,7 @@ _LEAST = 8  # cells along a tile, else each caster is prepared for every few cel
 _SAME = 1e-3  # bounds of one object in two files differ by at most this [m]
 
 
-def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
+def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
     """
     Choose the receivers of a city.
 
@@ -40,9 +40,7 @@ def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
     """
     name = options.receivers
     if name == "auto":
-        is_stated = options.ground is not None or _find_ground(catalogue) is not None
-        has_terrain = catalogue.terrain.holds(catalogue.bounds)
-        name = "top" if has_terrain and not is_stated else "ground"
+        name = "ground" if ground.known.is_plane or ground.is_added else "top"
     if name not in IN_TILES:
         msg = (
             f"receivers='{name}' are not counted in tiles; choose {', '.join(IN_TILES)}, or leave "
@@ -52,47 +50,15 @@ def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
     if options.device == "gl":
         msg = "tiles are counted on the cpu device; leave device= out"
         raise InputError(msg, option="device")
-    return KINDS[name]
+    return name_kind(name, is_added=ground.is_added)
 
 
-def find_frame(
-    catalogue: Catalogue, kind: ReceiverKind, options: StudyOptions
-) -> tuple[CityFrame, Level | None]:
-    """
-    Find the local frame of a run and the height of its ground, as for one scene of all files.
-
-    Returns
-    -------
-    frame : CityFrame
-    assumed : Level or None
-        Basis of the ground's height, if it is assumed.
-    """
-    bounds = catalogue.bounds
-    # Whole metres, so that adding the origin back restores the files' digits.
-    far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
-    origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
-    known = _find_ground(catalogue) if options.ground is None else float(options.ground)
-    assumed = None
-    if known is None:
-        assumed = settle_level(catalogue.find_bases())
-        known = kind.choose_level(assumed)
-    elif not np.isfinite(known):
-        msg = f"the ground's height must be a finite number; got {known:g}"
-        raise InputError(msg, option="ground")
-    has_end = (
-        kind.is_plan
-        and not kind.is_level
-        and assumed is not None
-        and catalogue.terrain.holds(bounds)
-    )
-    box = tuple(map(tuple, bounds.tolist()))
-    return CityFrame(tuple(origin.tolist()), box, known, has_end), assumed  # type: ignore[arg-type]
-
-
-def _find_ground(catalogue: Catalogue) -> float | None:
-    """Return the level ground that all files state; None unless they agree."""
-    levels = {one.place["ground"] for one in catalogue.files}
-    return levels.pop() if len(levels) == 1 else None
+def find_frame(catalogue: Catalogue, kind: ReceiverKind, ground: CityGround) -> CityFrame:
+    """Find the local frame of a run, as of one scene of all files."""
+    has_end = kind.is_plan and not kind.is_level and not ground.known.is_plane
+    box = tuple(map(tuple, catalogue.bounds.tolist()))
+    origin = tuple(find_origin(catalogue).tolist())
+    return CityFrame(origin, box, ground.level, has_end, ground.is_added)  # type: ignore[arg-type]
 
 
 def lay_out_lattice(
@@ -138,7 +104,8 @@ def lay_out_lattice(
         count = np.maximum(np.ceil((high - low) / length), 1).astype(int).tolist()
         x0, y0 = (low + length / 2 - frame.origin[:2]).tolist()
         return Lattice(Grid(x0, y0, length, length, *count), 1, TILE), np.zeros(0), np.zeros(0)
-    reaching = np.zeros((0, 3)) if frame.has_end else period.find_reaching_suns()
+    ends = frame.has_end and not frame.is_added
+    reaching = np.zeros((0, 3)) if ends else period.find_reaching_suns()
     corners = catalogue.find_corners() if options.extent is None else iter(())
     skyline = Skyline.gather(corners, low, high, frame.ground)
     size, cell = options.size, options.cell

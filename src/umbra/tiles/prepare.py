@@ -18,7 +18,6 @@ from umbra.machine import count_cores
 from umbra.options import list_options
 from umbra.readers.georeference import locate
 from umbra.readers.model import Crowns, FilePlace, settle
-from umbra.receivers.level import Level
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
@@ -27,6 +26,7 @@ from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
+from umbra.tiles.ground import CityGround, find_city_ground
 from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
@@ -52,15 +52,14 @@ class Preparation:
     ----------
     job : CityJob
     catalogue : Catalogue
-    assumed : Level or None
-        Basis of the ground's height, if it is assumed.
+    ground : CityGround
     damaged : sequence of Path
         Files of the folder that were damaged, and are made anew.
     """
 
     job: CityJob
     catalogue: Catalogue
-    assumed: Level | None
+    ground: CityGround
     damaged: Sequence[Path] = ()
 
     @property
@@ -103,7 +102,8 @@ class Preparation:
         for name in ("threads", "prepare_seconds", "count_seconds", "source"):
             facts.pop(name, None)
         if place.kind.is_plan:
-            facts |= place.kind.describe_level(scene, job.frame.ground, self.assumed, share)
+            facts |= place.kind.describe_level(scene, job.frame.ground, self.ground.assumed, share)
+        facts |= {"ground": self.ground.known.name, **self.ground.known.describe()}
         facts.pop("ground_z" if not place.kind.is_plan else "", None)
         facts["command"] = "umbra.city_study"
         facts["source"] = _name_sources(self.catalogue)
@@ -148,8 +148,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    kind = choose_kind(catalogue, options)
-    frame, assumed = find_frame(catalogue, kind, options)
+    ground = find_city_ground(catalogue, options, folder / CATALOGUE)
+    kind = choose_kind(options, ground)
+    frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
         site = find_city_site(catalogue, **(site or {}))
     merged = find_merged(catalogue)
@@ -164,7 +165,7 @@ def prepare_city(
     lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
     job = replace(job, lattice=lattice)
     _check_memory(job, city)
-    facts = _describe_run(job, catalogue)
+    facts = _describe_run(job, catalogue, ground)
     job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
     described = folder / STUDY
     is_damaged = not _check_same(described, facts) and described.exists()
@@ -177,7 +178,7 @@ def prepare_city(
         side = dict.fromkeys(sizes, lattice.side)
         damaged += CityStore(job.store).mend(template, sizes, side, known)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
-    return Preparation(job, catalogue, assumed, damaged)
+    return Preparation(job, catalogue, ground, damaged)
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
@@ -241,7 +242,7 @@ def _find_template(place: Workplace) -> dict[str, Any]:
     return {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
 
 
-def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
+def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dict[str, Any]:
     """Return everything that decides the bytes of a result, as JSON has it."""
     options = {
         name: repr(_make_plain(getattr(job.options, name)))
@@ -255,6 +256,7 @@ def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
             [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
             for one in catalogue.files
         ],
+        "ground": [source.sha256 for source in ground.known.scene.sources],
         "options": options,
         "min_altitude": job.min_altitude,
         "site": asdict(job.site),

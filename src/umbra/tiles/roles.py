@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.casters import Season
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part
+from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
 
@@ -69,6 +70,8 @@ class Roles:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
         found = self._find_kept(file)
+        if not options.kind.is_raster and not options.on and set(file.kinds) <= ADDED_GROUND:
+            found &= False  # a ground that was added is sampled where it is asked for
         if options.on:
             found &= find_matching(file, options.on)
         return found & ~self.find_canopies(number) if options.canopy else found

@@ -28,7 +28,6 @@ __all__ = [
     "SUN",
     "ViewState",
     "Viewpoint",
-    "find_ground",
     "frame_bounds",
     "make_view",
 ]
@@ -51,7 +50,6 @@ METHODS: dict[str, tuple[str, ...]] = {
 SOFT = ("none", *METHODS_OF_SOFT)
 """What draws soft shadows."""
 
-_CLEAR = 2e-4  # of the diagonal, so that the ground is below the model's floor
 _LAMP = 0.01  # a lamp's radius, of the diagonal
 _FROM_LEFT = 115.0  # [degrees] left of the heading: a light from the upper left
 
@@ -352,11 +350,6 @@ class ViewState:
         return replace(self, lights=left, chosen=min(self.chosen, len(left) - 1))
 
 
-def find_ground(bounds: NDArray[np.float64]) -> float:
-    """Return the height [m] of a ground just below a model with bounds (2, 3)."""
-    return float(bounds[0, 2] - _CLEAR * np.linalg.norm(bounds[1] - bounds[0]))
-
-
 def make_view(
     scene: Scene,
     size: tuple[int, int],
@@ -371,7 +364,7 @@ def make_view(
     Without a site, the light comes from the upper left. The date is 21 March of this year by
     default; ``minutes`` is the clock time since midnight, 15:00 by default.
     """
-    viewpoint = frame_bounds(scene.bounds(), size)
+    viewpoint = frame_bounds(scene.model_bounds(), size)
     lights = expose_lights(scene)
     asked = date is not None or minutes is not None
     sun = Sun(
@@ -383,5 +376,5 @@ def make_view(
         altitude=42.0,
         by_clock=site is not None,
     )
-    radius = float(f"{_LAMP * np.linalg.norm(np.ptp(scene.bounds(), axis=0)):.1g}") or 0.5
+    radius = float(f"{_LAMP * np.linalg.norm(np.ptp(scene.model_bounds(), axis=0)):.1g}") or 0.5
     return ViewState(viewpoint, sun, lights, chosen=SUN if sun.shines else 0, lamp_radius=radius)

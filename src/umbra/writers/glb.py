@@ -10,7 +10,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,7 +181,12 @@ def write_model_glb(
     several files share a scale, ``most_hours`` is its end [h].
     """
     most = study.up_hours if most_hours is None else most_hours
-    corners = study.model.soup.vertices[study.model.soup.faces]
+    soup = study.model.soup
+    own = study.model.scene.list_own()
+    faces = soup.faces
+    if own is not None and study.kind.lies_under_roofs:  # cells make the ground
+        faces = faces[np.isin(soup.part, own)]
+    corners = soup.vertices[faces]
     meshes = []
     if not study.kind.lies_under_roofs:
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -274,11 +279,18 @@ def _make_ground(study: Study, most: float) -> _Mesh:
     hours = study.shadow_hours[np.ix_(rows, cols)]
     x, y = np.meshgrid(grid.x[cols], grid.y[rows])
     ground = _find_ground(study)
-    points = np.stack([x, y, np.full(x.shape, ground)], -1).reshape(-1, 3)
+    z = np.full(x.shape, ground)
+    if study.kind.lies_under_roofs and not study.kind.is_level:
+        kind: Any = study.kind
+        heights = kind.find_receiver_z(study.laid)[np.ix_(rows, cols)]
+        z = heights - (study.ground - ground)
+    points = np.stack([x, y, z], -1).reshape(-1, 3)
     index = np.arange(x.size, dtype=np.uint32).reshape(x.shape)
     a, b = index[:-1, :-1], index[:-1, 1:]
     c, d = index[1:, 1:], index[1:, :-1]
     faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
+    faces = faces[np.isfinite(points[faces, 2]).all(1)]
+    points = np.nan_to_num(points)
     colors = _find_colors(hours.ravel(), most)
     if not study.kind.lies_under_roofs:
         height = study.heights[np.ix_(rows, cols)].ravel() - study.ground

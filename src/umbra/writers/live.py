@@ -160,7 +160,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
     day: dt.date = study.period.days[0]
     noon = int(np.argmax(study.period.sun.altitude[study.period.day_of_step == 0]))
     when = study.steps.local()[noon]
-    low, high = scene.bounds()
+    low, high = scene.model_bounds()
     is_raster = study.kind.is_raster and not study.is_plan
     return {
         "name": title,
@@ -190,9 +190,11 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
     }  # fmt: skip
 
 
-def _find_ground(study: Study) -> float:
-    """Return the height of the ground that a study's page draws [m]."""
+def _find_ground(study: Study) -> float | None:
+    """Return the height of the ground that a study's page draws [m]; None: it is in the scene."""
     scene = study.model.scene
+    if scene.list_own() is not None:
+        return None
     if not study.is_plan:
         return float(scene.bounds()[0, 2])
     return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)

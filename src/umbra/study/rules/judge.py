@@ -145,6 +145,8 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
 
 def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     stands = study.heights > study.ground + 1e-6
+    if study.kind.lies_under_roofs and not study.kind.is_level:
+        stands = ~study.kind.find_open(study)
     if check.area == "everywhere":
         return np.isfinite(study.heights)
     if check.area == "roofs" and not study.kind.has_roofs:

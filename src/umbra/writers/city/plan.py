@@ -71,7 +71,10 @@ class CityPlan:
         """Return the words around a picture, as those of a study in memory."""
         study, options = self.study, self.job.options
         lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
-        names = dict.fromkeys(one.path.rsplit("/", 1)[-1] for one in self.place.catalogue.files)
+        files = [
+            one for one in self.place.catalogue.files if one.path
+        ]  # not a ground that was added
+        names = dict.fromkeys(one.path.rsplit("/", 1)[-1] for one in files)
         view = study.kind.tell_view(study.facts, options.receivers)
         return {
             "title": join_names(list(names)) + view,

@@ -132,6 +132,8 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     told = view.removeprefix(", ") if outputs.title else ""
     proposed = None
     nothing = preview.nothing
+    if study.kind.lies_under_roofs:  # which cover what receives nothing
+        nothing = nothing & ~(preview.heights > 0)
     if not study.kind.is_plan:
         nothing = nothing & (preview.heights > 0)  # the sky has its own colour
         if options.proposed:
@@ -146,7 +148,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
-        note=describe_making(study, options),
+        note=" · ".join(filter(None, [describe_making(study, options), tell_cut(study)])),
         axes=axes,
         has_scale=study.kind.has_scale,
         roofs_cover=study.kind.lies_under_roofs,
@@ -224,19 +226,13 @@ def describe_making(study: Study, options: StudyOptions) -> str:
     """Describe how a study was made, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
-    is_drawn = study.kind.is_level
-    if "view_tilt_deg" in study.facts:  # from above
-        is_drawn = study.model.ground is not None
-    level = [f"ground at z = {study.ground:.6g} m"] if is_drawn else []
+    ground = [str(study.facts["ground"])]
     shown = []
     if getattr(study.model, "asked", None) is not None:
         shown.append(f"hours of {list_few(options.on)} alone")
     elif options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
-    cut = tell_cut(study)
-    return " · ".join(
-        [version, cells, *level, *shown, *describe_method(study, options), *filter(None, [cut])]
-    )
+    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options)])
 
 
 def tell_cut(study: Any) -> str:

@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.ground.choice import find_ground
 from umbra.receivers.view import SurfacesFromAbove
 from umbra.receivers.zenith import find_surface
 from umbra.scene.grid import Grid
@@ -295,10 +296,15 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     cols, rows = (int(n) for n in np.ceil((high - low + 2 * room) / cell))
     west, south = (float(v) for v in low - room + cell / 2 - origin[:2])
     grid = Grid(west, south, cell, cell, cols, rows)
-    ground = scene.ground if job.options.ground is None else job.options.ground
-    level = float(scene.bounds()[0, 2] if ground is None else ground) - origin[2]
-    surface, soup = find_surface(study.model.soup, grid, level), study.model.soup
-    heights = surface.heights - level
+    soup = study.model.soup
+    level = find_ground(study.model.scene, job.options.ground).level - origin[2]
+    surface, floor = find_surface(soup, grid, level), level
+    own = study.model.scene.list_own()
+    if own is not None:  # over the ground that was added
+        chosen = ~np.isin(soup.part, own)
+        land = replace(soup, faces=soup.faces[chosen], part=soup.part[chosen])
+        floor = find_surface(land, grid, level).heights
+    heights = surface.heights - floor
     plan = replace(
         describe_points(job),
         x=grid.x + origin[0],
@@ -349,6 +355,11 @@ def describe_points(job: FolderJob) -> Plan:
         place=f"{study.site.show()} · {study.site.zone}",
         date=f"{dates}, {options.start} to {options.end} ({offsets})",
         note=" · ".join(
-            [f"umbra {study.facts['umbra_version']}", spot, *describe_method(study, options)]
+            [
+                f"umbra {study.facts['umbra_version']}",
+                spot,
+                str(study.facts["ground"]),
+                *describe_method(study, options),
+            ]
         ),
     )

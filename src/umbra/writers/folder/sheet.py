@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.level import has_terrain
+from umbra.ground.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
@@ -18,6 +18,7 @@ from umbra.writers.folder.captions import (
     choose_panels,
     describe_making,
     place_elevation,
+    tell_cut,
     tell_daylight,
 )
 from umbra.writers.plan import DayMap, Plan
@@ -48,7 +49,8 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
     seen: Any = run(scene, study.site, asked)
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
-    plan = replace(_redraw(plan, seen), note=f"{describe_making(seen, options)}; {zero}")
+    made = " · ".join(filter(None, [describe_making(seen, options), tell_cut(seen)]))
+    plan = replace(_redraw(plan, seen), note=f"{made}; {zero}")
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
     cell = find_pixel(arrangement, 1)
@@ -101,7 +103,7 @@ def _find_window(
     whole = np.array([[x0, y0], [x1, y1]])
     if options.extent is not None:
         return whole, (x1 - x0, y1 - y0)
-    model = np.clip(study.model.scene.bounds()[:, :2], *whole)
+    model = np.clip(study.model.scene.model_bounds()[:, :2], *whole)
     room = 0.03 * float(np.ptp(model, axis=0).max())
     hours = study.shadow_hours
     matters = hours >= max(study.up_hours * MATTERS, 1e-6)
@@ -121,7 +123,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
         plan,
         x=seen.x,
         y=seen.y,
-        building_height=np.nan_to_num(seen.heights - seen.ground).astype(np.float32),
+        building_height=np.nan_to_num(tile.drawn_heights).astype(np.float32),
         appearance=None
         if plan.appearance is None
         else find_appearance(seen, seen.shadow_hours.shape),

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from umbra.errors import InputError, write_for_shell
+from umbra.ground.level import has_terrain
 from umbra.receivers.layout import LONGEST_SHADOW
-from umbra.receivers.level import has_terrain
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.level import TERRAIN
+from umbra.ground.level import TERRAIN
 from umbra.study import Study
 from umbra.writers.pixels import make_stamp_tints, shade_ramp
 from umbra.writers.vectors import HourLine

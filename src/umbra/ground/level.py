@@ -6,29 +6,34 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
-from umbra.receivers.kind import ReceiverKind
+from umbra.ground.feet import Feet, find_base_faces
 from umbra.scene import Scene
-from umbra.scene.derived import derive
-from umbra.scene.mesh import find_standing
+from umbra.scene.mesh import ADDED_GROUND, find_standing
 
 __all__ = [
-    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "check_stated", "find_level",
+    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "check_stated",
     "has_terrain", "measure_bases", "measure_terrain", "settle_level",
 ]  # fmt: skip
 
 TERRAIN = {
     "Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody",
     "PlantCover", "IfcSite", "IfcGeographicElement",
+    *ADDED_GROUND,
 }  # fmt: skip
 """Kinds of parts that are ground, or lie on it."""
-RELIEF = {"Raster", "TINRelief"}
+_AFLOAT = TERRAIN | {
+    "Bridge", "BridgePart", "BridgeConstructiveElement", "BridgeInstallation", "Tunnel",
+    "TunnelPart", "SolitaryVegetationObject", "Canopy", "Waterway",
+}  # fmt: skip
+"""Kinds of parts that show nothing of the ground's height."""
+RELIEF = {"Raster", "TINRelief", *ADDED_GROUND}
 """Kinds that are terrain at any coverage."""
 COVERED = 0.2
 """Least share of the model's plan rectangle that ground of other kinds covers."""
 GROUND_SURFACE = "GroundSurface"
 STRAY = 0.02
 """Share of an object's area, and of all objects' plans, that may be stray and far too low."""
+_LEAST = 2.0  # height of what has a foot: decks, slabs and paving are lower [m]
 GAP = 3.0
 """Least distance of strays below the rest, and least difference of bases to report [m]."""
 
@@ -85,10 +90,13 @@ class Bases:
         Bounds of each object's plan, both at the height of its base; own coordinates [m].
     floors : (m, 2) float64
         Mean height [m] and twice the plan area [m2] of each face of ground surfaces.
+    feet : Feet
+        Their base faces; owners are indices of ``boxes``.
     """
 
     boxes: NDArray[np.float64]
     floors: NDArray[np.float64]
+    feet: Feet
 
 
 @dataclass(frozen=True)
@@ -103,42 +111,6 @@ class Terrain:
         return self.is_relief or (
             self.area > 0 and self.area >= COVERED * float(np.prod(np.ptp(bounds, axis=0)[:2]))
         )
-
-
-def find_level(
-    scene: Scene, kind: ReceiverKind, ground: float | None
-) -> tuple[float, Level | None]:
-    """
-    Find the height of the ground.
-
-    Parameters
-    ----------
-    scene : Scene
-    kind : ReceiverKind
-        Of the receivers.
-    ground : float or None
-        As requested.
-
-    Returns
-    -------
-    level : float
-        In the model's own coordinates [m].
-    assumed : Level or None
-        Basis of the assumption; None if the caller or the file states a height.
-
-    Raises
-    ------
-    InputError
-        If it is not finite.
-    """
-    known = scene.ground if ground is None else float(ground)
-    if known is None:
-        assumed = derive(scene, "level", None, lambda: assume_level(scene))
-        return kind.choose_level(assumed), assumed
-    if not np.isfinite(known):
-        msg = f"the ground's height must be a finite number; got {known:g}"
-        raise InputError(msg, ground=ground)
-    return known, None
 
 
 def check_stated(scene: Scene, level: float) -> dict[str, object]:
@@ -193,10 +165,16 @@ def measure_bases(scene: Scene) -> Bases:
     lowest, area, flat, middle_z = faces
     foot = _find_feet(lowest, area, thing, low[:, 2])
     kept = np.isfinite(foot)
+    with np.errstate(invalid="ignore"):
+        stands_on = np.where(high[:, 2] - foot >= _LEAST, foot, np.inf)
     low[:, 2] = high[:, 2] = foot
     is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
     floors = np.stack([middle_z[is_floor], flat[is_floor]], axis=1)
-    return Bases(np.stack([low, high], axis=1)[kept], floors)
+    stands = np.array([part.kind not in _AFLOAT for part in scene.parts])[soup.part]
+    corners = (soup.vertices + scene.origin)[soup.faces[stands]]
+    feet = find_base_faces(corners, thing[stands], is_floor[stands], stands_on)
+    feet = Feet(feet.corners, (np.cumsum(kept) - 1)[feet.owner])
+    return Bases(np.stack([low, high], axis=1)[kept], floors, feet)
 
 
 def settle_level(bases: Bases) -> Level:

@@ -1,0 +1,209 @@
+"""
+The ground of a model.
+
+It is what a caller or the file states; else terrain that the file brings; else, where the feet of
+buildings differ by more than a storey, a surface through them; else the plane at their median.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from umbra.errors import InputError
+from umbra.ground.asked import FEET, LEVEL, Asked, check_ground, is_file
+from umbra.ground.file import add_file_ground
+from umbra.ground.level import (
+    GAP,
+    Bases,
+    Level,
+    has_terrain,
+    measure_bases,
+    settle_level,
+)
+from umbra.ground.surface import AWAY, FeetSurface, make_surface
+from umbra.scene import Material, Mesh, Part, Scene
+from umbra.scene.camera import GROUND_COLOR
+from umbra.scene.derived import derive
+from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, find_standing
+
+__all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts", "tell_feet"]
+
+_NAMES = "assumed ground", "assumed ground under buildings"
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """
+    The ground of a model.
+
+    Parameters
+    ----------
+    scene : Scene
+        The model, with the surface of its ground where umbra adds one.
+    level : float
+        Height of the ground's plane; where the ground is no plane, of the lowest foot. In the
+        model's own coordinates [m].
+    is_plane : bool
+        Whether the ground is the plane.
+    assumed : Level, optional
+        Basis of the height; None if the caller or the file states it.
+    surface : FeetSurface, optional
+        The surface that umbra assumes.
+    file : str
+        Name of the file whose land it is.
+    notes : tuple of str
+        What does not fit about that file.
+    """
+
+    scene: Scene
+    level: float
+    is_plane: bool
+    assumed: Level | None = None
+    surface: FeetSurface | None = None
+    file: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_added(self) -> bool:
+        """Whether the scene holds a surface that umbra added."""
+        return any(part.kind in ADDED_GROUND for part in self.scene.parts)
+
+    @property
+    def name(self) -> str:
+        """What the ground is, for the foot of a picture: ``ground at z = 36.2 m``."""
+        if self.surface is not None:
+            return f"ground assumed, {tell_feet(self.surface)}"
+        if self.file:
+            return f"ground of {self.file}"
+        if not self.is_plane:
+            return "ground of the model"
+        how = "" if self.assumed is None else " assumed, level"
+        return f"ground{how} at z = {self.level:.6g} m"
+
+    def describe(self) -> dict[str, object]:
+        """Return attributes of a result on the surface that umbra assumes; none on another."""
+        if self.surface is not None:
+            return describe_surface(self.surface)
+        return {"assumption": "; ".join(self.notes)} if self.notes else {}
+
+
+def tell_feet(surface: FeetSurface) -> str:
+    """Return what an assumed surface goes through."""
+    some = "1 building" if surface.buildings == 1 else f"{surface.buildings:,} buildings"
+    return f"through the feet of {some}"
+
+
+def describe_surface(surface: FeetSurface) -> dict[str, object]:
+    """Return the attributes of an assumed surface, and how much rests on the assumption."""
+    told = (
+        f"the ground is assumed, {tell_feet(surface)}, as the file brings no terrain; "
+        f"{100 * surface.far_share:.2g} % of the area around the buildings lies more than "
+        f"{AWAY:g} m from a foot, and 1 % of the ground between them is steeper than "
+        f"{100 * surface.steepest:.2g} % (ground= takes a terrain file, 'level' or a height)"
+    )
+    return {
+        "assumption": told, "ground_feet": surface.buildings,
+        "ground_far_share": surface.far_share, "ground_steepest_slope": surface.steepest,
+    }  # fmt: skip
+
+
+def find_ground(scene: Scene, ground: Asked = None) -> Ground:
+    """
+    Find the ground of a model.
+
+    Parameters
+    ----------
+    scene : Scene
+        With or without a surface that this function added.
+    ground : float or str, optional
+        As asked for, see `umbra.ground.asked.check_ground`; None chooses.
+
+    Returns
+    -------
+    ground : Ground
+
+    Raises
+    ------
+    InputError
+        If it is not finite, its file is wrong, or no building has a foot.
+    """
+    asked = check_ground("ground", ground)
+    return derive(scene, "ground", asked, lambda: _find(scene, asked))
+
+
+def _find(scene: Scene, asked: Asked) -> Ground:
+    own = tuple(part for part in scene.parts if part.kind not in ADDED_GROUND)
+    if len(own) < len(scene.parts):
+        scene = replace(scene, parts=own)
+    known = scene.ground if asked is None else asked
+    if isinstance(known, float | int):
+        return Ground(scene, float(known), is_plane=True)
+    bases = measure_bases(scene)
+    level = settle_level(bases)
+    if is_file(asked):
+        found, notes = add_file_ground(scene, str(asked), scene.bounds())
+        given = Ground(
+            found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
+            notes=tuple(notes),
+        )  # fmt: skip
+        return derive(found, "ground", asked, lambda: given)
+    if asked is None and has_terrain(scene):
+        return Ground(scene, level.low, is_plane=False, assumed=level)
+    surface = choose_feet(bases, level, scene.bounds(), asked)
+    if surface is None:
+        return Ground(scene, level.middle, is_plane=True, assumed=level)
+    settled = replace(scene, parts=(*scene.parts, *make_parts(surface, scene.origin)))
+    settled_ground = Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
+    return derive(settled, "ground", asked, lambda: settled_ground)
+
+
+def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSurface | None:
+    """
+    Make the surface through the feet where they are asked for, or differ by more than a storey.
+
+    Parameters
+    ----------
+    bases : Bases
+    level : Level
+        Of these.
+    bounds : (2, 3) float64
+        Of the whole model [m].
+    asked : float or str, optional
+
+    Returns
+    -------
+    surface : FeetSurface or None
+
+    Raises
+    ------
+    InputError
+        If no building has a foot, and they are asked for.
+    """
+    if asked == LEVEL:
+        return None
+    standing, feet = find_standing(bases.boxes), bases.feet.above(level.low)
+    if asked is None:
+        own = np.unique(feet.owner)
+        heights = bases.boxes[own[standing[own]], 0, 2]
+        if not len(heights) or np.ptp(heights) <= GAP:
+            return None
+    surface = make_surface(feet, bounds, standing)
+    if surface is None and asked == FEET:
+        msg = "no building of the model has a foot; give ground= a height [m] or a terrain file"
+        raise InputError(msg, option="ground")
+    return surface
+
+
+def make_parts(surface: FeetSurface, origin: Any) -> tuple[Part, Part]:
+    """Make the parts of a surface in a scene with an origin (3,) [m]: between and under houses."""
+    vertices = surface.vertices - origin
+    material = Material(color=GROUND_COLOR)
+    between, under = (
+        Part(name, kind, Mesh(vertices, surface.faces[which]), material=material)
+        for name, kind, which in (
+            (_NAMES[0], ASSUMED, ~surface.is_under), (_NAMES[1], ASSUMED_UNDER, surface.is_under),
+        )
+    )  # fmt: skip
+    return between, under
