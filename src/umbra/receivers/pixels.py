@@ -190,4 +190,4 @@ class PixelCounter:
         """Add to each pixel the weights (n, k) of the suns that leave it in shadow."""
         found = np.zeros((len(sums), len(self._pixels)), np.int32)
         self._counter.add_weights(suns, weights, found, progress)
-        sums[:, *np.unravel_index(self._pixels, self._shape)] += found
+        sums.reshape(len(sums), -1)[:, self._pixels] += found

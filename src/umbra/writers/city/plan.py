@@ -1,7 +1,7 @@
 """What a picture of a plan in tiles says and shows besides hours: captions, and buildings."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.zenith import find_surface
+from umbra.scene import Scene, Triangles
+from umbra.scene.grid import Grid
+from umbra.scene.mesh import ADDED_GROUND
 from umbra.study import Study
 from umbra.tiles.job import CityJob, Workplace, read_job
 from umbra.tiles.lattice import CityTile
@@ -71,9 +74,8 @@ class CityPlan:
         """Return the words around a picture, as those of a study in memory."""
         study, options = self.study, self.job.options
         lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
-        files = [
-            one for one in self.place.catalogue.files if one.path
-        ]  # not a ground that was added
+        # A ground that was added has no path.
+        files = [one for one in self.place.catalogue.files if one.path]
         names = dict.fromkeys(one.path.rsplit("/", 1)[-1] for one in files)
         view = study.kind.tell_view(study.facts, options.receivers)
         return {
@@ -107,8 +109,25 @@ class CityPlan:
             if roles.season is not None:
                 soup = scene.pick(~scene.spread(roles.find_canopies))
             if len(soup.faces):
-                found = find_surface(soup, grid, floor, self.job.threads).heights - floor
+                found = self._find_heights(scene, soup, grid, floor)
                 where = (slice(rows.start - south, rows.stop - south),
                          slice(cols.start - west, cols.stop - west))  # fmt: skip
                 heights[where] = np.where(found > _ROOF, found, 0.0)
         return heights
+
+    def _find_heights(
+        self, scene: Scene, soup: Triangles, grid: Grid, floor: float
+    ) -> NDArray[np.float64]:
+        """Return the heights of what stands over the ground, a plane or a surface [m]."""
+        threads = self.job.threads
+        if not self.job.frame.is_added:
+            return find_surface(soup, grid, floor, threads).heights - floor
+        is_ground = np.array([part.kind in ADDED_GROUND for part in scene.parts], np.bool_)
+        ground, top = (
+            find_surface(
+                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor, threads,
+                has_end=True,
+            )
+            for some in (is_ground[soup.part], ~is_ground[soup.part])
+        )  # fmt: skip
+        return np.where((top.face >= 0) & (ground.face >= 0), top.heights - ground.heights, 0.0)
