@@ -72,9 +72,9 @@ class Level:
             )
             return {} if is_plain else {"assumption": told}
         told = (
-            f"the ground is assumed level at z = {level:.6g} m; the model's {self.things} objects "
-            f"that stand on nothing else do so from {self.low:.6g} to {self.high:.6g} m (ground= "
-            "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
+            f"the ground is assumed level at z = {level:.6g} m; {self.things} buildings stand at "
+            f"{self.low:.6g} to {self.high:.6g} m, so one level suits few of them (ground= sets "
+            "another: 'feet', a height or a terrain file)"
         )
         return {"assumption": told}
 

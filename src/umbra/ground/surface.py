@@ -21,6 +21,7 @@ AWAY = 50.0
 _SHADOW = 4.0  # heights of the model by which the surface goes on beyond it, as the plan does
 _RINGS, _RING = 6, 48  # circles around the model, and corners of each
 _LEAST_STEP = 2.0**-10  # feet that are nearer in plan are one corner [m]
+_CLOSE = 0.05  # share of a length that is close
 _MOST = 2.0**24 - 2  # steps along a side
 _GAPS = 16  # places around the buildings, along half of a model
 _NEAR = 256  # corners of feet of which the ground beyond the model is the mean
@@ -206,7 +207,21 @@ def _find_hull(plan: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np
     except (QhullError, ValueError):
         return np.zeros((0, 2), np.int64), np.array([[0.0, 0.0, np.inf]])
     corners = hull.vertices.astype(np.int64)
-    return np.stack([corners, np.roll(corners, -1)], axis=1), hull.equations
+    edges = np.stack([corners, np.roll(corners, -1)], axis=1)
+    return edges[~_find_crests(plan, edges)], hull.equations
+
+
+def _find_crests(plan: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Find the edges of the hull that pass a corner closely: the ground there would be a fin."""
+    found = np.zeros(len(edges), np.bool_)
+    for k, (one, other) in enumerate(edges.tolist()):
+        along = plan[other] - plan[one]
+        length = float(np.hypot(*along))
+        x, y = ((plan - plan[one]) @ np.stack([along, (-along[1], along[0])], axis=1) / length).T
+        inside = (x > _CLOSE * length) & (x < (1.0 - _CLOSE) * length)
+        away = np.abs(y[inside])
+        found[k] = bool(((away > _LEAST_STEP) & (away < _CLOSE * length)).any())
+    return found
 
 
 def _find_nearest(

@@ -72,7 +72,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
         return []
     over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
     asked = "do both count heights from one zero?"
-    half = f"half of {len(feet)} objects that stand on nothing else"
+    half = f"half of {len(feet)} buildings"
     if over > FLOATS:
         what = f"floats over the terrain '{ground}': {half} are {over:.1f} m above it or more"
     elif under > SUNK:

@@ -221,6 +221,9 @@ class PlanKind(ReceiverKind):
 
 def _find_standing(scene: Scene) -> NDArray[np.float64]:
     """Return the plans (n, 2, 3) of the objects that stand on no other: buildings, not dormers."""
+    own = scene.list_own()
+    if own is not None:  # all stands on a ground that was added
+        scene = replace(scene, parts=tuple(scene.parts[k] for k in own))
     boxes = measure_bases(scene).boxes
     return boxes[find_standing(boxes)]
 
