@@ -33,6 +33,7 @@ except ImportError:  # Windows has no such limits
 
 __all__ = [
     "HOME",
+    "choose_threads",
     "count_cores",
     "find_kernel_cache",
     "find_memory",
@@ -136,6 +137,12 @@ def count_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def choose_threads(threads: int | None) -> int:
+    """Return a number of threads: all cores by default and at most, as more would only wait."""
+    cores = count_cores()
+    return cores if threads is None else min(threads, cores)
 
 
 def use_threads(threads: int) -> None:

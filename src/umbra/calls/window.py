@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from umbra.calls.first_view import begin_view, draw_view, find_height
 from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.scene import Scene
 from umbra.sun import Site
 
@@ -160,7 +160,7 @@ def open_window(
         size=options.size,
         instead=instead,
         ground=find_height(options, scene),
-        threads=options.threads or count_cores(),
+        threads=choose_threads(options.threads),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),
         view_file=Path(options.view or f"{stem}.view.json"),

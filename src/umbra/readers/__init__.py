@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
+from umbra.options import read_flag, read_texts
 from umbra.readers.checks import check_soup, describe_damage, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
@@ -21,10 +22,9 @@ from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
 from umbra.readers.region import Region, keep_inside, make_region
 from umbra.scene import Scene, Source, make_scene
+from umbra.scene.numbers import read_number
 
 __all__ = ["read"]
-
-FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 
 HIGHEST = 1000.0
 """Height of a model that is more than a building's [m]."""
@@ -115,9 +115,10 @@ def read(
             found = type(path).__name__
             msg = f"a file is named by a str or a Path; got a {found} (unpack lists: *files)"
             raise InputError(msg)
-    if up is not None and up not in UPS:
-        msg = f"the up axis must be x, y or z; got {up!r}"
+    if up is not None and not (isinstance(up, str) and up in UPS):
+        msg = f"the up axis must be x, y or z; got {show_value(up)}"
         raise InputError(msg, up=up)
+    is_cached = read_flag("cache", cache)
     choices = ReadChoices(
         up,
         height_column,
@@ -125,7 +126,7 @@ def read(
         name_column,
         geometric_error=_check_error(geometric_error),
         region=make_region(bbox, area),
-        allow_outside=allow_outside,
+        allow_outside=read_flag("allow_outside", allow_outside),
     )
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
@@ -134,7 +135,7 @@ def read(
             _check_there(path)  # check all names before reading the first file
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, _load(path)) for name, path in named]
-        if cache:
+        if is_cached:
             return _name_places(read_kept(files, choices, _read_files), files)
         return _name_places(_read_files(files, choices), files)
 
@@ -195,10 +196,13 @@ def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
 
 
 def _check_error(error: float | None) -> float | None:
-    if error is not None and not error >= 0:
+    if error is None:
+        return None
+    length = read_number("geometric_error=", error)
+    if not length >= 0:
         msg = f"geometric_error= is a length of 0 m or more; got {error!r}"
         raise InputError(msg, option="geometric_error")
-    return error
+    return length
 
 
 def _find_crowns(
@@ -208,10 +212,12 @@ def _find_crowns(
     heights: str | None,
 ) -> Crowns | None:
     """Return the selection of canopy rasters and their options; None without canopies."""
-    if heights is not None and heights not in HEIGHTS:
-        msg = f"canopy heights are {' or '.join(HEIGHTS)}; got '{heights}'"
+    if heights is not None and not (isinstance(heights, str) and heights in HEIGHTS):
+        msg = f"canopy heights are {' or '.join(HEIGHTS)}; got {show_value(heights)}"
         raise InputError(msg, canopy_heights=heights)
-    crowns = Crowns(tuple(canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0])
+    crowns = Crowns(
+        read_texts("canopy", canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0]
+    )
     if any(crowns.matches(name, path) for name, path in named):
         return crowns
     for given, word in ((trunk, "trunk="), (heights, "canopy_heights=")):
@@ -246,7 +252,6 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
             parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
         )  # fmt: skip
         bounds = scene.bounds()
-        _check_size(bounds)
         found = settle(locate(scene, bounds), places)
         return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
 
@@ -259,15 +264,6 @@ def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
         return []
     told = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
     return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
-
-
-def _check_size(bounds: NDArray[np.float64]) -> None:
-    far = float(np.abs(bounds).max())
-    # Very large numbers may have overflowed to NaN, which is not below either.
-    if not far <= FARTHEST:
-        reach = f"{far:g}" if np.isfinite(far) else f"more than {FARTHEST:g}"
-        msg = f"coordinates reach {reach} m from zero; the file is damaged or in another unit"
-        raise InputError(msg, far=far)
 
 
 def _check_triangles(model: FileModel) -> None:

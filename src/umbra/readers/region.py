@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.packages import need
 from umbra.readers.georeference import (
     is_in_degrees,
@@ -122,14 +122,14 @@ def make_region(
 
 
 def _make_box(bbox: str | Sequence[float | str]) -> Region:
-    words = bbox.split(",", 4) if isinstance(bbox, str) else list(bbox)
     try:
+        words = bbox.split(",", 4) if isinstance(bbox, str) else list(bbox)
         west, south, east, north = (float(word) for word in words[:4])
-    except (TypeError, ValueError) as error:
-        msg = f"bbox= is {_FORM}; got {str(bbox)[:80]!r}"
+    except (TypeError, ValueError, OverflowError) as error:
+        msg = f"bbox= is {_FORM}; got {show_value(bbox)}"
         raise InputError(msg, option="bbox") from error
     if not (np.isfinite([west, south, east, north]).all() and west <= east and south <= north):
-        msg = f"bbox= is {_FORM}, the least first; got {str(bbox)[:80]!r}"
+        msg = f"bbox= is {_FORM}, the least first; got {show_value(bbox)}"
         raise InputError(msg, option="bbox")
     crs = _check_crs(name_crs(words[4]), "bbox") if words[4:] else None
     return Region((west, south, east, north), crs)
@@ -138,6 +138,9 @@ def _make_box(bbox: str | Sequence[float | str]) -> Region:
 def _make_area(area: str | os.PathLike[str]) -> Region:
     """Read an area; its CRS is what it says, in GeoJSON degrees if nothing is said."""
     shapely = need("shapely", "gis", "an area")
+    if not isinstance(area, (str, os.PathLike)):
+        msg = f"area= is a polygon as WKT, or a GeoJSON file; got {show_value(area)}"
+        raise InputError(msg, option="area")
     text, crs = os.fspath(area), None
     if _WKT.match(text) or _EWKT.match(text):
         named = _EWKT.match(text)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
 from umbra.errors import InputError
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.rays.hidden import find_hidden
 from umbra.receivers import find_kind
@@ -167,7 +167,7 @@ def count_lights(
         msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"
         raise InputError(msg, option="canopy")
     kind = find_kind(options.receivers, scene, options.ground)
-    threads = options.threads or count_cores()
+    threads = choose_threads(options.threads)
     suns, others = lights.split()
     casters = select_casters(scene, options.cast, options.no_cast)
     request = Request(
