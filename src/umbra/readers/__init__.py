@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
 from umbra.options import read_flag, read_texts
-from umbra.readers.checks import check_soup, describe_damage, errors_of
+from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
 from umbra.readers.georeference import locate
@@ -176,7 +176,7 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
 def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileModel:
     """Leave out objects outside the region, with a note."""
     assert region is not None
-    with errors_of(f"{path}: ", path=path):
+    with damage_of(path, path=path):
         model, outside = keep_inside(model, region)
     outside += model.outside
     note = f"{show_name(path)}: objects outside {region.shown} left out: {outside}"
@@ -245,7 +245,7 @@ def _pause_collection() -> Iterator[None]:
 def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     notes = [note for layer in layers for note in layer.model.notes]
     places = {show_name(layer.path): layer.model.place for layer in layers}
-    with errors_of(f"{', '.join(str(layer.path) for layer in layers)}: "):
+    with damage_of(", ".join(str(layer.path) for layer in layers)):
         parts, lights, crs, remarks = combine(layers)
         layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
@@ -307,7 +307,10 @@ def _load(path: Path) -> FileContent:
             if not content.head.strip() and content.size <= len(content.head):
                 msg = "is empty; export the model again"
                 raise InputError(msg)
-            if find_kind(content) not in STREAMED:
+        with damage_of(path, path=path):
+            kind = find_kind(content)
+        with errors_of(f"{path}: ", path=path):
+            if kind not in STREAMED:
                 _ = content.data
     except OSError as error:
         raise _make_refusal(path, error) from error
@@ -316,23 +319,14 @@ def _load(path: Path) -> FileContent:
 
 def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, Source]:
     path = content.path
-    try:
-        with errors_of(f"{path}: ", path=path):
-            kind = find_kind(content)
-            given = content if kind in STREAMED else content.data
-            model = load_reader(kind)(given, path, choices)
-            if not model.outside:
-                _check_triangles(model)
-            check_soup(model.parts)
-    except InputError:
-        raise
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Readers report known damage; this covers the rest.
-        msg = f"{path}: is damaged ({describe_damage(error)}); export it again"
-        raise InputError(msg, path=path) from error
-    except (MemoryError, RecursionError, AssertionError) as error:
-        msg = f"{path}: is damaged or too large for memory; export it again"
-        raise InputError(msg, path=path) from error
-    notes = tuple(f"{show_name(path)}: {note}" for note in model.notes)
+    with damage_of(path, path=path):
+        kind = find_kind(content)
+        given = content if kind in STREAMED else content.data
+        model = load_reader(kind)(given, path, choices)
+        if not model.outside:
+            _check_triangles(model)
+        check_soup(model.parts)
+    # A name in a note may hold a line break, and a note is a line.
+    notes = tuple(f"{show_name(path)}: {' '.join(note.split())}" for note in model.notes)
     source = Source(show_name(path), content.digest.hex(), model.format)
     return replace(model, notes=notes), source

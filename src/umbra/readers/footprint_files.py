@@ -11,7 +11,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import Companions, list_counts
+from umbra.readers.checks import Companions, find_reason, list_counts
 from umbra.readers.content import FileContent
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
 from umbra.readers.footprints import extrude_table, from_shapes
@@ -198,7 +198,7 @@ def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> File
     except InputError:
         raise
     except Exception as error:  # GDAL raises many kinds
-        reason = " ".join(str(error).split())[:200]
+        reason = find_reason(error, 200)
         msg = f"cannot be read as {form} ({reason}); export it again"
         raise InputError(msg) from error
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import Budget
+from umbra.readers.checks import Budget, find_reason
 from umbra.readers.content import FileContent
 from umbra.readers.footprint_files import find_polygons
 from umbra.readers.footprint_table import FootprintTable, parse_numbers
@@ -40,7 +40,7 @@ def read_parquet(content: FileContent, path: Path, choices: ReadChoices) -> File
     except (arrow.ArrowException, OSError, shapely.errors.GEOSException) as error:
         if isinstance(error, MemoryError):
             raise
-        reason = " ".join(str(error).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"cannot be read as GeoParquet ({reason}); export it again"
         raise InputError(msg) from error
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
-from umbra.readers.checks import errors_of
+from umbra.readers.checks import errors_of, find_reason
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
@@ -79,7 +79,7 @@ def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRas
             affine, wkt = source.transform, source.crs
             has_unit = bool((source.units[0] or "").strip())
     except rasterio.errors.RasterioError as error:
-        reason = " ".join(str(error).split())[:200]
+        reason = find_reason(error, 200)
         msg = f"cannot be read as a raster ({reason}); export it again as GeoTIFF"
         raise InputError(msg) from error
     matrix = np.array(affine, np.float64).reshape(3, 3)[:2]

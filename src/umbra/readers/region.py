@@ -146,10 +146,12 @@ def _make_area(area: str | os.PathLike[str]) -> Region:
         named = _EWKT.match(text)
         if named:
             crs, text = _check_crs(f"EPSG:{named[1]}", "area"), named[2]
+        from umbra.readers.checks import find_reason  # noqa: PLC0415
+
         try:
             shape = shapely.from_wkt(text)
         except shapely.errors.GEOSException as error:
-            msg = f"area= is no WKT ({' '.join(str(error).split())[:120]})"
+            msg = f"area= is no WKT ({find_reason(error)})"
             raise InputError(msg, option="area") from error
     else:
         shape, crs = _read_area(shapely, Path(text))
@@ -166,7 +168,7 @@ def _read_area(shapely: Any, path: Path) -> tuple[Any, str | None]:
     """Read the polygons of a GeoJSON file and their CRS."""
     import orjson  # noqa: PLC0415
 
-    from umbra.readers.checks import Companions  # noqa: PLC0415
+    from umbra.readers.checks import Companions, find_reason  # noqa: PLC0415
 
     try:
         data = Companions(path).read(path.name)
@@ -174,7 +176,7 @@ def _read_area(shapely: Any, path: Path) -> tuple[Any, str | None]:
         named = document.get("crs")
         shape = shapely.from_geojson(data)
     except (InputError, AttributeError, ValueError, shapely.errors.GEOSException) as error:
-        reason = " ".join(str(error).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"area= is neither WKT nor readable GeoJSON: {str(path)[:80]} ({reason})"
         raise InputError(msg, option="area") from error
     crs = name_crs(named["properties"]["name"]) if isinstance(named, dict) else None

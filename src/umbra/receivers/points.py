@@ -162,7 +162,9 @@ class GivenPoints(SampleKind):
         count = len(given)
         return NamedPoints(
             self, casting, (count,), DIMS, np.ones(count), local=local,
-            part=np.full(count, -1), names=request.options.names,
+            part=np.full(count, -1),
+            # No text in a file may hold a null: netCDF, SQLite, XML.
+            names=tuple(name.replace("\0", "\ufffd") for name in request.options.names or ()),
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:

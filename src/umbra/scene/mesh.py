@@ -183,6 +183,10 @@ class Part:
             if not isinstance(getattr(self, word), str):
                 msg = f"a part's {word} is text; got {show_value(getattr(self, word))}"
                 raise InputError(msg)
+            if "\0" in getattr(self, word):  # no text in a file may hold it: netCDF, SQLite, XML
+                object.__setattr__(self, word, getattr(self, word).replace("\0", "\ufffd"))
+        if any("\0" in tag for tag in self.tags):
+            object.__setattr__(self, "tags", tuple(t.replace("\0", "\ufffd") for t in self.tags))
         if self.transform is not None:
             transform = read_array("transform", self.transform)
             if transform.shape != (4, 4):
