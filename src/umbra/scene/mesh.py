@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -261,7 +261,7 @@ class Part:
         return find_box(used)
 
 
-def _make_rows(name: str, given: object, dtype: object) -> NDArray:
+def _make_rows(name: str, given: Any, dtype: Any) -> NDArray[Any]:
     """Return rows of three numbers, (n, 3); the array itself if it is that."""
     rows = read_array(name, given, dtype)
     shape = np.shape(given)

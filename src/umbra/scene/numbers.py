@@ -72,7 +72,7 @@ def read_vector(what: str, value: object, width: int = 3) -> NDArray[np.float64]
     return vector
 
 
-def read_number(what: str, value: object) -> float:
+def read_number(what: str, value: Any) -> float:
     """Return one real number, also an infinite one, as a float; refuse all else."""
     try:
         array = read_array(what, value)
