@@ -239,11 +239,19 @@ class SunLosses:
 
 _FINE = 2.0**20
 """Parts of a square metre, or of one times an hour, in which sums are kept."""
+_MOST = 2.0**62
+"""Largest sum, half of what int64 holds."""
 
 
 def _add_up(owner: NDArray[np.intp], values: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Add up values by owner in whole numbers: the sum does not depend on their order."""
     sums = np.zeros(count, np.int64)
+    if float(values.sum()) * _FINE >= _MOST:
+        msg = (
+            f"the receivers add up to {values.sum():.3g} m² or m² h, more than figures of "
+            "neighbours hold; is the model in millimetres? export it in metres"
+        )
+        raise InputError(msg)
     np.add.at(sums, owner, np.rint(values * _FINE).astype(np.int64))
     return sums
 
@@ -292,7 +300,7 @@ class NeighbourSums:
     def variables(self) -> Variables:
         """Return the arrays of ``study.nc``: neighbours that lose sun, by hours times area."""
         order = np.argsort(-self.sums[0, 0], kind="stable")
-        kept = order[self.sums[0, 1, order] > 0]
+        kept = order[self.most[0, order] > LEAST]
         one = ("neighbour",)
         area = self.area[kept] / _FINE
         figures = {
