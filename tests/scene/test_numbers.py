@@ -94,6 +94,28 @@ def test_hours_do_not_depend_on_the_unit_up_to_the_limit(options):
             np.testing.assert_array_equal(count(exponent), usual)
 
 
+@pytest.mark.parametrize(
+    ("unit", "place"),
+    [
+        (1, (6_378_137, 4_500_000)),  # geocentric, and web maps
+        (1, (33_500_000, 5_800_000)),  # Gauss-Krüger, UTM with the zone's number
+        (4, (160_000_000, 340_000_000)),  # a house in millimetres, in a national grid
+        (1024, (2_684_000_000, 1_248_000_000)),  # a quarter of Zürich in millimetres
+    ],
+)
+def test_coordinates_of_real_models_are_far_below_the_limit(unit, place):
+    near = umbra.make_scene(TOWER.vertices * unit, TOWER.faces)
+    far = umbra.make_scene(TOWER.vertices * unit + (*place, 0), TOWER.faces)
+    counted = [
+        umbra.shadow_study(
+            scene, umbra.Site(48, 16), date="2026-03-21", every="2h", device="cpu", size=(16, 16),
+        ).dataset.shadow_hours.values
+        for scene in (near, far)
+    ]  # fmt: skip
+    assert counted[0].any()
+    np.testing.assert_array_equal(*counted)
+
+
 @pytest.mark.parametrize("far", [2e10, 1e20, 1e75, 1e77, 1e103, 1e150, 1e155, 1e200, 1e300])
 def test_coordinates_whose_products_overflow_are_refused(far):
     with pytest.raises(umbra.InputError, match="coordinates reach") as caught:

@@ -25,7 +25,14 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import FileModel, UniqueNames
-from umbra.readers.terrain import find_far, find_gaps, find_ground, find_overlaps, stand_on
+from umbra.readers.terrain import (
+    find_far,
+    find_gaps,
+    find_ground,
+    find_overlaps,
+    find_relief,
+    stand_on,
+)
 from umbra.scene import Light, Part, Scene
 
 __all__ = ["FileLayer", "combine", "name_layers", "show_name"]
@@ -85,8 +92,8 @@ def combine(
     notes: list[str] = []
     moved, crs = _bring_together(layers, notes)
     # The first raster is the terrain: another may be trees, or roofs.
-    terrains = ((one.name, parts) for one, parts in zip(layers, moved) if one.model.is_terrain)
-    terrain, ground = next(terrains, ("", ()))
+    rasters = (parts for one, parts in zip(layers, moved) if one.model.is_terrain)
+    ground: Sequence[Part] = next(rasters, ())
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
@@ -98,7 +105,7 @@ def combine(
             moved[index], note = _stand(layer, moved[index], ground, others)
             notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
-        notes += _check_together(layers, moved, terrain, ground)
+        notes += _check_together(layers, moved)
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return chain.from_iterable(moved), lights, crs, notes
 
@@ -153,8 +160,6 @@ def _tell_conversion(crs: str, target: str, is_high_in_metres: bool) -> list[str
 def _check_together(
     layers: Sequence[FileLayer],
     moved: Sequence[tuple[Part, ...]],
-    terrain: str,
-    ground: Sequence[Part],
 ) -> list[str]:
     """Note layers that lie far apart, above or below the terrain, or in each other's place."""
     groups: dict[str, list[Part]] = {}
@@ -165,10 +170,15 @@ def _check_together(
         word = f"is in {show_crs(crs)}" if crs else "names no CRS"
         told.setdefault(layer.name, []).append(f"{show_name(layer.path)} {word}")
     notes = find_far(groups, {name: "; ".join(words) for name, words in told.items()})
+    # Parts that are a terrain may stand among others; a file of nothing else comes first.
+    terrains = [(one, find_relief(parts)) for one, parts in zip(layers, moved)]
+    terrains.sort(key=lambda one: not one[0].model.is_terrain)
+    bearing, ground = next((one for one in terrains if one[1]), (None, ()))
     for layer, parts in zip(layers, moved):
         model = layer.model
-        if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):
-            notes += find_gaps(layer.name, parts, terrain, ground)
+        is_set = model.crowns or (model.is_afloat and bearing and bearing.model.is_terrain)
+        if bearing and parts and layer is not bearing and not (model.is_terrain or is_set):
+            notes += find_gaps(layer.name, parts, bearing.name, ground)
     trees = {layer.name for layer in layers if layer.model.crowns is not None}
     return notes + find_overlaps({n: parts for n, parts in groups.items() if n not in trees})
 
