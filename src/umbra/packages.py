@@ -5,9 +5,9 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from umbra.errors import InputError
+from umbra.errors import InputError, UmbraError
 
-__all__ = ["need", "require"]
+__all__ = ["make_folder_error", "need", "require"]
 
 
 def need(module: str, extra: str, what: str) -> Any:
@@ -23,6 +23,15 @@ def require(packages: Sequence[str], extra: str, what: str) -> None:
     missing = [package for package in packages if not _is_there(package)]
     if missing:
         raise _miss(missing, extra, what)
+
+
+def make_folder_error() -> UmbraError:
+    """Make the error for an OSError of importing matplotlib, which needs a folder of its own."""
+    msg = (
+        "pictures cannot be drawn where no folder may be written to, as matplotlib keeps its list "
+        "of typefaces in one; set MPLCONFIGDIR to a folder that may"
+    )
+    return UmbraError(msg)
 
 
 def _is_there(package: str) -> bool:

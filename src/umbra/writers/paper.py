@@ -16,16 +16,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from umbra.errors import UmbraError
+from umbra.packages import make_folder_error
 
 try:
     import matplotlib as mpl
 except OSError as error:
-    msg = (
-        "pictures cannot be drawn where no folder may be written to, as matplotlib keeps its list "
-        "of typefaces in one; set MPLCONFIGDIR to a folder that may"
-    )
-    raise UmbraError(msg) from error
+    raise make_folder_error() from error
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import RendererBase
