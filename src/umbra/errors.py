@@ -21,6 +21,7 @@ __all__ = [
     "fit_names",
     "make_printable",
     "shorten",
+    "show_value",
     "write_for_shell",
 ]
 
@@ -30,6 +31,9 @@ LONGEST = 500
 _MAKERS = {
     "Camera": "make_camera(scene)",
     "Light": "point_light(place)",
+    "Material": "Material((red, green, blue))",
+    "Image": "make_image(pixels)",
+    "Mesh": "Mesh(vertices, faces)",
     "Scene": "read(FILE)",
     "Site": "Site(latitude=, longitude=)",
 }
@@ -42,6 +46,7 @@ _COMMANDS = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff"
     "\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
 )
+_BREAK = re.compile(r"[ \t\r]*\n[ \t\r\n]*")
 _SPELLED = {
     "by_day=False": "sum",
     "end": "to",
@@ -102,6 +107,18 @@ def shorten(text: str, longest: int = LONGEST) -> str:
         return text
     gap = f" … ({len(text):,} characters in all) … "
     return text[: longest - len(gap) - _TAIL] + gap + text[-_TAIL:]
+
+
+def show_value(value: object, longest: int = 60) -> str:
+    """Write a caller's value in an error: numbers and text as in Python, all else by its type."""
+    kind = type(value).__name__
+    shape = getattr(value, "shape", None)
+    if isinstance(shape, tuple) and shape:
+        return f"{'an' if kind[:1] in 'aeiou' else 'a'} {kind} of shape {shape}"
+    text = " ".join(repr(value).split())
+    if "object at 0x" in text or (len(text) > longest and not isinstance(value, str)):
+        return f"{'an' if kind[:1] in 'aeiou' else 'a'} {kind}"
+    return text if len(text) <= longest else f"{text[:longest]}…"
 
 
 def fit_names(names: Sequence[str], width: int) -> list[str]:
@@ -181,15 +198,16 @@ class UmbraError(Exception):
     Parameters
     ----------
     message : str
-        One line: what, how many, which first, and the remedy. Names in it come from files: control
-        and bidirectional characters are escaped, and the middle of more than 500 characters is cut.
+        What, how many, which first, and the remedy. Names in it come from files: line breaks become
+        spaces, so that it is one line, control and bidirectional characters are escaped, and the
+        middle of more than 500 characters is cut.
     **data
         Data of the error, as attributes for programs. ``option`` is the invalid option, by default
         the first that the message names.
     """
 
     def __init__(self, message: str, **data: object) -> None:
-        super().__init__(shorten(make_printable(message)))
+        super().__init__(shorten(make_printable(_BREAK.sub(" ", message))))
         named = (found[1] for found in _OPTION.finditer(message) if found[1] in OPTIONS)
         self.data = {"option": next(named, None)} | data
 

@@ -33,6 +33,7 @@ except ImportError:  # Windows has no such limits
 
 __all__ = [
     "HOME",
+    "choose_threads",
     "count_cores",
     "find_kernel_cache",
     "find_memory",
@@ -136,6 +137,12 @@ def count_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def choose_threads(threads: int | None) -> int:
+    """Return a number of threads: all cores by default and at most, as more would only wait."""
+    cores = count_cores()
+    return cores if threads is None else min(threads, cores)
 
 
 def use_threads(threads: int) -> None:
@@ -265,21 +272,59 @@ def _is_here(entry: str) -> bool:
 
 @cache
 def find_kernel_cache() -> str | None:
-    """Make kernels compile in any environment; return a note if they cannot be stored."""
-    if os.environ.get("NUMBA_CACHE_DIR") or _is_writable(HOME / "cpu") or _has_user_folder():
-        return None
-    try:
-        folder = tempfile.mkdtemp(prefix="umbra-kernels-")
-    except OSError:
+    """
+    Make kernels compile and pictures draw in any environment; return a note on kernels not kept.
+
+    Both use a folder of the run where there is no other. matplotlib cannot be imported without one.
+    """
+    is_kept = bool(os.environ.get("NUMBA_CACHE_DIR")) or _is_writable(HOME / "cpu")
+    is_kept = is_kept or _has_user_folder()
+    is_drawn = bool(os.environ.get("MPLCONFIGDIR")) or _has_picture_folder()
+    folder = None if is_kept and is_drawn else _make_folder()
+    if folder is not None:
+        missing = {"NUMBA_CACHE_DIR": not is_kept, "MPLCONFIGDIR": not is_drawn}
+        for name in filter(missing.get, missing):
+            os.environ[name] = folder  # for children, too
+    elif not is_kept:
         dispatcher = import_module("numba.core.dispatcher").Dispatcher
         dispatcher.enable_caching = lambda _: None
-    else:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # for children, too
-        atexit.register(_remove, folder, os.getpid())
+    if is_kept:
+        return None
     return (
         "compiled kernels cannot be kept beside umbra or in a home folder, so every run compiles "
         "them anew, for about a minute; set NUMBA_CACHE_DIR to a folder that may be written to"
     )
+
+
+def _make_folder() -> str | None:
+    """Make a folder that lasts as long as the process; in memory if no disk may be written to."""
+    for place in (None, "/dev/shm"):
+        with suppress(OSError):
+            folder = tempfile.mkdtemp(prefix="umbra-kernels-", dir=place)
+            atexit.register(_remove, folder, os.getpid())
+            return folder
+    return None
+
+
+def _has_picture_folder() -> bool:
+    """Return whether matplotlib may write to its own folders, or make them."""
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return False
+    places = [home / ".matplotlib"]
+    if sys.platform.startswith(("linux", "freebsd")):
+        names = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
+        places = [
+            Path(os.environ.get(name) or home / usual, "matplotlib")
+            for name, usual in names.items()
+        ]
+    return all(map(_may_make, places))
+
+
+def _may_make(folder: Path) -> bool:
+    there = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
+    return there.is_dir() and os.access(there, os.W_OK)
 
 
 def _is_writable(folder: Path) -> bool:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 
 __all__ = ["MASK_FILTERS", "MASK_SCALES", "METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
 
@@ -62,8 +62,8 @@ class Methods:
             If the device has no such method; the error lists its methods.
         """
         names = self.hard if masks else self.volumes
-        if method not in names:
-            msg = f"the {self.title} has no method '{method}'; it has {', '.join(names)}"
+        if not isinstance(method, str) or method not in names:
+            msg = f"the {self.title} has no method {show_value(method)}; it has {', '.join(names)}"
             raise InputError(msg, method=method)
 
     def check_soft(self, method: str) -> None:

@@ -1,5 +1,6 @@
 """Options as fields of a record, described for the command line and Python."""
 
+import math
 import re
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import suppress
@@ -7,10 +8,12 @@ from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
 from typing import Any
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.ground.asked import check_ground
 
-__all__ = ["Option", "check_types", "list_options", "option", "read_length", "read_texts"]
+__all__ = [
+    "Option", "check_types", "list_options", "option", "read_flag", "read_length", "read_texts",
+]  # fmt: skip
 
 _UNITS = {
     "mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
@@ -109,7 +112,9 @@ def check_types(record: Any) -> None:
     """
     for name, said, default in list_options(record):
         value = getattr(record, name)
-        is_given = value is not default and value is not MISSING and value not in said.passes
+        is_given = (
+            value is not default and value is not MISSING and not _is_among(value, said.passes)
+        )
         if is_given and said.type in _CHECKS:
             check = _check_each if said.is_repeated else _CHECKS[said.type]
             object.__setattr__(record, name, check(name, said, value))
@@ -118,7 +123,7 @@ def check_types(record: Any) -> None:
 def read_texts(name: str, value: Any) -> tuple[str, ...]:
     """Return one text or several as a tuple, or raise an InputError about the option ``name``."""
     try:
-        found = (value,) if isinstance(value, str) else tuple(value or ())
+        found = (value,) if isinstance(value, str) else tuple(() if value is None else value)
     except TypeError:
         found = (None,)
     if not all(isinstance(one, str) for one in found):
@@ -126,8 +131,20 @@ def read_texts(name: str, value: Any) -> tuple[str, ...]:
     return found
 
 
+def read_flag(name: str, value: Any) -> bool:
+    """Return True or False, or raise an InputError about the option ``name``."""
+    if not isinstance(value, Hashable) or value not in {True, False}:
+        raise _refuse(name, "is True or False", value)
+    return bool(value)
+
+
 def _refuse(name: str, what: str, value: object) -> InputError:
-    return InputError(f"{name} {what}; got {value!r}", option=name)
+    return InputError(f"{name} {what}; got {show_value(value)}", option=name)
+
+
+def _is_among(value: object, values: tuple[Any, ...]) -> bool:
+    """Return whether a value equals one of several; an array, which has no hash, does not."""
+    return isinstance(value, Hashable) and value in values
 
 
 def read_length(text: str) -> float:
@@ -157,7 +174,7 @@ def _check_length(name: str, said: Option, value: Any) -> Any:
     """Check a number of metres, or text with its unit."""
     if isinstance(value, str) and value.strip().lower().endswith(tuple(_UNITS)):
         try:
-            return read_length(value)
+            return _limit_length(name, said, read_length(value))
         except ValueError as error:
             msg = f"{name}= {error}"
             raise InputError(msg, option=name) from None
@@ -179,7 +196,7 @@ def _check_number(name: str, said: Option, value: Any) -> Any:
         raise _refuse(name, "is a whole number" if is_whole else "is a number", value)
     if said.least is not None and value < said.least:
         raise _refuse(name, f"must be at least {said.least}", value)
-    return int(value) if is_whole else float(value)
+    return int(value) if is_whole else _limit_length(name, said, float(value))
 
 
 def _check_each(name: str, said: Option, value: Any) -> tuple:
@@ -201,7 +218,19 @@ def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     counts = said.count if isinstance(said.count, tuple) else (said.count,)
     if len(found) not in counts or not is_right:
         raise _refuse(name, f"has {' or '.join(map(str, counts))} {what}", value)
-    return tuple(int(one) if said.type == "size" else float(one) for one in found)
+    if said.type == "size":
+        return tuple(int(one) for one in found)
+    return tuple(_limit_length(name, said, float(one)) for one in found)
+
+
+def _limit_length(name: str, said: Option, value: float) -> float:
+    """Refuse a length of which products overflow; infinity and NaN are checked where it is used."""
+    if said.unit == "m" and math.isfinite(value):
+        from umbra.scene.numbers import OUTSIDE  # noqa: PLC0415 - help needs no arrays
+
+        if abs(value) > OUTSIDE:
+            raise _refuse(name, f"is at most {OUTSIDE:g} m", value)
+    return value
 
 
 def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:
@@ -212,14 +241,13 @@ def _check_flag(name: str, said: Option, value: Any) -> Any:
     """Check a flag; in Python one with a least value may be a number instead."""
     if said.least is not None and isinstance(value, Real):
         return value
-    if not isinstance(value, Hashable) or value not in {True, False}:
-        raise _refuse(name, "is True or False", value)
-    return bool(value)
+    return read_flag(name, value)
 
 
 def _check_choice(name: str, said: Option, value: Any) -> Any:
-    if value not in said.choices:
-        msg = f"{name} '{value}' is not one of {', '.join(map(str, said.choices))}"
+    if not _is_among(value, said.choices):
+        shown = f"'{value}'" if isinstance(value, (str, Real)) else show_value(value)
+        msg = f"{name} {shown} is not one of {', '.join(map(str, said.choices))}"
         raise InputError(msg, option=name)
     return said.choices[said.choices.index(value)]  # 2, not 2.0 or True
 

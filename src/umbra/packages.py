@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from umbra.errors import InputError
+from umbra.errors import InputError, UmbraError
 
-__all__ = ["NAME", "find_source", "need", "require", "write_install"]
+__all__ = ["NAME", "find_source", "make_folder_error", "need", "require", "write_install"]
 
 NAME = "umbra-shadows"
 """The distribution's name in a package index."""
@@ -76,6 +76,15 @@ def find_source() -> tuple[Path, bool] | None:
 
 def _holds_source(folder: Path) -> bool:
     return (folder / "pyproject.toml").is_file() and (folder / "src" / "umbra").is_dir()
+
+
+def make_folder_error() -> UmbraError:
+    """Make the error for an OSError of importing matplotlib, which needs a folder of its own."""
+    msg = (
+        "pictures cannot be drawn where no folder may be written to, as matplotlib keeps its list "
+        "of typefaces in one; set MPLCONFIGDIR to a folder that may"
+    )
+    return UmbraError(msg)
 
 
 def _is_there(package: str) -> bool:

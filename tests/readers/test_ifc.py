@@ -295,6 +295,18 @@ def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch):
         umbra.read(path)
 
 
+@pytest.mark.parametrize("number", [1, 28, 54, 567, 767, 150630])
+def test_a_line_of_the_fzk_house_given_twice_is_refused(real_file, tmp_path, number):
+    text = real_file("fzk_haus.ifc").read_bytes()
+    at = text.index(b"\n#%d=" % number) + 1
+    end = text.index(b"\n", at) + 1
+    path = tmp_path / "twice.ifc"
+    path.write_bytes(text[:end] + text[at:end] + text[end:])
+    with pytest.raises(InputError, match=f"first: #{number}") as caught:
+        umbra.read(path)
+    assert "\n" not in str(caught.value)
+
+
 def test_the_fzk_house(real_file):
     scene = umbra.read(real_file("fzk_haus.ifc"))
     kinds = {part.kind: 0 for part in scene.parts}

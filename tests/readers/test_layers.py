@@ -5,6 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from support.model_files import save_obj
+from support.shapes import box
 
 import umbra
 from umbra import InputError
@@ -155,6 +157,49 @@ def test_a_block_over_or_under_the_terrain_is_said(tmp_path, base, said):
     heights = [note for note in scene.notes if "terrain" in note]
     assert len(heights) == bool(said)
     assert all(re.search(f"layer 'b' {said}", note) for note in heights)
+
+
+@pytest.fixture
+def slope(tmp_path):
+    """A CityJSON file with a terrain of two triangles, 20 m up in 200 m, and a shed on it."""
+    corners = [[0, 0, 100], [200, 0, 120], [200, 200, 120], [0, 200, 100]]
+    shed = [[150, 150, 115], [155, 150, 115], [150, 155, 115], [150, 150, 119]]
+    geometry = {"type": "CompositeSurface", "lod": "1", "boundaries": [[[0, 1, 2]], [[0, 2, 3]]]}
+    walls = [[[4, 6, 5]], [[4, 5, 7]], [[5, 6, 7]], [[6, 4, 7]]]
+    path = tmp_path / "land.city.json"
+    path.write_text(json.dumps({
+        "type": "CityJSON", "version": "2.0", "vertices": corners + shed,
+        "transform": {"scale": [1, 1, 1], "translate": [0, 0, 0]},
+        "CityObjects": {
+            "land": {"type": "TINRelief", "geometry": [geometry]},
+            "shed": {"type": "Building",
+                     "geometry": [{"type": "MultiSurface", "lod": "1", "boundaries": walls}]},
+        },
+    }))  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(("over", "said"), [(30.0, "floats"), (0.0, ""), (-8.0, "is sunk")])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_blocks_over_or_under_a_terrain_among_other_parts_are_said(
+    tmp_path, slope, over, said, is_first
+):
+    # Far from the terrain's corners, each on the slope's height below its middle.
+    blocks = {
+        f"block {x}": box((x, y, 100 + (x + 2) / 10 + over), (x + 4, y + 4, 140 + over))
+        for x, y in ((40, 90), (90, 40), (100, 110), (120, 60), (160, 100))
+    }
+    path = save_obj(tmp_path / "blocks.obj", blocks)
+    scene = umbra.read(*((slope, path) if is_first else (path, slope)))
+    found = [note for note in scene.notes if "terrain" in note]
+    assert len(found) == bool(said)
+    assert all(f"layer 'blocks' {said}" in one and "of 5 objects" in one for one in found)
+
+
+def test_footprints_that_no_terrain_lifts_are_said_to_lie_under_it(houses, slope):
+    path = houses("plans.geojson", "EPSG:31256", (50, 90), (90, 50))
+    (note,) = [one for one in umbra.read(slope, path).notes if "is sunk" in one]
+    assert "of 2 objects" in note
 
 
 def test_layers_that_stand_in_one_place_are_said(houses):

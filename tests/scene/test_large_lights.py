@@ -70,7 +70,7 @@ def test_one_point_stands_in_the_middle():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: area_light((0, 0), (1, 0, 0), (0, 1, 0)), "area light's middle and sides"),
+        (lambda: area_light((0, 0), (1, 0, 0), (0, 1, 0)), "area light's middle needs three"),
         (lambda: area_light((0, 0, 0), (1, 0, np.nan), (0, 1, 0)), "three finite numbers"),
         (lambda: area_light((0, 0, 0), (1, 0, 0), (0, 1, 0), 0), "a light of 0 points"),
         (lambda: sphere_light((0, 0, 0), 0), "radius must be above 0"),

@@ -18,7 +18,7 @@ from umbra.drawing.overlay import Ring
 from umbra.drawing.page import DrawnPart, Fill, Hatching, Page
 from umbra.drawing.regions import PlanarRegions
 from umbra.drawing.surfaces import VisibleRegion
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene
@@ -137,7 +137,7 @@ def _find_openness(
     owner[regions.faces] = regions.owner
     casters = scene.select(options.cast, options.no_cast)
     opened = find_device("cpu").open_frames(
-        scene, ground, casters=casters, threads=options.threads or count_cores(),
+        scene, ground, casters=casters, threads=choose_threads(options.threads),
         warn=lambda _line: None,
     )  # fmt: skip
     with opened as counter:

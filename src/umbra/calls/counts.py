@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
-from umbra.errors import InputError, check_type
+from umbra.errors import InputError, check_type, show_value
 from umbra.options import read_texts
 from umbra.packages import require
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Light, Scene
 from umbra.scene.grid import Grid
+from umbra.scene.numbers import OUTSIDE, check_reach, read_array
 from umbra.sun.position import SunPath
 
 if TYPE_CHECKING:
@@ -98,8 +99,8 @@ def count(
     >>> hours = umbra.count(scene, points, suns.direction, weights=np.full(len(times), 0.25))
     """
     check_type("scene", scene, Scene)
-    if of not in {"shadow", "light"}:
-        msg = f"of={of!r} is not one of shadow, light"
+    if not isinstance(of, str) or of not in {"shadow", "light"}:
+        msg = f"of={show_value(of)} is not one of shadow, light"
         raise InputError(msg, option="of")
     lights = check_lights(directions, "directions")
     sums = None if weights is None else _check_weights(weights, len(lights))
@@ -165,12 +166,12 @@ def _count_named(
 def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:
     """Return an array of finite numbers with one of these numbers of columns."""
     try:
-        array = np.array(given, np.float64)
-    except (TypeError, ValueError):
+        array = read_array(name, given).copy()
+    except InputError:
         array = np.zeros(0)
     shapes = " or ".join(f"(n, {count})" for count in columns)
     if array.ndim != 2 or array.shape[1] not in columns or not len(array):
-        shape = np.shape(array) if array.size else f"{given!r:.60}"
+        shape = np.shape(array) if array.size else show_value(given)
         msg = f"{name}= takes an array {shapes} of numbers; got {shape}"
         raise InputError(msg, option=name)
     wrong = np.flatnonzero(~np.isfinite(array).all(1))
@@ -193,6 +194,10 @@ def check_lights(given: ArrayLike, name: str) -> NDArray[np.float64]:
             f"{wrong[0]} of {name} has {lights[wrong[0], 3]:g}"
         )
         raise InputError(msg, option=name, row=int(wrong[0]))
+    check_reach(f"the lamps of {name}", lights[is_lamp, :3], "give directions, W=0", OUTSIDE)
+    # Directions near length 1, by powers of 2: exact, and their squares cannot overflow or vanish.
+    size = np.frexp(np.abs(lights[:, :3]).max(1))[1]
+    lights[:, :3] = np.ldexp(lights[:, :3], np.where(is_lamp, 0, -size)[:, None])
     length = np.linalg.norm(lights[:, :3], axis=1, keepdims=True)
     zero = np.flatnonzero(~is_lamp & (length[:, 0] == 0))
     if len(zero):
@@ -205,8 +210,8 @@ def check_lights(given: ArrayLike, name: str) -> NDArray[np.float64]:
 def _check_weights(given: ArrayLike, lights: int) -> NDArray[np.float64]:
     """Return weights, (m,) or (m, k)."""
     try:
-        weights = np.array(given, np.float64)
-    except (TypeError, ValueError):
+        weights = read_array("weights", given)
+    except InputError:
         weights = np.zeros(0)
     if weights.ndim not in {1, 2} or len(weights) != lights:
         msg = (
@@ -267,8 +272,9 @@ def shadow_polygons(
     directions = _find_directions(sun)
     chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
     if not isinstance(plane, Real) or not np.isfinite(plane):
-        msg = f"the plane's height must be a finite number; got {plane!r:.60}"
+        msg = f"the plane's height must be a finite number; got {show_value(plane)}"
         raise InputError(msg, option="plane")
+    check_reach("heights of the plane", np.array([plane], np.float64), "give plane= in metres")
     found = _outline(scene, scene.select(*chosen), directions, float(plane))
     if scene.crs is None or find_spec("geopandas") is None:
         is_one = isinstance(sun, Light) or (not isinstance(sun, SunPath) and np.ndim(sun) == 1)
@@ -288,7 +294,8 @@ def _find_directions(sun: Light | SunPath | ArrayLike) -> NDArray[np.float64]:
         given = sun.direction
     elif isinstance(sun, Light):
         given = sun.position
-    vectors = check_lights([given] if np.ndim(given) == 1 else given, "sun")
+    is_one = isinstance(given, (list, tuple, np.ndarray)) and all(map(np.isscalar, given))
+    vectors = check_lights([given] if is_one else given, "sun")
     if vectors[:, 3].any():
         msg = "shadow_polygons takes directions; a lamp at a place has w = 1 (umbra.count takes it)"
         raise InputError(msg, option="sun")

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
-from umbra.errors import InputError
+from umbra.errors import InputError, make_printable, show_value
 from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
 from umbra.options import check_types, option
 
@@ -231,6 +231,10 @@ class RenderOptions:
         check_types(self)
         methods = find_device(self.device).methods
         methods.check(self.method)
+        if not isinstance(self.caption, str):
+            msg = f"caption is text; got {show_value(self.caption)}"
+            raise InputError(msg, option="caption")
+        object.__setattr__(self, "caption", make_printable(" ".join(self.caption.split("\n"))))
         if self.soft is not None:
             methods.check_soft(self.soft)
         elif self.light_size:

@@ -17,7 +17,8 @@ from umbra.calls.ground import choose_ground
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import check_type
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
+from umbra.options import read_flag
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
@@ -227,6 +228,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     >>> sun = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
     >>> image = umbra.render(scene, lights=sun)
     """
+    arrays = read_flag("arrays", arrays)
     options = RenderOptions(
         cast=cast, no_cast=no_cast, ground=ground, method=method, device=device, soft=soft,
         light_size=light_size, light_samples=light_samples, layer_length=layer_length,
@@ -288,7 +290,7 @@ def draw_picture(
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
-    threads = options.threads or count_cores()
+    threads = choose_threads(options.threads)
     device, said = find_device(options.device), _SaidOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)

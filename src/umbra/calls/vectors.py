@@ -17,7 +17,7 @@ from umbra.calls.picture import find_own_lights, tell_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
-from umbra.errors import InputError, check_type
+from umbra.errors import InputError, check_type, show_value
 from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY
@@ -187,8 +187,8 @@ def draw_seen(
 
 def _check(scene: Scene, options: RenderOptions, shadows: str) -> None:
     """Refuse what no drawing can show."""
-    if shadows not in SHADOWS:
-        msg = f"shadows= is one of {', '.join(SHADOWS)}; got '{shadows}'"
+    if not isinstance(shadows, str) or shadows not in SHADOWS:
+        msg = f"shadows= is one of {', '.join(SHADOWS)}; got {show_value(shadows)}"
         raise InputError(msg, option="shadows")
     for name, usual in _UNTOLD.items():
         if getattr(options, name) != usual:

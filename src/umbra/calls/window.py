@@ -11,7 +11,7 @@ from umbra.calls.first_view import begin_view, draw_view
 from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.scene import Scene
 from umbra.sun import Site
 
@@ -162,7 +162,7 @@ def open_window(
         size=options.size,
         instead=instead,
         ground=height,
-        threads=options.threads or count_cores(),
+        threads=choose_threads(options.threads),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),
         view_file=Path(options.view or f"{stem}.view.json"),

@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
 from umbra.cpu.volume_rasteriser import SurfaceKeys, count_sides
-from umbra.errors import InputError, check_type
-from umbra.machine import use_threads
+from umbra.errors import InputError, check_type, show_value
+from umbra.machine import choose_threads, use_threads
 from umbra.methods import METHODS, Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
@@ -29,6 +30,7 @@ from umbra.rays.sight import Sight
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.derived import derive
+from umbra.scene.numbers import read_number
 from umbra.soft import AreaLight, find_method
 from umbra.volume.adjacency import Caster, find_caster
 from umbra.volume.silhouette import find_silhouettes
@@ -339,10 +341,15 @@ def count_shadows(
     check_type("scene", scene, Scene)
     check_type("camera", camera, Camera)
     check_type("light", light, Light)
-    if ground is not None and not np.isfinite(ground):
-        msg = f"the ground's height must be a finite number; got {ground:g}"
-        raise InputError(msg, ground=ground)
-    counter = FrameCounter(scene, ground=ground, threads=threads)
+    if ground is not None:
+        ground = read_number("the ground's height", ground)
+        if not np.isfinite(ground):
+            msg = f"the ground's height must be a finite number; got {ground:g}"
+            raise InputError(msg, ground=ground)
+    if not isinstance(threads, Integral) or threads < 1:
+        msg = f"threads must be at least 1, a whole number; got {show_value(threads)}"
+        raise InputError(msg, threads=threads)
+    counter = FrameCounter(scene, ground=ground, threads=choose_threads(int(threads)))
     view = counter.look(camera)
     counts = counter.count(view, camera, light, method).astype(np.int32)
     if counter.transmitters is not None:

@@ -9,12 +9,13 @@ this package loads no kernels and no OpenGL: a device does so when it first coun
 """
 
 import time
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, get_args
 
 from umbra.devices.built_in import CpuDevice, GlDevice
 from umbra.devices.device import CountingDevice, TileCounters
-from umbra.errors import InputError
-from umbra.machine import count_cores
+from umbra.errors import InputError, show_value
+from umbra.machine import choose_threads
 from umbra.methods import DeviceName
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def find_device(name: str) -> CountingDevice:
     InputError
         If no device has this name.
     """
-    if name not in CHOICES:
-        msg = f"device '{name}' is not one of {', '.join(CHOICES)}"
+    if not isinstance(name, str) or name not in CHOICES:
+        msg = f"device {show_value(name)} is not one of {', '.join(CHOICES)}"
         raise InputError(msg, device=name)
     return DEVICES[DEFAULT if name == "auto" else name]
 
@@ -64,11 +65,12 @@ def check_device(name: str, threads: int | None) -> int:
         If the device is unknown, or there is less than one thread.
     """
     find_device(name)
-    threads = count_cores() if threads is None else threads
-    if threads < 1:
-        msg = f"threads must be at least 1; got {threads}"
+    if threads is None:
+        return choose_threads(None)
+    if not isinstance(threads, Integral) or isinstance(threads, bool) or threads < 1:
+        msg = f"threads must be at least 1, a whole number; got {show_value(threads)}"
         raise InputError(msg, threads=threads)
-    return threads
+    return choose_threads(int(threads))
 
 
 class StudyCounters:

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
+from umbra.options import read_flag, read_texts
 from umbra.readers.assumed_crs import assume_crs, check_crs, tell_unused_crs
 from umbra.readers.budget import GIGABYTE, Budget
-from umbra.readers.checks import check_soup, describe_damage, errors_of
+from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
 from umbra.readers.georeference import locate
@@ -23,10 +24,9 @@ from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
 from umbra.readers.region import Region, keep_inside, make_region
 from umbra.scene import Scene, Source, make_scene
+from umbra.scene.numbers import read_number
 
 __all__ = ["read"]
-
-FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 
 HIGHEST = 1000.0
 """Height of a model that is more than a building's [m]."""
@@ -125,10 +125,11 @@ def read(  # noqa: PLR0913  (each option by its name)
             found = type(path).__name__
             msg = f"a file is named by a str or a Path; got a {found} (unpack lists: *files)"
             raise InputError(msg)
-    if up is not None and up not in UPS:
-        msg = f"the up axis must be x, y or z; got {up!r}"
+    if up is not None and not (isinstance(up, str) and up in UPS):
+        msg = f"the up axis must be x, y or z; got {show_value(up)}"
         raise InputError(msg, up=up)
     named_crs = check_crs(crs)
+    is_cached = read_flag("cache", cache)
     choices = ReadChoices(
         up,
         height_column,
@@ -137,7 +138,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         crs=named_crs,
         geometric_error=_check_error(geometric_error),
         region=make_region(bbox, area, named_crs),
-        allow_outside=allow_outside,
+        allow_outside=read_flag("allow_outside", allow_outside),
         budget=_make_budget(max_memory),
     )
     # Damaged numbers may overflow on the way to the check that names them.
@@ -149,7 +150,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         files = [(name, _load(path)) for name, path in named]
         for _, content in files:
             choices.budget.grow(content.path.resolve(), content.size)
-        if cache:
+        if is_cached:
             return _name_places(read_kept(files, choices, _read_files), files)
         return _name_places(_read_files(files, choices), files)
 
@@ -196,7 +197,7 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
 def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileModel:
     """Leave out objects outside the region, with a note."""
     assert region is not None
-    with errors_of(f"{path}: ", path=path):
+    with damage_of(path, path=path):
         model, outside = keep_inside(model, region)
     outside += model.outside
     note = f"{show_name(path)}: objects outside {region.shown} left out: {outside}"
@@ -216,10 +217,13 @@ def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
 
 
 def _check_error(error: float | None) -> float | None:
-    if error is not None and not error >= 0:
+    if error is None:
+        return None
+    length = read_number("geometric_error=", error)
+    if not length >= 0:
         msg = f"geometric_error= is a length of 0 m or more; got {error!r}"
         raise InputError(msg, option="geometric_error")
-    return error
+    return length
 
 
 def _make_budget(most: float | None) -> Budget:
@@ -236,10 +240,12 @@ def _find_crowns(
     heights: str | None,
 ) -> Crowns | None:
     """Return the selection of canopy rasters and their options; None without canopies."""
-    if heights is not None and heights not in HEIGHTS:
-        msg = f"canopy heights are {' or '.join(HEIGHTS)}; got '{heights}'"
+    if heights is not None and not (isinstance(heights, str) and heights in HEIGHTS):
+        msg = f"canopy heights are {' or '.join(HEIGHTS)}; got {show_value(heights)}"
         raise InputError(msg, canopy_heights=heights)
-    crowns = Crowns(tuple(canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0])
+    crowns = Crowns(
+        read_texts("canopy", canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0]
+    )
     if any(crowns.matches(name, path) for name, path in named):
         return crowns
     for given, word in ((trunk, "trunk="), (heights, "canopy_heights=")):
@@ -267,14 +273,13 @@ def _pause_collection() -> Iterator[None]:
 def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     notes = [note for layer in layers for note in layer.model.notes]
     places = {show_name(layer.path): layer.model.place for layer in layers}
-    with errors_of(f"{', '.join(str(layer.path) for layer in layers)}: "):
+    with damage_of(", ".join(str(layer.path) for layer in layers)):
         parts, lights, crs, remarks = combine(layers)
         layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
             parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
         )  # fmt: skip
         bounds = scene.bounds()
-        _check_size(bounds)
         found = settle(locate(scene, bounds), places)
         return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
 
@@ -287,15 +292,6 @@ def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
         return []
     told = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
     return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
-
-
-def _check_size(bounds: NDArray[np.float64]) -> None:
-    far = float(np.abs(bounds).max())
-    # Very large numbers may have overflowed to NaN, which is not below either.
-    if not far <= FARTHEST:
-        reach = f"{far:g}" if np.isfinite(far) else f"more than {FARTHEST:g}"
-        msg = f"coordinates reach {reach} m from zero; the file is damaged or in another unit"
-        raise InputError(msg, far=far)
 
 
 def _check_triangles(model: FileModel) -> None:
@@ -339,7 +335,10 @@ def _load(path: Path) -> FileContent:
             if not content.head.strip() and content.size <= len(content.head):
                 msg = "is empty; export the model again"
                 raise InputError(msg)
-            if find_kind(content) not in STREAMED:
+        with damage_of(path, path=path):
+            kind = find_kind(content)
+        with errors_of(f"{path}: ", path=path):
+            if kind not in STREAMED:
                 _ = content.data
     except OSError as error:
         raise _make_refusal(path, error) from error
@@ -348,23 +347,14 @@ def _load(path: Path) -> FileContent:
 
 def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, Source]:
     path = content.path
-    try:
-        with errors_of(f"{path}: ", path=path):
-            kind = find_kind(content)
-            given = content if kind in STREAMED else content.data
-            model = load_reader(kind)(given, path, choices)
-            if not model.outside:
-                _check_triangles(model)
-            check_soup(model.parts)
-    except InputError:
-        raise
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Readers report known damage; this covers the rest.
-        msg = f"{path}: is damaged ({describe_damage(error)}); export it again"
-        raise InputError(msg, path=path) from error
-    except (MemoryError, RecursionError, AssertionError) as error:
-        msg = f"{path}: is damaged or too large for memory; export it again"
-        raise InputError(msg, path=path) from error
-    notes = tuple(f"{show_name(path)}: {note}" for note in model.notes)
+    with damage_of(path, path=path):
+        kind = find_kind(content)
+        given = content if kind in STREAMED else content.data
+        model = load_reader(kind)(given, path, choices)
+        if not model.outside:
+            _check_triangles(model)
+        check_soup(model.parts)
+    # A name in a note may hold a line break, and a note is a line.
+    notes = tuple(f"{show_name(path)}: {' '.join(note.split())}" for note in model.notes)
     source = Source(show_name(path), content.digest.hex(), model.format)
     return replace(model, notes=notes), source

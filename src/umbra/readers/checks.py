@@ -7,6 +7,7 @@ folder and below, are opened, and all of them here.
 
 import io
 import os
+import re
 import stat
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, UmbraError
 from umbra.machine import find_memory, name_memory
 from umbra.readers.budget import Budget
 from umbra.scene import Image, Part
@@ -28,9 +29,11 @@ __all__ = [
     "Losses",
     "OutsideError",
     "check_soup",
+    "damage_of",
     "describe_damage",
     "encoded_image",
     "errors_of",
+    "find_reason",
     "image_beside",
     "list_counts",
     "read_bounded",
@@ -98,7 +101,39 @@ def describe_damage(error: BaseException) -> str:
         return "an index is out of range, or a list is too short"
     if isinstance(error, (AttributeError, TypeError)):
         return "a value has the wrong type"
-    return " ".join(str(error).split())[:120] or "it breaks off"
+    return find_reason(error) or "it breaks off"
+
+
+_CLASS = re.compile(
+    r"(?<![\w.])(?:\w+(?:\.|::))*\w*(?:Exception|Error)\b:?\s*|<[\w.]+ object at [^>]*>"
+)
+
+
+def find_reason(error: BaseException, longest: int = 120) -> str:
+    """Return what a library says of a file, in one line, without the names of its classes."""
+    text = str(getattr(error, "msg", None) or error)
+    return " ".join(_CLASS.sub("", text).split())[:longest].rstrip(" :;,.")
+
+
+@contextmanager
+def damage_of(what: object, **data: object) -> Iterator[None]:
+    """
+    Make one `InputError`, with the file's name, of whatever reading a file raises.
+
+    Readers report the damage that they know. Their libraries raise kinds of their own, of which
+    no list is complete, so this is the one place where all of them end.
+    """
+    try:
+        with errors_of(f"{what}: ", **data):
+            yield
+    except UmbraError:
+        raise
+    except (MemoryError, RecursionError, AssertionError) as error:
+        msg = f"{what}: is damaged or too large for memory; export it again"
+        raise InputError(msg, **data) from error
+    except Exception as error:
+        msg = f"{what}: is damaged ({describe_damage(error)}); export it again"
+        raise InputError(msg, **data) from error
 
 
 CORNER = 2 * 24  # [byte] of a vertex, with a copy made in joining parts

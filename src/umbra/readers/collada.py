@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.budget import Budget
-from umbra.readers.checks import Losses, list_counts
+from umbra.readers.checks import Losses, find_reason, list_counts
 from umbra.readers.content import ZIP, BoundedStream, open_archive
 from umbra.readers.model import FileModel, FilePlace, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import cut_faces
@@ -25,6 +25,9 @@ _TREE = 8  # memory of the tree for each byte of XML
 _DEEPEST = 200  # nodes in nodes; instances may lead back to themselves
 _UPS = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
 _LARGEST = 1 << 20  # [byte] of a KML file
+_BLANK = b"\xef\xbb\xbf\xff\xfe \t\r\n"
+_ENCODING = re.compile(rb"<\?xml[^>]*?\bencoding\s*=\s*[\"']([^\"']*)")
+_KNOWN = re.compile(r"utf-?8|utf-?16([lb]e)?|us-ascii", re.IGNORECASE)
 _NUMBER = r"\s*>\s*([-+\d.eE]+)\s*<"
 
 Matrix = NDArray[np.float64]
@@ -37,7 +40,8 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     budget = choices.budget
     if data.startswith(ZIP):
         data, place = _unpack(data, budget)
-    # The parser would follow entities.
+    # The parser would follow entities, also in encodings in which these bytes are others.
+    _check_encoding(data)
     if b"<!DOCTYPE" in data.replace(b"\x00", b""):
         msg = "declares a document type, which COLLADA does not need; remove it"
         raise InputError(msg)
@@ -47,11 +51,11 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
             io.BytesIO(data), ignore=[library.common.DaeError], aux_file_loader=_load_nothing
         )
     except library.common.DaeError as error:
-        reason = " ".join(str(getattr(error, "msg", error)).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"is damaged COLLADA ({reason}); export it again"
         raise InputError(msg) from error
     except SyntaxError as error:  # of either parser
-        msg = f"is damaged XML ({' '.join(str(error).split())[:120]}); export it again"
+        msg = f"is damaged XML ({find_reason(error)}); export it again"
         raise InputError(msg) from error
     if document.scene is None:
         msg = "has no scene; export it again with its objects"
@@ -65,6 +69,16 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     unit = _find_unit(document.assetInfo)
     parts = tuple(_scale(part, unit) for part in reader.parts)
     return FileModel("COLLADA", turn_up(parts, up), notes=list_counts(reader.counts), place=place)
+
+
+def _check_encoding(data: bytes) -> None:
+    """Refuse all encodings of XML but UTF-8 and UTF-16, in which all letters of tags are ASCII."""
+    found = _ENCODING.match(data[:400].replace(b"\x00", b"").lstrip(_BLANK))
+    named = found[1].decode("ascii", "replace") if found else "UTF-8"
+    wide = data.startswith((b"\x00\x00\xfe\xff", b"\xff\xfe\x00\x00"))
+    if wide or not _KNOWN.fullmatch(named):
+        msg = f"is XML in the encoding {'UTF-32' if wide else named[:40]}; save it as UTF-8"
+        raise InputError(msg, encoding=named)
 
 
 class _ColladaReader:

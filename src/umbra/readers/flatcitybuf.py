@@ -7,7 +7,7 @@ from typing import Any
 from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.budget import Budget
-from umbra.readers.checks import Losses, list_counts
+from umbra.readers.checks import Losses, find_reason, list_counts
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import name_crs
@@ -31,7 +31,7 @@ def read_flatcitybuf(_: FileContent, path: Path, choices: ReadChoices) -> FileMo
         features = _list_documents(fcb, reader, head, found, choices.budget)
         parts = make_parts(features, Templates(None), counts, lambda n: f"feature {n - 1}: ")
     except fcb.FcbError as error:
-        reason = " ".join(str(error).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"is damaged FlatCityBuf ({reason}); fetch or export it again"
         raise InputError(msg) from error
     outside = 0

@@ -179,7 +179,8 @@ def is_collada(content: FileContent) -> bool:
                 return any(name.lower().endswith(".dae") for name in archive.namelist())
         except (OSError, ValueError, zipfile.BadZipFile):
             return False
-    return start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and b"<COLLADA" in start
+    start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
+    return start.startswith(b"<") and b"<COLLADA" in start
 
 
 def find_members(archive: zipfile.ZipFile) -> list[str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.budget import Budget
-from umbra.readers.checks import Companions, errors_of
+from umbra.readers.checks import Companions, errors_of, find_reason
 from umbra.scene import Source
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -222,6 +222,6 @@ def _unpack_meshopt(packed: dict[str, Any], data: bytes, where: str) -> bytes:
             packed.get("filter", "NONE"),
         )
     except (RuntimeError, ValueError) as error:
-        msg = f"{where}: its meshopt data is damaged ({str(error)[:80]}); export it again"
+        msg = f"{where}: its meshopt data is damaged ({find_reason(error, 80)}); export it again"
         raise InputError(msg, where=where) from error
     return np.ascontiguousarray(rows).tobytes()

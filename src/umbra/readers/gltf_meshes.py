@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.packages import need
+from umbra.readers.checks import find_reason
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.readers.gltf_materials import GltfSurface, Materials, Placing
 from umbra.scene import Mesh
@@ -247,7 +248,7 @@ def _unpack_draco(
         RuntimeError,
         ValueError,
     ) as error:
-        msg = f"{where}: its Draco data is damaged ({str(error)[:80]}); export it again"
+        msg = f"{where}: its Draco data is damaged ({find_reason(error, 80)}); export it again"
         raise InputError(msg, where=where) from error
     found = {}
     for name, number in packed["attributes"].items():

@@ -26,7 +26,13 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import FileModel, UniqueNames
-from umbra.readers.terrain import find_gaps, find_ground, find_overlaps, stand_on
+from umbra.readers.terrain import (
+    find_gaps,
+    find_ground,
+    find_overlaps,
+    find_relief,
+    stand_on,
+)
 from umbra.scene import Light, Part, Scene
 
 __all__ = ["FileLayer", "combine", "name_layers", "show_name"]
@@ -88,8 +94,8 @@ def combine(
     if len(layers) > 1:
         notes += check_apart([_lay_out(*one) for one in zip(layers, moved)], crs)
     # The first raster is the terrain: another may be trees, or roofs.
-    terrains = ((one.name, parts) for one, parts in zip(layers, moved) if one.model.is_terrain)
-    terrain, ground = next(terrains, ("", ()))
+    rasters = (parts for one, parts in zip(layers, moved) if one.model.is_terrain)
+    ground: Sequence[Part] = next(rasters, ())
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
@@ -101,7 +107,7 @@ def combine(
             moved[index], note = _stand(layer, moved[index], ground, others)
             notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
-        notes += _check_together(layers, moved, terrain, ground)
+        notes += _check_together(layers, moved)
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return chain.from_iterable(moved), lights, crs, notes
 
@@ -160,18 +166,21 @@ def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
 def _check_together(
     layers: Sequence[FileLayer],
     moved: Sequence[tuple[Part, ...]],
-    terrain: str,
-    ground: Sequence[Part],
 ) -> list[str]:
     """Note layers that lie above or below the terrain, or in each other's place."""
     groups: dict[str, list[Part]] = {}
     for layer, parts in zip(layers, moved):
         groups.setdefault(layer.name, []).extend(parts)
     notes: list[str] = []
+    # Parts that are a terrain may stand among others; a file of nothing else comes first.
+    terrains = [(one, find_relief(parts)) for one, parts in zip(layers, moved)]
+    terrains.sort(key=lambda one: not one[0].model.is_terrain)
+    bearing, ground = next((one for one in terrains if one[1]), (None, ()))
     for layer, parts in zip(layers, moved):
         model = layer.model
-        if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):
-            notes += find_gaps(layer.name, parts, terrain, ground)
+        is_set = model.crowns or (model.is_afloat and bearing and bearing.model.is_terrain)
+        if bearing and parts and layer is not bearing and not (model.is_terrain or is_set):
+            notes += find_gaps(layer.name, parts, bearing.name, ground)
     trees = {layer.name for layer in layers if layer.model.crowns is not None}
     return notes + find_overlaps({n: parts for n, parts in groups.items() if n not in trees})
 

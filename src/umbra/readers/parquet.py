@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.packages import need, require
 from umbra.readers.budget import Budget
+from umbra.readers.checks import find_reason
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.footprint_table import FootprintTable, Rings, parse_numbers
@@ -96,7 +97,7 @@ def read_rows(work: ParquetWork) -> Iterator[ParquetRows]:
     except (arrow.ArrowException, OSError, shapely.errors.GEOSException) as error:
         if isinstance(error, MemoryError):
             raise
-        reason = " ".join(str(error).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"cannot be read as GeoParquet ({reason}); export it again"
         raise InputError(msg) from error
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.packages import need, require
+from umbra.readers.checks import find_reason
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
@@ -135,7 +136,7 @@ def grid_points(work: PointWork) -> Iterator[int | tuple[PointGrid, str | None]]
         msg = "is a point cloud too large for memory, or damaged; fetch it again"
         raise InputError(msg) from error
     except Exception as error:  # lazrs raises kinds of its own
-        reason = " ".join(str(error).split()).partition("Error: ")[2][:120] or "its points"
+        reason = find_reason(error) or "its points"
         msg = f"is a damaged point cloud ({reason}); fetch it again"
         raise InputError(msg) from error
 

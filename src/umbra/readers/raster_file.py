@@ -19,6 +19,7 @@ from umbra.errors import InputError
 from umbra.machine import name_memory
 from umbra.packages import need
 from umbra.readers.budget import Budget
+from umbra.readers.checks import find_reason
 from umbra.readers.georeference import name_crs
 
 __all__ = ["MOST_BYTES", "RasterBand", "RasterWork", "read_band"]
@@ -64,7 +65,7 @@ def read_band(work: RasterWork) -> Iterator[RasterBand]:
             crs = None if source.crs is None else _name(source.crs)
             has_unit = bool((source.units[0] or "").strip())
     except rasterio.errors.RasterioError as error:
-        reason = " ".join(str(error).split())[:200]
+        reason = find_reason(error, 200)
         msg = f"cannot be read as a raster ({reason}); export it again as GeoTIFF"
         raise InputError(msg) from error
     yield RasterBand(heights, there, affine, crs, has_unit, tuple(notes))

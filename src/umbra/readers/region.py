@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.packages import need
 from umbra.readers.georeference import (
     is_in_degrees,
@@ -133,14 +133,14 @@ def make_region(
 
 
 def _make_box(bbox: str | Sequence[float | str]) -> Region:
-    words = bbox.split(",", 4) if isinstance(bbox, str) else list(bbox)
     try:
+        words = bbox.split(",", 4) if isinstance(bbox, str) else list(bbox)
         west, south, east, north = (float(word) for word in words[:4])
-    except (TypeError, ValueError) as error:
-        msg = f"bbox= is {_FORM}; got {str(bbox)[:80]!r}"
+    except (TypeError, ValueError, OverflowError) as error:
+        msg = f"bbox= is {_FORM}; got {show_value(bbox)}"
         raise InputError(msg, option="bbox") from error
     if not (np.isfinite([west, south, east, north]).all() and west <= east and south <= north):
-        msg = f"bbox= is {_FORM}, the least first; got {str(bbox)[:80]!r}"
+        msg = f"bbox= is {_FORM}, the least first; got {show_value(bbox)}"
         raise InputError(msg, option="bbox")
     crs = _check_crs(name_crs(words[4]), "bbox") if words[4:] else None
     return Region((west, south, east, north), crs)
@@ -149,15 +149,20 @@ def _make_box(bbox: str | Sequence[float | str]) -> Region:
 def _make_area(area: str | os.PathLike[str]) -> Region:
     """Read an area; its CRS is what it says, in GeoJSON degrees if nothing is said."""
     shapely = need("shapely", "gis", "an area")
+    if not isinstance(area, (str, os.PathLike)):
+        msg = f"area= is a polygon as WKT, or a GeoJSON file; got {show_value(area)}"
+        raise InputError(msg, option="area")
     text, crs = os.fspath(area), None
     if _WKT.match(text) or _EWKT.match(text):
         named = _EWKT.match(text)
         if named:
             crs, text = _check_crs(f"EPSG:{named[1]}", "area"), named[2]
+        from umbra.readers.checks import find_reason  # noqa: PLC0415
+
         try:
             shape = shapely.from_wkt(text)
         except shapely.errors.GEOSException as error:
-            msg = f"area= is no WKT ({' '.join(str(error).split())[:120]})"
+            msg = f"area= is no WKT ({find_reason(error)})"
             raise InputError(msg, option="area") from error
     else:
         shape, crs = _read_area(shapely, Path(text))
@@ -174,7 +179,7 @@ def _read_area(shapely: Any, path: Path) -> tuple[Any, str | None]:
     """Read the polygons of a GeoJSON file and their CRS."""
     import orjson  # noqa: PLC0415
 
-    from umbra.readers.checks import Companions  # noqa: PLC0415
+    from umbra.readers.checks import Companions, find_reason  # noqa: PLC0415
 
     try:
         data = Companions(path).read(path.name)
@@ -182,7 +187,7 @@ def _read_area(shapely: Any, path: Path) -> tuple[Any, str | None]:
         named = document.get("crs")
         shape = shapely.from_geojson(data)
     except (InputError, AttributeError, ValueError, shapely.errors.GEOSException) as error:
-        reason = " ".join(str(error).split())[:160]
+        reason = find_reason(error, 160)
         msg = f"area= is neither WKT nor readable GeoJSON: {str(path)[:80]} ({reason})"
         raise InputError(msg, option="area") from error
     crs = name_crs(named["properties"]["name"]) if isinstance(named, dict) else None

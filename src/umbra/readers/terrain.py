@@ -7,10 +7,13 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Part, Scene
+from umbra.scene import Part, Scene, Triangles
 from umbra.scene.mesh import find_standing
 
-__all__ = ["find_gaps", "find_ground", "find_overlaps", "stand_on"]
+__all__ = ["find_gaps", "find_ground", "find_overlaps", "find_relief", "stand_on"]
+
+RASTER, TIN = "Raster", "TINRelief"
+"""Kinds of parts that are a terrain."""
 
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:
@@ -40,13 +43,46 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
 def find_ground(
     terrain: Sequence[Part], plan: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the height (n,) [m] of the terrain's vertex nearest to places, and which lie in it."""
+    """
+    Return the height (n,) [m] of the terrain at places, and which lie in it.
+
+    The terrain's nearest vertex counts. Triangles may be larger than buildings: in them heights are
+    between those of the corners about a place.
+    """
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
-    used = Scene(tuple(terrain), np.zeros(3)).triangles().find_corners()
+    soup = Scene(tuple(terrain), np.zeros(3)).triangles()
+    used = soup.find_corners()
     _, nearest = cKDTree(used[:, :2]).query(plan)
     inside = ((plan >= used[:, :2].min(0)) & (plan <= used[:, :2].max(0))).all(1)
-    return used[nearest, 2], inside
+    height = used[nearest, 2]
+    if inside.any() and not all(part.kind == RASTER for part in terrain):
+        between = _interpolate(soup, plan[inside])
+        is_between = np.isfinite(between)  # else in the box, but beside the terrain
+        height[inside] = np.where(is_between, between, height[inside])
+        inside[inside] = is_between
+    return height, inside
+
+
+def _interpolate(soup: Triangles, plan: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return heights between the corners about places; NaN beside a terrain or if it is upright."""
+    from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415
+    from scipy.spatial import QhullError  # noqa: PLC0415
+
+    corners = soup.vertices[soup.faces][..., :2]
+    is_near = (corners.max(1) >= plan.min(0)) & (corners.min(1) <= plan.max(0))
+    used = soup.vertices[np.unique(soup.faces[is_near.all(1)])]
+    try:
+        surface = LinearNDInterpolator(used[:, :2] - plan[0], used[:, 2])
+    except (QhullError, ValueError):  # all in a line, or too few
+        return np.full(len(plan), np.nan)
+    found: NDArray[np.float64] = surface(plan - plan[0])
+    return found
+
+
+def find_relief(parts: Sequence[Part]) -> list[Part]:
+    """Return the parts that are a terrain."""
+    return [part for part in parts if part.kind in {RASTER, TIN} and part.triangles]
 
 
 SAME = 0.5  # of their union: boxes that share more are one object
@@ -77,7 +113,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
         what = f"floats over the terrain '{ground}': {half} are {over:.1f} m above it or more"
     elif under > SUNK:
         what = f"is sunk in the terrain '{ground}': {half} begin {under:.1f} m below it or more"
-        asked = "do both count heights from one zero, and is the raster the bare land?"
+        asked = "do both count heights from one zero, and is the terrain the bare land?"
     else:
         return []
     return [f"layer '{name}' {what}; {asked}"]

@@ -18,6 +18,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.packages import need
+from umbra.readers.checks import find_reason
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings, has_height
 from umbra.readers.footprints import from_shapes
 from umbra.readers.georeference import name_crs
@@ -54,7 +55,7 @@ def read_table(work: VectorWork) -> Iterator[FootprintTable]:
     except (InputError, MemoryError):
         raise
     except Exception as error:  # GDAL raises many kinds
-        reason = " ".join(str(error).split())[:200]
+        reason = find_reason(error, 200)
         msg = f"cannot be read as {form} ({reason}); export it again"
         raise InputError(msg) from error
 

@@ -20,6 +20,7 @@ from umbra.receivers.samples import LEVEL, Samples, sample_surfaces
 from umbra.receivers.single import DIMS, SingleReceivers, is_kept
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
+from umbra.scene.numbers import read_array
 
 if TYPE_CHECKING:
     from umbra.study.result import Study
@@ -165,7 +166,9 @@ class GivenPoints(SampleKind):
         count = len(given)
         return NamedPoints(
             self, casting, (count,), DIMS, np.ones(count), local=local,
-            part=np.full(count, -1), names=request.options.names,
+            part=np.full(count, -1),
+            # No text in a file may hold a null: netCDF, SQLite, XML.
+            names=tuple(name.replace("\0", "\ufffd") for name in request.options.names or ()),
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:
@@ -222,14 +225,17 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
             data = file.read(_LARGEST + 1)
         if len(data) > _LARGEST:
             msg = f"{path}: is larger than {_LARGEST / 1e6:,.0f} MB; cut it into several tables"
-            raise InputError(msg, path=path)
+            raise InputError(msg, path=path)  # noqa: TRY301 - not one of those below
         text = io.StringIO(data.decode("utf-8-sig"), newline="")
         rows = [(n, row) for n, row in enumerate(csv.reader(text), 1) if any(map(str.strip, row))]
-    except OSError as error:
-        msg = f"{path}: {(error.strerror or str(error)).lower()}; name a table of points"
-        raise InputError(msg, path=path) from None
+    except InputError:
+        raise
     except (UnicodeDecodeError, csv.Error) as error:
         msg = f"{path}: cannot be read as a table ({error}); give comma-separated x,y,z"
+        raise InputError(msg, path=path) from None
+    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        msg = f"{path}: {reason}; name a table of points"
         raise InputError(msg, path=path) from None
     if not rows:
         msg = f"{path}: there are no points; give lines of x,y,z or x,y,z,nx,ny,nz"
@@ -262,7 +268,7 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
 
 def check_points(points: ArrayLike | None) -> NDArray[np.float64]:
     """Return points as an array, with unit normals."""
-    given = np.array([] if points is None else points, np.float64)
+    given = np.array(read_array("points", [] if points is None else points))
     if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
         msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give points="
         raise InputError(msg)

@@ -15,8 +15,9 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.scene.lights import Light
+from umbra.scene.numbers import OUTSIDE, check_reach, read_array, read_number, read_vector
 from umbra.scene.scene import Scene
 
 __all__ = [
@@ -49,7 +50,12 @@ AMBIENT = 0.20
 _AT_NIGHT = 0.2 * AMBIENT  # enough to tell surfaces apart where no lamp shines
 _GOLDEN = (5**0.5 - 1) / 2
 _HALVINGS = 24  # of the place of a camera: less than a pixel
+_LEAST_UP = 1e-60
 _FARTHEST = 0.5  # most offset of a ray from its pixel's centre [pixels]
+
+
+def _is_whole(number: object) -> bool:
+    return isinstance(number, Integral) and not isinstance(number, bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +98,22 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
-            try:
-                value = np.array(getattr(self, name), np.float64).reshape(-1)
-            except (TypeError, ValueError):
-                value = np.zeros(0)
-            if value.shape != (3,) or not np.isfinite(value).all():
-                msg = f"the camera's {name} needs three finite numbers; got {getattr(self, name)}"
-                raise InputError(msg)
+            value = read_vector(f"the camera's {name}", getattr(self, name))
+            if name != "up":
+                what = f"the coordinates of the camera's {name}"
+                check_reach(what, value, "place it near the model", OUTSIDE)
+            elif not _LEAST_UP < np.abs(value).max() < 1 / _LEAST_UP:  # its square would overflow
+                value = np.ldexp(value, -np.frexp(np.abs(value).max())[1])
             object.__setattr__(self, name, value)
-        cols, rows = self.size
-        if not all(isinstance(n, Integral) and not isinstance(n, bool) for n in (cols, rows)):
-            msg = f"a picture's size is two whole numbers of pixels; got {self.size}"
+        size = self.size
+        if not (isinstance(size, (tuple, list)) and len(size) == 2 and all(map(_is_whole, size))):
+            msg = f"a picture's size is two whole numbers of pixels; got {show_value(size)}"
             raise InputError(msg)
+        cols, rows = size
+        for name in ("fov", "height", "near", "far"):
+            if name != "height" or self.height is not None:
+                number = read_number(f"the camera's {name}", getattr(self, name))
+                object.__setattr__(self, name, number)
         if cols < 1 or rows < 1:
             msg = f"a picture of {cols}x{rows} pixels is empty; give at least 1x1"
             raise InputError(msg)
@@ -116,7 +126,8 @@ class Camera:
         if self.height is not None and not 0 < self.height < np.inf:
             msg = f"an orthographic picture needs a height= above 0 m; got {self.height:g}"
             raise InputError(msg)
-        if len(self.offset) != 2 or not all(abs(shift) <= _FARTHEST for shift in self.offset):
+        offset = read_array("a camera's offset", self.offset)
+        if offset.shape != (2,) or not (np.abs(offset) <= _FARTHEST).all():
             msg = f"pixels look at most half a pixel off their centres; got {self.offset}"
             raise InputError(msg)
         forward = self.target - self.eye

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.scene.lights import WHITE, Light, point_light
+from umbra.scene.numbers import read_array, read_number, read_vector
 
 __all__ = ["area_light", "sphere_light", "spread", "volume_light"]
 
@@ -49,7 +51,7 @@ def area_light(
     InputError
         If a number is missing or not finite, or there is no point.
     """
-    return _fill_edges("area", center, [edge_u, edge_v], n, color, more)
+    return _fill_edges("an area", center, [edge_u, edge_v], n, color, more)
 
 
 def volume_light(
@@ -71,7 +73,7 @@ def volume_light(
     n, color, **more
         As of `area_light`.
     """
-    return _fill_edges("volume", center, [edge_u, edge_v, edge_w], n, color, more)
+    return _fill_edges("a volume", center, [edge_u, edge_v, edge_w], n, color, more)
 
 
 def sphere_light(
@@ -88,6 +90,7 @@ def sphere_light(
     n, color, **more
         As of `area_light`.
     """
+    radius = read_number("a sphere light's radius", radius)
     if not 0 < radius < np.inf:
         msg = f"a sphere light's radius must be above 0 m; got {radius:g}"
         raise InputError(msg)
@@ -97,28 +100,22 @@ def sphere_light(
     height = 2 * shares[:, 1] - 1
     flat, longitude = np.sqrt(1 - height**2), 2 * np.pi * shares[:, 2]
     ways = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), height], axis=1)
-    return _share(_vector("sphere", center) + away[:, None] * ways, color, more)
+    return _share(
+        read_vector("a sphere light's middle", center) + away[:, None] * ways, color, more
+    )
 
 
 def _fill_edges(
     what: str, center: ArrayLike, edges: Sequence[ArrayLike], n: int, color: Color, more: Any
 ) -> list[Light]:
-    sides = np.stack([_vector(what, edge) for edge in edges])
-    points = _vector(what, center) + (spread(n, len(sides)) - 0.5) @ sides
+    sides = np.stack([read_vector(f"{what} light's side", edge) for edge in edges])
+    points = read_vector(f"{what} light's middle", center) + (spread(n, len(sides)) - 0.5) @ sides
     return _share(points, color, more)
 
 
 def _share(points: NDArray[np.float64], color: Color, more: dict[str, Any]) -> list[Light]:
-    red, green, blue = (float(value) / len(points) for value in color)
-    return [point_light(point, (red, green, blue), **more) for point in points]
-
-
-def _vector(what: str, value: ArrayLike) -> NDArray[np.float64]:
-    vector = np.array(value, np.float64).reshape(-1)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        msg = f"the {what} light's middle and sides need three finite numbers; got {value!r}"
-        raise InputError(msg)
-    return vector
+    shares = read_array("a light's color", color).ravel() / len(points)
+    return [point_light(point, tuple(shares.tolist()), **more) for point in points]
 
 
 def spread(n: int, width: int) -> NDArray[np.float64]:
@@ -128,6 +125,9 @@ def spread(n: int, width: int) -> NDArray[np.float64]:
     Roberts' R sequence: multiples of the powers of 1/g, where g^(width + 1) = g + 1.
     A jitter within a fraction of a point's own cell breaks the lattice's rows.
     """
+    if not isinstance(n, Integral) or isinstance(n, bool):
+        msg = f"a light has a whole number of points; got n={show_value(n)}"
+        raise InputError(msg, n=n)
     if not 1 <= n <= MOST:
         msg = f"a light of {n} points is not possible; give 1 to {MOST}"
         raise InputError(msg, n=n)

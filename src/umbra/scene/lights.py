@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type, show_value
 from umbra.scene.material import Image, sample
+from umbra.scene.numbers import OUTSIDE, check_reach, read_array, read_number, read_vector
 
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
@@ -90,10 +91,7 @@ class Light:
     binding: RigBinding | None = None
 
     def __post_init__(self) -> None:
-        position = np.array(self.position, np.float64).reshape(-1)
-        if position.shape != (4,) or not np.isfinite(position).all():
-            msg = f"a light needs four finite numbers x, y, z, w; got {self.position}"
-            raise InputError(msg)
+        position = read_vector("a light", self.position, 4)
         if position[3] < 0:
             msg = f"a light's w must be 0 (direction) or positive; got {position[3]:g}"
             raise InputError(msg)
@@ -101,10 +99,14 @@ class Light:
             msg = "a directional light of 0,0,0 points nowhere; give a direction toward it"
             raise InputError(msg)
         if position[3] > 0:
-            position = position / position[3]
+            with np.errstate(over="ignore"):  # to infinity, which is out of reach
+                position = position / position[3]
+            check_reach(
+                "a lamp's coordinates", position, "give a direction toward it, W=0", OUTSIDE
+            )
         object.__setattr__(self, "position", position)
         for name in ("color", "attenuation"):
-            value = tuple(np.array(getattr(self, name), np.float64).reshape(-1).tolist())
+            value = tuple(read_array(f"a light's {name}", getattr(self, name)).ravel().tolist())
             if len(value) != 3 or not all(0 <= v < np.inf for v in value):
                 msg = f"a light's {name} is three finite numbers of at least 0; got {value}"
                 raise InputError(msg)
@@ -112,6 +114,12 @@ class Light:
         if not any(self.attenuation):
             msg = "an attenuation of 0,0,0 would be infinitely bright; 1,0,0 is none"
             raise InputError(msg)
+        for name in ("range", "half_angle", "inner_angle"):
+            if name != "inner_angle" or self.inner_angle is not None:
+                number = read_number(f"a light's {name}", getattr(self, name))
+                object.__setattr__(self, name, number)
+        if self.image is not None:
+            check_type("image", self.image, Image)
         if not self.range > 0:
             msg = f"a light's range must be above 0 m; got {self.range:g}"
             raise InputError(msg)
@@ -125,11 +133,13 @@ class Light:
             value = getattr(self, name)
             if value is None:
                 continue
-            vector = np.array(value, np.float64).reshape(-1)
-            length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
-            if not 0 < length < np.inf:
+            vector = read_vector(f"a spot light's {name}", value)
+            if not vector.any():
                 msg = f"a spot light's {name} needs three finite numbers, not all 0; got {value}"
                 raise InputError(msg)
+            # Near length 1, by a power of 2: exact, and its square can neither overflow nor vanish.
+            vector = np.ldexp(vector, -np.frexp(np.abs(vector).max())[1])
+            length = float(np.linalg.norm(vector))
             object.__setattr__(self, name, vector if length == 1 else vector / length)
         inner = self.half_angle if self.inner_angle is None else self.inner_angle
         if not 0 < self.half_angle <= 180 or not 0 <= inner <= self.half_angle:
@@ -254,7 +264,7 @@ def point_light(
     --------
     >>> umbra.point_light((4, -3, 8), color=(1, 0.9, 0.7), range=30)
     """
-    return Light(np.append(np.asarray(position, np.float64), 1.0), color, **more)
+    return Light(np.append(read_vector("a lamp's position", position), 1.0), color, **more)
 
 
 def directional_light(toward: ArrayLike, color: tuple[float, float, float] = WHITE) -> Light:
@@ -282,7 +292,7 @@ def directional_light(toward: ArrayLike, color: tuple[float, float, float] = WHI
     >>> sun = umbra.find_sun(site, "2026-03-21T12:00")
     >>> umbra.directional_light(sun.direction[0])
     """
-    return Light(np.append(np.asarray(toward, np.float64), 0.0), color)
+    return Light(np.append(read_vector("a direction toward a light", toward), 0.0), color)
 
 
 def spot_light(
@@ -310,8 +320,12 @@ def spot_light(
     InputError
         If position and target coincide, or the angle is out of range.
     """
-    position = np.asarray(position, np.float64)
-    axis = np.asarray(target, np.float64) - position
+    position = read_vector("a spot light's position", position)
+    target = read_vector("a spot light's target", target)
+    for place in (position, target):
+        check_reach("a spot light's coordinates", place, "place it near the model", OUTSIDE)
+    axis = target - position
+    half_angle = read_number("a spot light's half angle", half_angle)
     length = float(np.linalg.norm(axis))
     if length == 0 or not 0 < half_angle <= 180:
         msg = "a spot light needs a target away from it and a half angle in (0, 180]"
@@ -333,7 +347,10 @@ def make_lights(lights: SomeLights) -> list[Light]:
         If one is neither, or its w is not 0 or 1.
     """
     is_one = isinstance(lights, (Light, str)) or not isinstance(lights, Iterable)
-    given: list[Any] = [lights] if is_one else list(lights)  # type: ignore[arg-type]
+    try:
+        given: list[Any] = [lights] if is_one else list(lights)  # type: ignore[arg-type]
+    except TypeError:  # an array without axes
+        given = [lights]
     if given and all(isinstance(one, Real) for one in given):
         given = [given]
     return [one if isinstance(one, Light) else _make_light(one) for one in given]
@@ -341,13 +358,13 @@ def make_lights(lights: SomeLights) -> list[Light]:
 
 def _make_light(numbers: ArrayLike) -> Light:
     try:
-        vector = np.array(numbers, np.float64)
-    except (TypeError, ValueError):
+        vector = read_array("lights", numbers)
+    except InputError:
         vector = np.zeros(0)
     if vector.shape == (3,):
         vector = np.append(vector, 1.0)
     if vector.shape != (4,):
-        msg = f"a light is a Light or (x, y, z, w); got {numbers!r:.60}"
+        msg = f"a light is a Light or (x, y, z, w); got {show_value(numbers)}"
         raise InputError(msg, option="lights")
     if vector[3] not in {0.0, 1.0}:
         shown = ", ".join(f"{v:g}" for v in vector)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part, change
+from umbra.scene.numbers import check_reach
 from umbra.scene.rig import Animation, RigBinding
 from umbra.scene.scene import Scene
 
@@ -52,10 +53,10 @@ def make_scene(
     Raises
     ------
     InputError
-        If there is no triangle, or a used vertex is not finite.
+        If there is no triangle, or a used vertex is not finite or farther than 1e10 m from zero.
     """
     if faces is not None:
-        parts = Mesh(np.asarray(parts), np.asarray(faces))
+        parts = Mesh(parts, faces)  # type: ignore[arg-type]
     if isinstance(parts, Mesh):
         parts = Part(name, "", parts)
     if isinstance(parts, Part) or not isinstance(parts, Iterable):
@@ -75,6 +76,7 @@ def make_scene(
     bounds = Scene(tuple(kept), np.zeros(3)).bounds()
     if not np.isfinite(bounds).all():
         _refuse_infinite(tuple(kept))
+    check_reach("coordinates", bounds, "it is damaged or in another unit, not in metres")
     kept = _drop_unused(kept)
     # Whole metres, so that adding the origin back restores the file's digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000

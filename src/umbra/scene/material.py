@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
+from umbra.scene.numbers import read_array, read_number
 
 __all__ = ["GREY", "Image", "Material", "make_image", "sample", "to_linear"]
 
@@ -56,8 +57,12 @@ class Image:
     uv_set: int = 0
 
     def __post_init__(self) -> None:
-        if len(self.wrap) != 2 or not set(self.wrap) <= set(WRAPS):
-            msg = f"texture '{self.name}': wrap is two of {', '.join(WRAPS)}; got {self.wrap}"
+        wrap = self.wrap
+        if not (
+            isinstance(wrap, (tuple, list)) and len(wrap) == 2 and all(w in WRAPS for w in wrap)
+        ):
+            shown = show_value(wrap)
+            msg = f"texture '{self.name}': wrap is two of {', '.join(WRAPS)}; got {shown}"
             raise InputError(msg, texture=self.name)
 
     @cached_property
@@ -106,7 +111,7 @@ def make_image(
     InputError
         If the pixels have another shape or type.
     """
-    array = np.asarray(pixels)
+    array = read_array("pixels", pixels, None)
     image = Image(name, lambda: array, wrap, is_data, uv_set)
     _ = image.pixels  # refused here rather than at the first frame
     return image
@@ -179,7 +184,7 @@ class Material:
 
     def __post_init__(self) -> None:
         for name, high in (("color", 1.0), ("emission", np.inf)):
-            value = tuple(map(float, getattr(self, name)))
+            value = tuple(read_array(f"a material's {name}", getattr(self, name)).ravel().tolist())
             if len(value) != 3 or not all(0 <= v <= high and v < np.inf for v in value):
                 limits = "between 0 and 1" if high == 1 else "of at least 0"
                 msg = f"a material's {name} is three numbers {limits}; got {value}"
@@ -187,7 +192,7 @@ class Material:
             object.__setattr__(self, name, value)
         for name in ("opacity", "metallic", "roughness", "occlusion"):
             share = getattr(self, name)
-            if share is not None and not 0 <= share <= 1:
+            if share is not None and not 0 <= read_number(f"a material's {name}", share) <= 1:
                 msg = f"a material's {name} lies between 0 and 1; got {share:g}"
                 raise InputError(msg)
         if self.alpha_mode not in ALPHA_MODES:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError, make_printable
+from umbra.errors import InputError, check_type, make_printable, show_value
 from umbra.scene.material import Color, Image, Material
+from umbra.scene.numbers import read_array
 
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
@@ -84,20 +85,16 @@ class Mesh:
         return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} triangles)"
 
     def __post_init__(self) -> None:
-        for name in ("vertices", "faces"):
-            shape = np.shape(getattr(self, name))
-            if len(shape) > 1 and shape[-1] != 3 and 0 not in shape:
-                msg = f"{name} of shape {shape} are not three to a row; give (n, 3)"
-                raise InputError(msg)
-        vertices = np.ascontiguousarray(self.vertices, np.float64)
-        faces = np.ascontiguousarray(self.faces, np.int32)
-        # A reshape makes a new array object: keep the one that meshes share.
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            vertices = vertices.reshape(-1, 3)
-        if faces.ndim != 2 or faces.shape[1] != 3:
-            faces = faces.reshape(-1, 3)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", faces)
+        vertices = _make_rows("vertices", self.vertices, np.float64)
+        faces = _make_rows("faces", self.faces, None)
+        if faces.dtype.kind == "f" and (split := (faces != np.rint(faces)).any(1)).any():
+            first = int(np.flatnonzero(split)[0])
+            msg = (
+                f"{int(split.sum())} of {len(faces)} faces name a vertex by a number that is not "
+                f"whole (first: face {first}: {faces[first].tolist()}); count vertices from 0"
+            )
+            raise InputError(msg, face=first)
+        # Before they are cast to int32, in which 2^40 would be 0.
         if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
             wrong = (faces < 0) | (faces >= len(vertices))
             first = int(np.flatnonzero(wrong.any(1))[0])
@@ -106,11 +103,13 @@ class Mesh:
                 f"exist (first: face {first}); there are {len(vertices)} vertices: repair the faces"
             )
             raise InputError(msg, face=first)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", np.ascontiguousarray(faces, np.int32))
         for name, width in zip(_ROWS, (3, 2, 3, 4, 2, 1), strict=True):
             given = getattr(self, name)
             if given is None:
                 continue
-            array = np.ascontiguousarray(given, np.float32)
+            array = read_array(name, given, np.float32)
             if array.shape != (len(vertices), width):
                 msg = (
                     f"{name} of shape {array.shape} do not fit {len(vertices)} vertices; "
@@ -168,6 +167,11 @@ class Part:
     tags : tuple of str
         Further words to choose it by: storey, type, material, its own name if ``name`` is
         the assembly's.
+
+    Raises
+    ------
+    InputError
+        If a name is no text, the mesh no `Mesh`, or the transform no (4, 4) numbers.
     """
 
     name: str
@@ -178,6 +182,23 @@ class Part:
     binding: RigBinding | None = None
     layer: str = ""
     tags: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_type("mesh", self.mesh, Mesh)
+        for word in ("name", "kind", "layer"):
+            if not isinstance(getattr(self, word), str):
+                msg = f"a part's {word} is text; got {show_value(getattr(self, word))}"
+                raise InputError(msg)
+            if "\0" in getattr(self, word):  # no text in a file may hold it: netCDF, SQLite, XML
+                object.__setattr__(self, word, getattr(self, word).replace("\0", "\ufffd"))
+        if any("\0" in tag for tag in self.tags):
+            object.__setattr__(self, "tags", tuple(t.replace("\0", "\ufffd") for t in self.tags))
+        if self.transform is not None:
+            transform = read_array("transform", self.transform)
+            if transform.shape != (4, 4):
+                msg = f"a transform of shape {transform.shape} is no matrix; give (4, 4), or None"
+                raise InputError(msg)
+            object.__setattr__(self, "transform", transform)
 
     def __repr__(self) -> str:
         words = [repr(self.name)] + [word for word in (self.kind, self.layer) if word]
@@ -244,6 +265,17 @@ class Part:
         if self.transform is not None:
             used = transform_points(self.transform, used)
         return find_box(used)
+
+
+def _make_rows(name: str, given: Any, dtype: Any) -> NDArray[Any]:
+    """Return rows of three numbers, (n, 3); the array itself if it is that."""
+    rows = read_array(name, given, dtype)
+    shape = np.shape(given)
+    if rows.size % 3 or not shape or (len(shape) > 1 and shape[-1] != 3 and 0 not in shape):
+        msg = f"{name} of shape {shape} are not three to a row; give (n, 3)"
+        raise InputError(msg)
+    # A reshape makes a new array object: keep the one that meshes share.
+    return rows if rows.ndim == 2 and rows.shape[1] == 3 else rows.reshape(-1, 3)
 
 
 def find_used(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.bool_]:

@@ -21,10 +21,11 @@ from importlib import import_module
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type
 from umbra.methods import SOFT
 from umbra.scene.large_lights import spread
 from umbra.scene.lights import Light
+from umbra.scene.numbers import OUTSIDE, check_reach, read_number, read_vector
 
 __all__ = [
     "SUN_RADIUS",
@@ -145,8 +146,11 @@ def ball_light(light: Light, radius: float) -> AreaLight:
     Raises
     ------
     InputError
-        If the radius is not above 0, or a disc in the sky reaches 45 degrees.
+        If the light is no `Light`, the radius is no number above 0, or a disc in the sky reaches 45
+        degrees.
     """
+    check_type("light", light, Light)
+    radius = read_number("an area light's radius", radius)
     if not 0 < radius < np.inf:
         msg = f"an area light's radius must be above 0; got {radius:g}"
         raise InputError(msg)
@@ -200,9 +204,11 @@ def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaL
     InputError
         If the light is directional, or the sides are not finite or span no area.
     """
-    edges = np.array([edge_u, edge_v], np.float64)
-    if edges.shape != (2, 3) or not np.isfinite(edges).all() or not np.cross(*edges).any():
-        msg = "a rectangular light needs two sides of three finite numbers that span an area"
+    check_type("light", light, Light)
+    edges = np.stack([read_vector("a rectangular light's side", one) for one in (edge_u, edge_v)])
+    check_reach("a rectangular light's sides", edges, "give them in metres", OUTSIDE)
+    if not np.cross(*edges).any():
+        msg = "a rectangular light needs two sides that span an area"
         raise InputError(msg)
     if not light.is_point:
         msg = "a directional light is a disc in the sky, not a rectangle; give it a radius"

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.ground.choice import find_ground
 from umbra.packages import need
 from umbra.receivers import find_kind
@@ -250,16 +250,16 @@ def normalize_chunks(
             raise InputError(msg, option="chunks")
         chunks = tuple(chunks.get(name, "auto") for name in dims)
     each = chunks if isinstance(chunks, tuple) else (chunks,) * len(dims)
-    asked = tuple(SIDE if one == "auto" else one for one in each)
+    asked = tuple(SIDE if isinstance(one, str) and one == "auto" else one for one in each)
     msg = (
         f"chunks= is a side, (rows, columns), {{'y': rows, 'x': columns}} or 'auto', one cell at "
-        f"least; got {chunks!r}"
+        f"least; got {show_value(chunks)}"
     )
     try:
         found: tuple[tuple[int, ...], ...] = normalize(asked, shape)
     except (TypeError, ValueError, ZeroDivisionError) as error:
         raise InputError(msg, option="chunks") from error
-    if min(map(min, found)) < 1:
+    if len(found) != len(shape) or not all(side >= 1 for axis in found for side in axis):
         raise InputError(msg, option="chunks")
     return found
 

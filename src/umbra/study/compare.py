@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.sun.clock import parse_duration
 
 if TYPE_CHECKING:
@@ -57,7 +57,9 @@ def compare(
     """
     import xarray as xr  # noqa: PLC0415
 
-    before, after = (getattr(one, "dataset", one) for one in (before, after))
+    before, after = (
+        _find_dataset(name, study) for name, study in (("before", before), ("after", after))
+    )
     dims = before.sun_hours.dims
     _check_same(before, after)
     has_days = "sun_hours_by_day" in before and "sun_hours_by_day" in after
@@ -106,6 +108,15 @@ def compare(
         if under is not None:
             attributes["area_newly_under"] = float(newly.sum()) * cell
     return xr.Dataset(found, attrs=attributes)
+
+
+def _find_dataset(name: str, study: Any) -> "xr.Dataset":
+    """Return the dataset of a study; refuse all that is none."""
+    found = getattr(study, "dataset", study)
+    if "sun_hours" not in getattr(found, "data_vars", ()):
+        msg = f"{name} is {show_value(study)}, not a study; give what umbra.shadow_study returns"
+        raise InputError(msg, option=name)
+    return found
 
 
 def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
@@ -205,7 +216,8 @@ class SunLosses:
         names, place = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
         owner = np.where(self.owner < 0, len(self.names), self.owner)
         mine = place.ravel()[owner][left]
-        areas = np.broadcast_to(self.area, self.owner.shape)[left]
+        # A kind of receivers whose places have no area may say so by 0 or NaN.
+        areas = np.nan_to_num(np.broadcast_to(self.area, self.owner.shape)[left], posinf=0.0)
         whole = _add_up(mine, areas, len(names))
         each = [(self.lost, self.newly_days > 0)]
         if self.lost_by_day is not None and self.newly_by_day is not None:
@@ -227,11 +239,19 @@ class SunLosses:
 
 _FINE = 2.0**20
 """Parts of a square metre, or of one times an hour, in which sums are kept."""
+_MOST = 2.0**62
+"""Largest sum, half of what int64 holds."""
 
 
 def _add_up(owner: NDArray[np.intp], values: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Add up values by owner in whole numbers: the sum does not depend on their order."""
     sums = np.zeros(count, np.int64)
+    if float(values.sum()) * _FINE >= _MOST:
+        msg = (
+            f"the receivers add up to {values.sum():.3g} m² or m² h, more than figures of "
+            "neighbours hold; is the model in millimetres? export it in metres"
+        )
+        raise InputError(msg)
     np.add.at(sums, owner, np.rint(values * _FINE).astype(np.int64))
     return sums
 
@@ -280,14 +300,15 @@ class NeighbourSums:
     def variables(self) -> Variables:
         """Return the arrays of ``study.nc``: neighbours that lose sun, by hours times area."""
         order = np.argsort(-self.sums[0, 0], kind="stable")
-        kept = order[self.sums[0, 1, order] > 0]
+        kept = order[self.most[0, order] > LEAST]
         one = ("neighbour",)
         area = self.area[kept] / _FINE
         figures = {
             "area_touched": self.sums[:, 1, kept] / _FINE,
             "area_newly_under": self.sums[:, 2, kept] / _FINE,
             "most_hours_lost": self.most[:, kept],
-            "mean_hours_lost": self.sums[:, 0, kept] / _FINE / np.maximum(area, 1e-300),
+            # Without an area there is no mean.
+            "mean_hours_lost": self.sums[:, 0, kept] / _FINE / np.where(area > 0, area, np.nan),
         }
         found: Variables = {"neighbour": (one, self.names[kept]), "neighbour_area": (one, area)}
         found |= {f"neighbour_{name}": (one, rows[0]) for name, rows in figures.items()}

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import CHOICES
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.methods import DeviceName
 from umbra.options import Option, check_types, list_options, option
 
@@ -214,7 +214,7 @@ class StudyOptions:
             if isinstance(getattr(self, name), Real):
                 object.__setattr__(self, name, f"{getattr(self, name):.15g}")
         if not isinstance(self.receivers, str):
-            msg = f"receivers are named by a str, such as 'top'; got {self.receivers!r}"
+            msg = f"receivers are named by a str, such as 'top'; got {show_value(self.receivers)}"
             raise InputError(msg, option="receivers")
         check_types(self)
         self._check_receivers()

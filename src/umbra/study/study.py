@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from umbra.casters.casting import select_casters
 from umbra.errors import InputError, find_similar
 from umbra.ground.choice import find_ground
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
@@ -143,7 +143,7 @@ def count_lights(
         raise InputError(msg, option="canopy")
     scene = find_ground(scene, options.ground).scene
     kind = find_kind(options.receivers, scene, options.ground)
-    threads = options.threads or count_cores()
+    threads = choose_threads(options.threads)
     suns, others = lights.split()
     casters = select_casters(scene, options.cast, options.no_cast)
     request = Request(

@@ -17,7 +17,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.sun.local_time import find_instant, has_offset, parse_date
 from umbra.sun.zones import find_zone
 
@@ -159,7 +159,9 @@ def parse_duration(
     every: str | dt.timedelta, what: str = "step", option: str = "every"
 ) -> dt.timedelta:
     """Read a duration above 0: ``15min``, ``1h``, ``1h30min``, ``30s``; errors name an option."""
-    shown = f"the {what} {option}={str(every)!r}" if option else f"the {what} {str(every)!r}"
+    shown = (
+        f"the {what} {option}={show_value(every)}" if option else f"the {what} {show_value(every)}"
+    )
     if isinstance(every, dt.timedelta):
         duration = every
     else:

@@ -14,7 +14,7 @@ from zoneinfo import ZoneInfo
 
 import numpy as np
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 
 __all__ = ["find_instant", "has_offset", "parse_date", "parse_dates", "tell_skipped"]
 
@@ -57,7 +57,7 @@ def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
     else:
         match = DATE.fullmatch(date.strip()) if isinstance(date, str) else None
         if not match:
-            msg = f"{date!r} is not a date; write YYYY-MM-DD, such as 2026-09-18"
+            msg = f"{show_value(date)} is not a date; write YYYY-MM-DD, such as 2026-09-18"
             raise InputError(msg, date=date)
         year, month, day = map(int, match.groups())
     if not FIRST_YEAR <= year <= LAST_YEAR:
@@ -127,7 +127,7 @@ def _parse_time(
     text = time.isoformat() if isinstance(time, dt.time) else str(time).strip()
     match = TIME.fullmatch(text)
     if not match:
-        msg = f"the {what} {text!r} is not a clock time; write HH:MM, such as 09:30"
+        msg = f"the {what} {show_value(time)} is not a clock time; write HH:MM, such as 09:30"
         raise InputError(msg, time=text)
     hour, minute, second = (int(number or 0) for number in match.groups()[:3])
     if (hour, minute, second) == (24, 0, 0) and what == "end":
@@ -215,7 +215,11 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
     if every_days < 1:
         msg = f"every {every_days} days is not possible; give 1 or more"
         raise InputError(msg, every_days=every_days)
-    given = [dates] if isinstance(dates, Date) else list(dates)
+    try:
+        given = [dates] if isinstance(dates, Date) else list(dates)
+    except TypeError as error:
+        msg = f"dates are text, such as 2026-09-18, or dates; got {show_value(dates)}"
+        raise InputError(msg, dates=dates) from error
     words: list[Date] = []
     for item in given:
         words += item.split(",") if isinstance(item, str) else [item]

@@ -30,7 +30,7 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError, check_type
+from umbra.errors import InputError, check_type, show_value
 from umbra.scene import Light, directional_light
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import Site
@@ -110,8 +110,9 @@ def find_sun(
     >>> find_sun(site, np.datetime64("2026-06-21T11:00")).altitude.round(1)
     array([65.2])
     """
-    if refraction not in {"standard", "none"}:
-        msg = f"refraction '{refraction}' is not known; give 'standard' or 'none'"
+    check_type("site", site, Site)
+    if not isinstance(refraction, str) or refraction not in {"standard", "none"}:
+        msg = f"refraction {show_value(refraction)} is not known; give 'standard' or 'none'"
         raise InputError(msg, refraction=refraction)
     utc = _to_utc(instants)
     geometric, apparent, azimuth = _find_angles(
@@ -179,8 +180,11 @@ def _delta_t(utc: NDArray[np.datetime64]) -> NDArray[np.float64]:
 
 def _to_utc(instants: Any) -> NDArray[np.datetime64]:
     """Instants as a checked (n,) datetime64[us] array."""
-    listed = np.atleast_1d(np.asarray(instants))
     msg = "instants must be a list or 1-D array of datetime64 or datetime; give them in UTC"
+    try:
+        listed = np.atleast_1d(np.asarray(instants))
+    except ValueError as error:  # rows of different lengths
+        raise InputError(msg) from error
     if listed.ndim != 1 or (listed.dtype.kind not in "MOU" and listed.size):
         raise InputError(msg)
     try:
@@ -188,7 +192,7 @@ def _to_utc(instants: Any) -> NDArray[np.datetime64]:
             # numpy would drop the offset of a zoned datetime: take it to UTC first.
             listed = np.array([_drop_offset(when) for when in listed])
         utc = listed.astype("datetime64[us]")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(msg) from error
     years = utc.astype("datetime64[Y]").astype(np.int64) + 1970
     wrong = (years < -1999) | (years > 3000)  # NaT is the lowest year of all

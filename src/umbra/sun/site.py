@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from umbra.errors import InputError
+from umbra.errors import InputError, check_type, show_value
 from umbra.sun.zones import find_local_zone, find_zone
 
 if TYPE_CHECKING:
@@ -104,9 +104,13 @@ def find_site(
     Raises
     ------
     InputError
-        If neither the caller nor the file gives a latitude and a longitude, or
-        they are wrong.
+        If ``scene`` is no `Scene`; if neither the caller nor the file gives a latitude and a
+        longitude, or they are wrong.
     """
+    if not all(hasattr(scene, name) for name in ("latitude", "longitude", "true_north")):
+        from umbra.scene import Scene  # noqa: PLC0415 - a site alone needs no scene
+
+        check_type("scene", scene, Scene)
     latitude = scene.latitude if latitude is None else latitude
     longitude = scene.longitude if longitude is None else longitude
     elevation = getattr(scene, "elevation", None)
@@ -182,13 +186,13 @@ def _set_number(site: Site, field: str, low: float, high: float) -> None:
     given = getattr(site, field)
     try:
         value = float(given)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = math.nan
     if math.isfinite(value) and low <= value <= high:
         object.__setattr__(site, field, value)
         return
     shown = field.replace("_", " ")
-    what = f"{given!r} is not a finite number"
+    what = f"{show_value(given)} is not a finite number"
     if math.isfinite(value):
         what = f"{value:g} is outside {low:g} to {high:g}"
     msg = f"the {shown} {what}; give it in {'metres' if field == 'elevation' else 'degrees'}"

@@ -14,7 +14,7 @@ import orjson
 
 from umbra import __version__
 from umbra.errors import InputError
-from umbra.machine import count_cores
+from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.readers.georeference import locate
 from umbra.readers.model import Crowns, FilePlace, settle
@@ -159,7 +159,7 @@ def prepare_city(
     job = CityJob(
         str(folder.absolute()), options, site, kind.name, frame, None, "",
         min_altitude=city.min_altitude or 0.0, memory=city.bytes,
-        threads=options.threads or count_cores(), merged=tuple(merged),
+        threads=choose_threads(options.threads), merged=tuple(merged),
     )  # fmt: skip
     limit = partial(Workplace(job).setup.attribution.limit_tiles, days=len(period.days))
     lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)

@@ -25,6 +25,7 @@ from queue import SimpleQueue
 from threading import Lock
 from typing import IO, TYPE_CHECKING, Any, Self
 
+from umbra.errors import UmbraError
 from umbra.machine import HOME, count_cores, make_command
 
 if TYPE_CHECKING:
@@ -205,9 +206,12 @@ def serve() -> None:
     # Libraries must read no jobs, and their output must not mix with the answers.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
-    for module in ("hours", "profile"):
-        import_module(f"umbra.writers.{module}")
-    import_module("umbra.writers.paper").load_fonts()
+    try:
+        for module in ("hours", "profile"):
+            import_module(f"umbra.writers.{module}")
+        import_module("umbra.writers.paper").load_fonts()
+    except UmbraError:  # the parent, which draws what no child does, tells it
+        return
     mine = pipes[0]
     for pair in pipes[1:]:
         if not os.fork():

@@ -16,7 +16,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
+from umbra.packages import make_folder_error
+
+try:
+    import matplotlib as mpl
+except OSError as error:
+    raise make_folder_error() from error
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import RendererBase

@@ -13,6 +13,8 @@ from typing import Any
 
 from PIL import ImageFont
 
+from umbra.packages import make_folder_error
+
 __all__ = ["FACE", "find_families", "fit_caption", "load_font", "note_missing"]
 
 FACE = "DejaVu Sans"
@@ -32,8 +34,10 @@ def _find_file() -> str:
 @cache
 def _read_letters(path: str) -> frozenset[int]:
     """Return the codes of a typeface's characters; none of a file that is not one."""
-    from matplotlib.ft2font import FT2Font  # noqa: PLC0415  (slower to load than Pillow)
-
+    try:
+        from matplotlib.ft2font import FT2Font  # noqa: PLC0415  (slower to load than Pillow)
+    except OSError as error:
+        raise make_folder_error() from error
     with suppress(OSError, RuntimeError):
         return frozenset(FT2Font(path).get_charmap())
     return frozenset()
@@ -47,6 +51,8 @@ def _find_lacking(text: str) -> frozenset[int]:
 
 def _list_others(lacking: frozenset[int]) -> Iterator[tuple[Any, frozenset[int]]]:
     """List typefaces of the system, those with most of some characters first, until all are had."""
+    if not lacking:
+        return
     from matplotlib.font_manager import findSystemFonts, fontManager  # noqa: PLC0415
 
     for path in {*findSystemFonts()} - {one.fname for one in fontManager.ttflist}:
