@@ -4,7 +4,7 @@ Results of the readers: parts in the file's own coordinates, and the file's fact
 Files are placed by their up axis, and by the site that files and CRS agree on.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import partial
@@ -151,26 +151,35 @@ class UniqueNames:
     """
     Names in use, so that each further one differs: ``Tower``, ``Tower (2)``.
 
+    Parameters
+    ----------
+    used : iterable of str
+        Names that are in use already.
+    ignores_case : bool
+        Whether names that differ by case alone are one, as to many file systems and SQLite.
+
     Attributes
     ----------
     numbered : int
         Number of words that were in use before.
     """
 
-    def __init__(self) -> None:
-        self._used: set[str] = set()
+    def __init__(self, used: Iterable[str] = (), *, ignores_case: bool = False) -> None:
+        self._fold: Callable[[str], str] = str.casefold if ignores_case else str
+        self._used = set(map(self._fold, used))
         self._counts: dict[str, int] = {}
         self.numbered = 0
 
     def add(self, word: str) -> str:
         """Return the word, numbered if it is in use."""
-        name, count = word, self._counts.get(word, 1)
-        while name in self._used:
+        key = self._fold(word)
+        name, count = word, self._counts.get(key, 1)
+        while self._fold(name) in self._used:
             count += 1
             name = f"{word} ({count})"
-        self._counts[word] = count
+        self._counts[key] = count
         self.numbered += name != word
-        self._used.add(name)
+        self._used.add(self._fold(name))
         return name
 
 

@@ -210,7 +210,16 @@ class Scene(Exchange):
         layers: dict[str, set[str]] = {}
         for part in self.parts:
             layers.setdefault(part.name, set()).add(part.layer)
-        return [p.full_name if len(layers[p.name]) > 1 else p.name for p in self.parts]
+        objects = {(part.layer, part.name): part for part in self.parts}
+        shown = {
+            key: part.full_name if len(layers[part.name]) > 1 else part.name
+            for key, part in objects.items()
+        }
+        taken = Counter(shown.values())
+        for key, label in shown.items():
+            if taken[label] > 1:  # an object may be called as another is with its layer
+                shown[key] = objects[key].full_name
+        return [shown[part.layer, part.name] for part in self.parts]
 
     def bounds(self) -> NDArray[np.float64]:
         """

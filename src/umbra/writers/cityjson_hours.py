@@ -69,11 +69,17 @@ class MeasuredObject:
     columns: Mapping[str, NDArray]
 
 
+_LONGEST = 200
+"""Most bytes of a file's name without number and ending; file systems take 255 in all."""
+
+
 def name_targets(sources: Sequence[Source]) -> list[str]:
     """Name the file of each source with hours by its layer; files that share one are numbered."""
-    unique, names = UniqueNames(), []
+    unique, names = UniqueNames(ignores_case=True), []
     for source in sources:
-        stem = re.sub(r'[/\\:*?"<>|]', "_", f"hours_{source.layer}" if source.layer else "hours")
+        stem = f"hours_{source.layer}" if source.layer else "hours"
+        stem = re.sub(r'[\x00-\x1f/\\:*?"<>|]', "_", stem)
+        stem = stem.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
         ending = "jsonl" if source.format.startswith("CityJSONSeq") else "json"
         names.append(f"{unique.add(stem)}.city.{ending}")
     return names

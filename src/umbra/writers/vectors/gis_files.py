@@ -10,6 +10,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
+from umbra.readers.model import UniqueNames
 from umbra.writers.vectors import Layer
 
 if TYPE_CHECKING:
@@ -108,6 +109,10 @@ _NO_CRS = (
 )
 
 
+_RESERVED = ("fid", "geom")
+"""Columns that every table of a GeoPackage has."""
+
+
 def write_geopackage(
     path: str | os.PathLike[str], layers: Sequence[Layer], crs: object = None
 ) -> None:
@@ -124,12 +129,13 @@ def write_geopackage(
     system = find_crs(crs)
     try:
         for layer in layers:
+            names = UniqueNames(_RESERVED, ignores_case=True)
             pyogrio.raw.write(
                 os.fspath(path),
                 shapely.to_wkb(np.array(layer.geometries, object)),
                 [np.array(values) if not _is_text(values) else np.array(values, object)
                  for values in layer.values.values()],
-                list(layer.values),
+                [names.add(name) for name in layer.values],
                 layer=layer.name,
                 driver="GPKG",
                 geometry_type=layer.kind,
