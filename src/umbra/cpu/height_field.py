@@ -360,25 +360,18 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level
 
 @partial(borrowing, boundscheck=False)
 def _add_up(level, weights, sums, cells, face, lit, sun):
-    """
-    Add a sun's ``weights`` (k,) to the ``sums`` (k, rows, cols) of every cell in shadow.
-
-    Shadow is cast, a ``level`` of not 0, or attached. Resets ``level`` to 0.
-    """
-    width = sums.shape[2]
+    """Add a sun's ``weights`` (k,) to the ``sums`` (k, rows, cols) of every cell in shadow."""
     for q in range(cells.size):
         if (lit[face[q]] >> np.uint64(sun)) & np.uint64(1) == 0:
-            level[cells[q] // width, cells[q] % width] = 1
+            level[cells[q] // sums.shape[2], cells[q] % sums.shape[2]] = 1  # attached
     nothing = weights[0] - weights[0]
     for r in range(sums.shape[1]):
         n = level[r]
         for k in range(1, weights.size):
-            o = sums[k, r]
-            w = weights[k]
+            o, w = sums[k, r], weights[k]
             for c in range(o.size):
                 o[c] += w if n[c] != 0 else nothing
-        o = sums[0, r]
-        w = weights[0]
+        o, w = sums[0, r], weights[0]
         for c in range(o.size):
             o[c] += w if n[c] != 0 else nothing
             n[c] = 0

@@ -29,14 +29,8 @@ from umbra.packages import write_install
 from umbra.scene.camera import DAY, Sky
 
 __all__ = [
-    "BACKENDS",
-    "Device",
-    "DeviceUser",
-    "on_device",
-    "open_device",
-    "release_all",
-    "tell_driver",
-]
+    "BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all", "tell_driver",
+]  # fmt: skip
 
 _ERRORS = {
     0x0500: "an invalid enum",
@@ -49,9 +43,7 @@ _ERRORS = {
 
 
 class _Current(threading.local):
-    """The device whose context is current in this thread, or None."""
-
-    device: "Device | None" = None
+    device: "Device | None" = None  # whose context is current in this thread
 
 
 _current = _Current()

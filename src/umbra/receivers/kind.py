@@ -41,11 +41,7 @@ class Counter(Protocol):
         sums: NDArray[np.int32],
         progress: Callable[[int], object] = ...,
     ) -> None:
-        """
-        Add to each receiver the weights (n, k) of the suns that leave it in shadow.
-
-        ``sums`` (k, ...) are added to; ``progress`` is called with the number of suns done.
-        """
+        """Add the weights (n, k) of the suns that leave each receiver in shadow to its sums."""
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""
