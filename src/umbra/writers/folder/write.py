@@ -19,8 +19,12 @@ from umbra.writers.atomic import replace_file, replace_results
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.pictures import (
-    Sheets, describe_points, draw_pictures, draw_plan_of_points, draw_surfaces,
-)  # fmt: skip
+    Sheets,
+    describe_points,
+    draw_pictures,
+    draw_plan_of_points,
+    draw_surfaces,
+)
 from umbra.writers.plan import Plan, name_hours
 from umbra.writers.typeface import note_missing
 
