@@ -14,8 +14,10 @@ def hillside(tmp_path):
 def test_a_study_of_a_hillside_says_what_it_assumes(study, hillside):
     said = study(files=[hillside])
     assert said.status == 0
-    assert "level at z = 10 m; the model's 5 objects" in said.err
-    assert "from 0 to 20 m (--ground" in said.err
+    assert "through the feet of 5 buildings" in said.err
+    assert said.err.count("\n") == 1
+    said = study("--ground", "level", files=[hillside])
+    assert "level at z = 10 m; 5 buildings stand at 0 to 20 m" in said.err
     assert said.err.count("\n") == 1
     for options in (["--ground", "10"], ["--quiet"]):
         assert study(*options, files=[hillside]).err == ""

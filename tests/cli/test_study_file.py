@@ -184,7 +184,7 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 NAMES = """
 files lat lon tz north
 date from to every every-days by-day refraction
-receivers spacing on points eye target fov ground extent cell size
+receivers spacing on points eye target fov ground extent cell size crs
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed under spells exact min-spell masks
 title subtitle show at pictures report sheet write rules
@@ -198,6 +198,7 @@ a machine, starts processes, or lets models name files outside their folder."""
 TYPED = {
     "out": "elsewhere", "scheduler": "tcp://127.0.0.1:8786", "workers": 2, "memory": "4GB",
     "threads": 1, "allow-outside": True, "no-cache": True, "quiet": True, "json": True,
+    "max-memory": 4,
 }  # fmt: skip
 
 

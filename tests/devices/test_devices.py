@@ -52,8 +52,9 @@ def test_gl_gives_the_cpus_hours(town, receivers, options):
 
 
 def test_gl_counts_plans_only(town):
-    with pytest.raises(InputError, match="plans"):
+    with pytest.raises(InputError) as caught:
         run_study(town, VIENNA, **DAY, receivers="south", device="gl")
+    assert caught.value.option == "device"
 
 
 def test_without_opengl_the_error_says_what_to_do(town, monkeypatch):
@@ -158,7 +159,7 @@ def test_a_device_that_there_is_not_is_refused_by_name():
     for find in (find_device, lambda name: check_device(name, None)):
         with pytest.raises(InputError, match="'tpu' is not one of auto, cpu, gl"):
             find("tpu")
-    with pytest.raises(InputError, match="at least 1; got 0"):
+    with pytest.raises(InputError, match="at least 1"):
         check_device("cpu", 0)
 
 

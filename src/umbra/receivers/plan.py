@@ -350,11 +350,10 @@ class TopmostSurface(PlanKind):
             return check_stated(scene, level)
         told = (
             f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
-            f"is assumed level at z = {level:.6g} m, where the lowest of its objects stands "
-            "(ground=)"
+            f"is assumed level at z = {level:.6g} m (ground=)"
         )
         return {"assumption": told, "assumed_ground_share": float(bare)}
 
     def describe_receivers(self, study: "Study") -> str:
         """Describe the topmost surface."""
-        return f"the topmost surface: roofs, terrain, and the ground at z = {study.ground:.6g} m"
+        return f"the topmost surface: roofs, terrain; {study.facts['ground']}"
