@@ -5,9 +5,7 @@ Files are made here, as binaries in a repository can hide anything. `read_alone`
 command and measures it; ``make fuzz`` does so with each of `BOMBS`.
 """
 
-import contextlib
 import json
-import os
 import sqlite3
 import struct
 import subprocess
@@ -25,7 +23,7 @@ from support.gml_files import polygon, surfaces
 from support.model_files import save_obj
 from support.shapes import box
 
-__all__ = ["BOMBS", "Reading", "are_there", "read_alone"]
+__all__ = ["BOMBS", "MOST_MEMORY", "Reading", "are_there", "read_alone"]
 
 RECURSIVE = (
     "CREATE VIEW towers AS WITH RECURSIVE endless(fid, geom, height) AS (SELECT 1, (SELECT geom "
@@ -131,8 +129,9 @@ def _make_town(count: int) -> bytes:
 
 
 def make_members(folder: Path) -> Path:
-    """Make an archive of 30 members that each unpack to 60 MB."""
-    return _pack(folder / "members.zip", _make_town(4000), [f"{n}.gml" for n in range(30)], 1)
+    """Make an archive of 30 members that each unpack to 10 MB, half of it comments."""
+    town = _make_town(2000) + b"<!--" + b"-->\n<!--".join([b"a" * 1000] * 5000) + b"-->"
+    return _pack(folder / "members.zip", town, [f"{n}.gml" for n in range(30)], 1)
 
 
 def make_overlap(folder: Path) -> Path:
@@ -310,15 +309,20 @@ class Reading:
         return ""
 
 
+# A process's peak is at first that of the process that started it, here a small one.
+MEASURE = """
+import json, os, resource, subprocess, sys
+resource.setrlimit(resource.RLIMIT_AS, (6_000_000_000, 6_000_000_000))
+run = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+said = run.stderr.read().decode(errors="replace")
+_, status, used = os.wait4(run.pid, 0)
+run.returncode = os.waitstatus_to_exitcode(status)
+print(json.dumps([run.returncode, said, used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss]))
+"""
+
+
 def read_alone(path: Path) -> Reading:
     """Read a file by the command, in a process whose memory is limited."""
     command = [Path(sys.executable).with_name("umbra"), "inspect", path, "--no-cache"]
-    run = subprocess.Popen(
-        ["sh", "-c", 'ulimit -v 6000000; exec "$@"', "sh", *map(str, command)],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    with run, contextlib.closing(run.stderr) as errors:
-        said = errors.read().decode(errors="replace")
-        _, status, used = os.wait4(run.pid, 0)
-        run.returncode = os.waitstatus_to_exitcode(status)
-    return Reading(run.returncode, said, used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss)
+    run = [sys.executable, "-c", MEASURE, *map(str, command)]
+    return Reading(*json.loads(subprocess.run(run, stdout=subprocess.PIPE, check=True).stdout))

@@ -2,8 +2,11 @@
 
 import sys
 
+import numpy as np
 import pytest
-from fuzz.bombs import BOMBS, are_there, read_alone, save_view
+from fuzz.bombs import BOMBS, MOST_MEMORY, are_there, read_alone, save_view
+from support.model_files import save_obj
+from support.shapes import box
 
 import umbra
 from umbra import InputError
@@ -65,3 +68,10 @@ def test_all_files_of_a_reading_have_one_budget():
     with pytest.raises(InputError) as caught:
         budget.spend(600, "another")
     assert (caught.value.needed, caught.value.limit) == (1200, 1000)
+
+
+@on_linux
+def test_what_a_bomb_takes_is_not_what_its_tests_took(tmp_path):
+    np.ones(int(MOST_MEMORY) // 8 + 10_000_000)  # this process reaches more, for a moment
+    house = save_obj(tmp_path / "house.obj", {"house": box((0, 0, 0), (3, 3, 3))})
+    assert read_alone(house).find_fault("") == ""
