@@ -77,7 +77,7 @@ class StandIn:
         assert all(len(day.shadows) == len(day.labels) for day in days)
         self.leave(path)
 
-    def draw_points(self, path, plan, places, days, *args):
+    def draw_points(self, path, plan, places, days, *args, **options):
         assert all(len(places) == len(day.hours) for day in days)
         assert plan.shape[0] > 1
         self.leave(path)
@@ -86,7 +86,7 @@ class StandIn:
         assert [caption.split()[0] for caption, _, _ in maps] == [
             "Plan", "South", "East", "North", "West",
         ]  # fmt: skip
-        assert all(hours.shape == plan.shape for _, plan, hours in maps)
+        assert all(day.hours.shape == plan.shape for _, plan, day in maps)
         assert len(arrangement.corners) == len(maps)
         self.leave(path)
 

@@ -29,6 +29,9 @@ def test_a_study_with_leaves_and_without(study, garden, tmp_path):
     assert study(*leaves, "--masks", files=[garden], out=summer).status == 0
     assert study(*leaves, files=[garden], out=winter, day="2026-12-18").status == 0
     found = read(summer)
+    # A crown hangs: its underside tells nothing of the ground, which is that of the house.
+    assert found.attrs["ground_z"] == 0
+    assert not found.receiver_z.values.any()
     light = (1 - found.in_shadow) * (1 - (1 - found.canopy_transmissivity) * found.under_canopy)
     np.testing.assert_allclose(found.sun_hours, light.sum("time") * 0.25, atol=1e-4)
     assert float(found.canopy_hours.max()) > 3

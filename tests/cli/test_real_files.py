@@ -5,6 +5,8 @@ import pytest
 import xarray as xr
 from support.model_files import DATA
 
+import umbra
+
 VIENNA = ["--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna"]
 DAY = ["--date", "2026-09-18", "--every", "2h", "--size", "150x120", "--masks"]
 
@@ -18,6 +20,16 @@ MODELS = [
     ("fzk_haus.ifc", [], "Europe/Berlin"),
     ("tokyo_footprints.geojson", [], "Asia/Tokyo"),
 ]
+ON_SLOPES = ("vienna_lod2.city.jsonl", "zurich_lod2.city.json")
+"""Files without terrain whose buildings' feet differ by more than a storey."""
+
+
+def find_roofed(path, result):
+    """Find the cells with anything of the model above them, by rays from below."""
+    x, y = np.meshgrid(result.x, result.y)
+    below = np.full(x.shape, umbra.read(path).bounds()[0, 2] - 1)
+    points = np.stack([x, y, below], -1).reshape(-1, 3)
+    return umbra.count(umbra.read(path), points, [(0, 0, 1)])[:, 0].reshape(x.shape) != 0
 
 
 @pytest.mark.parametrize("receivers", ["ground", "top"])
@@ -37,14 +49,24 @@ def test_study(umbra_here, no_pictures, tmp_path, name, site, zone, receivers):
         assert result.attrs["time_zone"] == zone
         assert result.shadow_hours.shape == (120, 150)
         total = result.shadow_hours.values + result.sun_hours.values
-        # Beside a ground of its own, as Delft's, nothing receives.
+        # Beside a ground of its own, as Delft's, nothing receives, nor under what stands on a
+        # ground that is assumed through the feet.
         is_land = np.isfinite(total)
-        assert is_land.all() == ((name[:5], receivers) != ("delft", "top"))
+        assert ("ground_feet" in result.attrs) == (name in ON_SLOPES)
+        through_feet = name in ON_SLOPES and receivers == "ground"
+        assert is_land.all() == ((name[:5], receivers) != ("delft", "top") and not through_feet)
         np.testing.assert_allclose(total[is_land], 8, rtol=1e-6)
         dark = 2 * result.in_shadow.sum("time").values
         np.testing.assert_allclose(dark[is_land], result.shadow_hours.values[is_land])
         assert 0 < float(result.shadow_hours.mean()) < 8
         if receivers == "top":
             assert float(np.ptp(result.receiver_z.values[is_land])) > 5
+        elif through_feet:
+            np.testing.assert_array_equal(np.isfinite(result.receiver_z), is_land)
+            assert float(np.ptp(result.receiver_z.values[is_land])) > 5
+            roofed = find_roofed(path, result)
+            assert is_land.mean() > 0.5
+            assert roofed[~is_land].mean() > 0.99
+            assert (~is_land)[roofed].mean() > 0.9  # else under eaves
         else:
             assert float(np.ptp(result.receiver_z.values)) == 0

@@ -163,7 +163,7 @@ def test_pictures_of_several_dates_show_each_with_its_daylight(study, street, mo
     said = study(*dates, *ASKED, "--json", files=[street], day=None)
     assert said.status == 0, said
     result = said.json()
-    for name, what in (("hours.png", "hours in shadow on the date"),
+    for name, what in (("hours.png", "hours of sun on the date"),
                        ("hours_lost.png", "hours of sun lost to tower")):  # fmt: skip
         maps, _, options, plan = seen[name]
         assert [each.title for each in maps] == ["2026-03-21", "2026-06-21", "2026-12-21"]
@@ -200,7 +200,8 @@ def test_all_dates_together_are_a_mean_or_a_sum_and_say_so(
     seen = find_pictures(monkeypatch)
     assert study(*options, *ASKED, "--every", "1h", files=[street], day=None).status == 0
     (day,), (scale,), named, _ = seen["hours.png"]
-    assert named["what"] == f"hours in shadow{says}"
+    assert named["what"] == f"hours of sun{says}"  # several dates lead with the sun
+    assert named["show"] == "sun"
     assert scale == most
     assert day.hours.max() <= most
     (lost,), _, named, _ = seen["hours_lost.png"]
@@ -221,8 +222,9 @@ def test_of_very_many_dates_by_day_every_nth_has_a_map(study, street, monkeypatc
 def test_points_and_sheets_are_drawn_of_each_date(study, street, tmp_path, monkeypatch):
     seen = {}
 
-    def note(self, path, plan, places, days, most, *rest, what=""):
+    def note(self, path, plan, places, days, most, *rest, what="", **options):
         seen[path.name] = (days, most, rest, what, plan)
+        assert options == ({"ramp": "loss"} if path.name == "hours_lost.png" else {})
         path.write_bytes(b"a picture")
 
     monkeypatch.setattr(painter.Painter, "draw_points", note)

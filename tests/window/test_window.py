@@ -17,9 +17,10 @@ from support.shapes import box
 
 from umbra import read
 from umbra.gl.renderer import Renderer
+from umbra.ground.choice import find_ground
 from umbra.window.handles import find_handles, project
 from umbra.window.painter import SMOOTH
-from umbra.window.view import SUN, find_ground
+from umbra.window.view import SUN
 
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
@@ -78,8 +79,8 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
     assert sorted(path.name for path in model.parent.iterdir()) == [
         "model.obj", "model.png", "model.view.json"
     ]  # fmt: skip
-    scene = read(model)
-    with Renderer(scene, find_ground(scene.bounds())) as renderer:
+    ground = find_ground(read(model))
+    with Renderer(ground.scene, ground.level) as renderer:
         lights = list(wanted.shining().values())
         camera = wanted.viewpoint.camera(SIZE)
         expected = renderer.render(camera, lights, wanted.method, samples=SMOOTH)
@@ -150,8 +151,8 @@ def test_walk_play_cpu_and_rest(display, model):
 def test_edges_are_smooth_once_nothing_moves(display, model):
     with open_desk(display, model, "--date", "2026-06-21", "--at", "09:00") as desk:
         view = desk.view()
-        scene = read(model)
-        with Renderer(scene, find_ground(scene.bounds())) as renderer:
+        ground = find_ground(read(model))
+        with Renderer(ground.scene, ground.level) as renderer:
             lights, camera = list(view.shining().values()), view.viewpoint.camera(SIZE)
             jagged, smooth = (renderer.render(camera, lights, samples=n) for n in (1, SMOOTH))
         differs = np.abs(jagged.astype(int) - smooth).max(2) > 30

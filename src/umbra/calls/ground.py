@@ -1,6 +1,6 @@
 """The ground of pictures, windows and pages: that of a study."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.styles import Style
@@ -35,9 +35,15 @@ def choose_ground(
     return ground.scene, ground.level if ground.is_plane else None
 
 
-def stand_scene(options: ViewOptions, scene: Scene) -> tuple[Scene, float | None]:
-    """Return a scene with its ground, as for a study, and the height of a plane [m], if it is."""
+def stand_scene(
+    options: ViewOptions, scene: Scene, hanging: Sequence[int] = ()
+) -> tuple[Scene, float | None]:
+    """
+    Return a scene with its ground, as for a study, and the height of a plane [m], if it is.
+
+    ``hanging`` are the parts that tell nothing of its height, such as a study's canopies.
+    """
     if options.ground is False:
         return scene, None
-    ground = find_ground(scene, None if options.ground is True else options.ground)
+    ground = find_ground(scene, None if options.ground is True else options.ground, hanging)
     return ground.scene, ground.level if ground.is_plane else None

@@ -85,10 +85,11 @@ def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
 
 def _stand(scene: Scene, options: ViewOptions) -> tuple[Scene, float | None]:
     """Return a page's scene on its ground, the study's if there is one, and a plane's height."""
-    study = options.study
+    study, canopies = options.study, []
     if isinstance(study, ShadowStudy) and options.ground is None:
         options = replace(options, ground=study.options.ground)
-    return stand_scene(options, scene)
+        canopies = scene.select(study.options.canopy) if study.options.canopy else []
+    return stand_scene(options, scene, canopies)
 
 
 def _find_ground(scene: Scene, study: Study | None, height: float | None) -> float | None:

@@ -5,6 +5,7 @@ It is what a caller or the file states; else terrain that the file brings; else,
 buildings differ by more than a storey, a surface through them; else the plane at their median.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,7 @@ def describe_surface(surface: FeetSurface) -> dict[str, object]:
     }  # fmt: skip
 
 
-def find_ground(scene: Scene, ground: Asked = None) -> Ground:
+def find_ground(scene: Scene, ground: Asked = None, hanging: Sequence[int] = ()) -> Ground:
     """
     Find the ground of a model.
 
@@ -119,6 +120,9 @@ def find_ground(scene: Scene, ground: Asked = None) -> Ground:
         With or without a surface that this function added.
     ground : float or str, optional
         As asked for, see `umbra.ground.asked.check_ground`; None chooses.
+    hanging : sequence of int, optional
+        Indices of parts that stand on no ground, such as crowns of trees: they tell nothing of
+        its height. The scene that is returned keeps the ground that was found without them.
 
     Returns
     -------
@@ -130,33 +134,42 @@ def find_ground(scene: Scene, ground: Asked = None) -> Ground:
         If it is not finite, its file is wrong, or no building has a foot.
     """
     asked = check_ground("ground", ground)
-    return derive(scene, "ground", asked, lambda: _find(scene, asked))
+    is_known = isinstance(scene.ground if asked is None else asked, float | int)
+    afloat = () if is_known else tuple(hanging)
+
+    def find() -> Ground:
+        found = _find(scene, asked, afloat)
+        for known in {(), afloat}:
+            derive(found.scene, "ground", (asked, known), lambda: found)
+        return found
+
+    return derive(scene, "ground", (asked, afloat), find)
 
 
-def _find(scene: Scene, asked: Asked) -> Ground:
-    own = tuple(part for part in scene.parts if part.kind not in ADDED_GROUND)
-    if len(own) < len(scene.parts):
-        scene = replace(scene, parts=own)
+def _find(scene: Scene, asked: Asked, hanging: tuple[int, ...]) -> Ground:
+    own = [k for k, part in enumerate(scene.parts) if part.kind not in ADDED_GROUND]
+    standing = [scene.parts[k] for k in own if k not in set(hanging)]
+    if len(own) < len(scene.parts) or hanging:  # another scene, to keep another ground
+        scene = replace(scene, parts=tuple(scene.parts[k] for k in own))
     known = scene.ground if asked is None else asked
     if isinstance(known, float | int):
         return Ground(scene, float(known), is_plane=True)
-    bases = measure_bases(scene)
+    some = scene if len(standing) in {0, len(own)} else replace(scene, parts=tuple(standing))
+    bases = measure_bases(some)
     level = settle_level(bases)
     if is_file(asked):
         found, notes = add_file_ground(scene, str(asked), scene.bounds())
-        given = Ground(
+        return Ground(
             found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
             notes=tuple(notes),
         )  # fmt: skip
-        return derive(found, "ground", asked, lambda: given)
     if asked is None and has_terrain(scene):
         return Ground(scene, level.low, is_plane=False, assumed=level)
     surface = choose_feet(bases, level, scene.bounds(), asked)
     if surface is None:
         return Ground(scene, level.middle, is_plane=True, assumed=level)
     settled = replace(scene, parts=(*scene.parts, *make_parts(surface, scene.origin)))
-    settled_ground = Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
-    return derive(settled, "ground", asked, lambda: settled_ground)
+    return Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
 
 
 def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSurface | None:

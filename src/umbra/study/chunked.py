@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.ground.choice import find_ground
 from umbra.packages import need
 from umbra.receivers import find_kind
 from umbra.receivers.plan import PlanRaster
@@ -28,7 +27,7 @@ from umbra.scene import Scene
 from umbra.study.attributes import find_attributes
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study, time_variables
-from umbra.study.setup import Setup
+from umbra.study.setup import Setup, settle_ground
 from umbra.sun import Site
 
 if TYPE_CHECKING:
@@ -105,7 +104,7 @@ class ChunkJob:
         """Make the study of one cell before counting: names, types and constants of the whole."""
         setup, laid = self.setup, self.laid.pick(slice(0, 1), slice(0, 1))
         begun = setup.begin(laid)
-        known = find_ground(self.scene, self.options.ground)
+        known = settle_ground(self.scene, self.options)
         told = {**laid.facts, **_tell_ground(self.laid), **known.describe()}
         facts = setup.describe(laid.kind.name, 0.0, ground=known.name, **told)
         facts = {name: fact for name, fact in facts.items() if name not in _TIMES}
@@ -131,7 +130,7 @@ def _prepare(job: ChunkJob) -> tuple[Setup, PlanRaster]:
     with _lock:
         if job.key not in _prepared:
             options = job.options
-            scene = find_ground(job.scene, options.ground).scene
+            scene = settle_ground(job.scene, options).scene
             kind = find_kind(options.receivers, scene, options.ground)
             if not kind.is_plan:
                 msg = (

@@ -13,6 +13,7 @@ from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters
 from umbra.devices import StudyCounters, check_device, find_device
 from umbra.errors import InputError
+from umbra.ground.choice import Ground, find_ground
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
@@ -31,11 +32,17 @@ from umbra.study.loop import (
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 
-__all__ = ["Result", "Setup"]
+__all__ = ["Result", "Setup", "settle_ground"]
 
 Progress = Callable[[int, int], object]
 _warm: set[type] = set()
 """Counters whose kernels have run in this process."""
+
+
+def settle_ground(scene: Scene, options: StudyOptions) -> Ground:
+    """Find the ground of a study; canopies hang over it, and tell nothing of its height."""
+    canopies = scene.select(options.canopy, option="canopy") if options.canopy else ()
+    return find_ground(scene, options.ground, canopies)
 
 
 @dataclass(frozen=True, eq=False)

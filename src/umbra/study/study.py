@@ -26,7 +26,7 @@ from umbra.study.lights import Lights
 from umbra.study.loop import add_up
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
-from umbra.study.setup import Progress, Setup
+from umbra.study.setup import Progress, Setup, settle_ground
 from umbra.sun import Site
 
 __all__ = ["check_names", "count_lights", "run", "run_study"]
@@ -52,7 +52,7 @@ def run(
     kind : ReceiverKind, optional
         By default that of the options' receivers.
     """
-    ground = find_ground(scene, options.ground)
+    ground = settle_ground(scene, options)
     scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
