@@ -92,11 +92,28 @@ class Bases:
         Mean height [m] and twice the plan area [m2] of each face of ground surfaces.
     feet : Feet
         Their base faces; owners are indices of ``boxes``.
+    objects : (n,) int64
+        Index of each box among the model's objects.
+    floor_objects : (m,) int64
+        Index of the object of each face of ground surfaces.
     """
 
     boxes: NDArray[np.float64]
     floors: NDArray[np.float64]
     feet: Feet
+    objects: NDArray[np.int64]
+    floor_objects: NDArray[np.int64]
+
+    def without(self, objects: NDArray[np.integer]) -> "Bases":
+        """Return the bases of the other objects."""
+        kept = ~np.isin(self.objects, objects)
+        owner, own = np.cumsum(kept) - 1, kept[self.feet.owner]
+        feet = Feet(self.feet.corners[own], owner[self.feet.owner[own]])
+        floors = ~np.isin(self.floor_objects, objects)
+        return Bases(
+            self.boxes[kept], self.floors[floors], feet, self.objects[kept],
+            self.floor_objects[floors],
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -174,7 +191,8 @@ def measure_bases(scene: Scene) -> Bases:
     corners = (soup.vertices + scene.origin)[soup.faces[stands]]
     feet = find_base_faces(corners, thing[stands], is_floor[stands], stands_on)
     feet = Feet(feet.corners, (np.cumsum(kept) - 1)[feet.owner])
-    return Bases(np.stack([low, high], axis=1)[kept], floors, feet)
+    boxes, objects = np.stack([low, high], axis=1)[kept], np.flatnonzero(kept)
+    return Bases(boxes, floors, feet, objects, thing[is_floor].astype(np.int64))
 
 
 def settle_level(bases: Bases) -> Level:

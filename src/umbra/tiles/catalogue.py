@@ -97,14 +97,19 @@ class Catalogue:
             if layers.setdefault(name, one.layer) != one.layer
         }
 
-    def find_bases(self) -> Bases:
-        """Gather the bases of all objects."""
+    def find_bases(self, hanging: Sequence[NDArray[np.integer]] | None = None) -> Bases:
+        """Gather the bases of all objects, or of all but some of each file, if others are left."""
         each = [one.bases for one in self.files]
+        if hanging is not None:
+            others = [b.without(some) for b, some in zip(each, hanging, strict=True)]
+            each = others if any(len(b.objects) for b in others) else each
         first = np.cumsum([0, *(len(b.boxes) for b in each)])
         owners = [b.feet.owner + start for b, start in zip(each, first)]
         return Bases(
             np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each]),
             Feet(np.concatenate([b.feet.corners for b in each]), np.concatenate(owners)),
+            np.concatenate([b.objects for b in each]),
+            np.concatenate([b.floor_objects for b in each]),
         )  # fmt: skip
 
     def find_corners(self) -> Iterator[NDArray[np.float64]]:
@@ -250,7 +255,10 @@ def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
     unfinished.mkdir()
     geometry = write_geometry(scene, unfinished)
     bases = measure_bases(scene)
-    arrays = (bases.boxes, bases.floors, bases.feet.corners, bases.feet.owner)
+    arrays = (
+        bases.boxes, bases.floors, bases.feet.corners, bases.feet.owner, bases.objects,
+        bases.floor_objects,
+    )  # fmt: skip
     for name, array in zip(BASES, arrays, strict=True):
         np.save(unfinished / f"{name}.npy", array)
     words = {

@@ -19,7 +19,7 @@ __all__ = ["BASES", "WORDS", "CityFile"]
 
 WORDS = "words.json"
 """File of the names, kinds and tags of the parts."""
-BASES = ("bases", "floors", "feet", "owners")
+BASES = ("bases", "floors", "feet", "owners", "standing", "floor_objects")
 """Names of the arrays of the objects' bases."""
 
 
@@ -93,8 +93,10 @@ class CityFile:
     @property
     def bases(self) -> Bases:
         """Bases of its objects."""
-        boxes, floors, feet, owner = (np.load(Path(self.folder) / f"{name}.npy") for name in BASES)
-        return Bases(boxes, floors, Feet(feet, owner))
+        boxes, floors, feet, owner, *objects = (
+            np.load(Path(self.folder) / f"{name}.npy") for name in BASES
+        )
+        return Bases(boxes, floors, Feet(feet, owner), *objects)
 
     @property
     def kinds_of_parts(self) -> list[str]:

@@ -17,6 +17,7 @@ from umbra.ground.level import Level, settle_level
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, add_scene
+from umbra.tiles.roles import find_matching
 
 __all__ = ["CityGround", "find_city_ground", "find_origin"]
 
@@ -70,7 +71,13 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
     stated = _find_stated(catalogue) if asked is None else asked
     if isinstance(stated, float | int):
         return CityGround(Ground(nowhere, float(stated), is_plane=True), is_added=False)
-    bases, bounds = catalogue.find_bases(), catalogue.bounds
+    hanging = None  # canopies tell nothing of the ground's height, as in one scene
+    if options.canopy:
+        hanging = [
+            np.unique(one.geometry.object_of[find_matching(one, options.canopy)])
+            for one in catalogue.files
+        ]
+    bases, bounds = catalogue.find_bases(hanging), catalogue.bounds
     level = settle_level(bases)
     surface, name = None, ""
     notes: list[str] = []
