@@ -131,10 +131,10 @@ def test_an_unknown_crs_beside_a_known_one_is_refused_by_name(houses):
 @pytest.mark.parametrize(
     ("base", "said"),
     [
-        (196.0, "is sunk in the terrain 't': half of 3 objects .* begin 4.0 m"),
+        (196.0, "is sunk in the terrain 't': half of 3 buildings begin 4.0 m"),
         (198.0, ""),  # a cellar
         (200.5, ""),
-        (203.5, "floats over the terrain 't': half of 3 objects .* are 3.5 m"),
+        (203.5, "floats over the terrain 't': half of 3 buildings are 3.5 m"),
     ],
 )
 def test_a_block_over_or_under_the_terrain_is_said(tmp_path, base, said):
@@ -193,13 +193,13 @@ def test_blocks_over_or_under_a_terrain_among_other_parts_are_said(
     scene = umbra.read(*((slope, path) if is_first else (path, slope)))
     found = [note for note in scene.notes if "terrain" in note]
     assert len(found) == bool(said)
-    assert all(f"layer 'blocks' {said}" in one and "of 5 objects" in one for one in found)
+    assert all(f"layer 'blocks' {said}" in one and "of 5 buildings" in one for one in found)
 
 
 def test_footprints_that_no_terrain_lifts_are_said_to_lie_under_it(houses, slope):
     path = houses("plans.geojson", "EPSG:31256", (50, 90), (90, 50))
     (note,) = [one for one in umbra.read(slope, path).notes if "is sunk" in one]
-    assert "of 2 objects" in note
+    assert "of 2 buildings" in note
 
 
 def test_layers_that_stand_in_one_place_are_said(houses):

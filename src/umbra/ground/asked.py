@@ -3,7 +3,7 @@
 import math
 import os
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 
 __all__ = ["FEET", "LEVEL", "Asked", "check_ground", "is_file"]
 
@@ -37,10 +37,10 @@ def check_ground(name: str, ground: object) -> Asked:
     try:
         height = math.nan if isinstance(ground, bool) else float(ground)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        msg = f"{name} is 'feet', 'level', a height [m] or a terrain file; got {ground!r}"
+        msg = f"{name} is 'feet', 'level', a height [m] or a terrain file; got {show_value(ground)}"
         raise InputError(msg, option=name) from None
     if not math.isfinite(height):
-        msg = f"the ground's height must be a finite number; got {ground!r}"
+        msg = f"the ground's height must be a finite number; got {show_value(ground)}"
         raise InputError(msg, option=name, ground=ground)
     return height
 

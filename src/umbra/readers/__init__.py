@@ -227,10 +227,13 @@ def _check_error(error: float | None) -> float | None:
 
 
 def _make_budget(most: float | None) -> Budget:
-    if most is not None and not most > 0:
+    if most is None:
+        return Budget(None)
+    number = read_number("max_memory=", most)
+    if not number > 0:
         msg = f"max_memory= is a number of gigabytes above 0; got {most!r}"
         raise InputError(msg, option="max_memory")
-    return Budget(None if most is None else most * GIGABYTE)
+    return Budget(number * GIGABYTE)
 
 
 def _find_crowns(

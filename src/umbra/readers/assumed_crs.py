@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.readers.georeference import is_known, name_crs, show_crs
 from umbra.readers.model import NO_CRS, FileModel
 
@@ -13,9 +13,9 @@ def check_crs(crs: str | None) -> str | None:
     """Return the short name of a caller's CRS; refuse one that is not known."""
     if crs is None:
         return None
-    named = name_crs(crs)
+    named = name_crs(crs) if isinstance(crs, str) else None
     if named is None or not is_known(named):
-        msg = f"crs= is not known: {str(crs)[:60]!r}; write it as EPSG:28992"
+        msg = f"crs= is not known: {show_value(crs)}; write it as EPSG:28992"
         raise InputError(msg, option="crs")
     return named
 

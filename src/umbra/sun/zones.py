@@ -5,7 +5,7 @@ import difflib
 import re
 import zoneinfo
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 
 __all__ = ["find_local_zone", "find_zone"]
 
@@ -58,7 +58,7 @@ def find_zone(name: str, place: tuple[float, float] | None = None) -> zoneinfo.Z
     else:
         what = " (names are like Europe/Vienna)"
     advice = f"did you mean {' or '.join(nearest)}?" if nearest else "give an IANA name"
-    msg = f"there is no time zone {name!r}; {advice}{what}"
+    msg = f"there is no time zone {show_value(name)}; {advice}{what}"
     raise InputError(msg, zone=name, nearest=nearest)
 
 
