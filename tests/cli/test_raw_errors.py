@@ -15,7 +15,7 @@ from support.shapes import box
 
 import umbra
 from umbra import machine as kernel_cache
-from umbra.study.lights import make_period
+from umbra.lights import make_period
 from umbra.sun.clock import check_steps, make_steps
 from umbra.writers.atomic import replace_file
 

@@ -13,7 +13,7 @@ from umbra.receivers import single as points_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.accumulators.exact import find_runs
-from umbra.study.lights import make_period
+from umbra.lights import make_period
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 EQUATOR = umbra.Site(0.0, 0.0, "UTC")

@@ -5,7 +5,7 @@ import pytest
 from support.cities import DAY, make_houses, write_city
 
 import umbra
-from umbra.study.lights import Lights
+from umbra.lights import Lights
 from umbra.study.loop import Accumulator, add_up
 from umbra.study.setup import Setup
 from umbra.tiles.reach import find_reaching

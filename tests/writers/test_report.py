@@ -10,7 +10,7 @@ from support.shapes import box, moved
 import umbra
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
-from umbra.study.lights import make_period
+from umbra.lights import make_period
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
 from umbra.writers.pixels import write_png

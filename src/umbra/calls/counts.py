@@ -140,7 +140,7 @@ def _count_named(
     """Count on a study's receivers; without weights each light is a column."""
     import xarray as xr  # noqa: PLC0415
 
-    from umbra.study.lights import Lights  # noqa: PLC0415
+    from umbra.lights import Lights  # noqa: PLC0415
     from umbra.study.options import StudyOptions  # noqa: PLC0415
     from umbra.study.study import count_lights  # noqa: PLC0415
 

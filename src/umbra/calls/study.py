@@ -27,15 +27,17 @@ __all__ = ["shadow_study"]
 @check_names
 def shadow_study(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
-    site: Site,
+    site: Site | None = None,
     *,
-    date: Date | Sequence[Date],
+    date: Date | Sequence[Date] | None = None,
     start: str | dt.time = "09:00",
     end: str | dt.time = "17:00",
     every: str | dt.timedelta = "15min",
     every_days: int = 1,
     by_day: bool | None = None,
     refraction: Refraction = "standard",
+    measure: str | Sequence[str] = (),
+    sky_directions: int | str = 4096,
     receivers: str = "auto",
     spacing: float | str = 0.5,
     on: str | Sequence[str] = (),
@@ -66,15 +68,16 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     chunks: Chunks | None = None,
 ) -> ShadowStudy:
     """
-    Count the hours of shadow on every receiver over one or more dates.
+    Measure the sun and the sky of every receiver: by default hours over one or more dates.
 
     Parameters
     ----------
     scene : Scene
         From ``umbra.read``.
-    site : Site
-        Latitude, longitude, time zone and true north.
-    date : str, date, datetime64, Timestamp, or a sequence of them
+    site : Site, optional
+        Latitude, longitude, time zone and true north; needed by measures of the sun.
+    date : str, date, datetime64, Timestamp, or a sequence of them, optional
+        Needed by measures of the sun.
         Local date, ``"2026-09-18"``; or several: separated by commas, a range
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
         every month ``"2026-*-21"``.
@@ -102,6 +105,12 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Shell patterns of the proposed parts: find the sun that they take from the others.
     under : str or float
         Find where ``proposed`` reduces the hours of sun below this limit.
+    measure : str or sequence of str
+        What is measured: ``'sun_hours'`` and ``'shadow_hours'`` (default), ``'sky_view_factor'``,
+        ``'sky_component'``, or one of a package installed beside umbra. Each is a variable.
+    sky_directions : int or str
+        Number of directions of the sky, spread evenly; or ``'tregenza'``, ``'reinhart2'``,
+        ``'reinhart4'``.
     receivers : str
         ``'auto'`` (default): ``'top'`` if the model has its own ground and no ``ground`` is
         given, else ``'ground'``.
@@ -179,9 +188,11 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     own = {"scene", "site", "chunks"}
     given = {name: value for name, value in locals().items() if name not in {*own, "own"}}
     check_type("scene", scene, Scene)
-    check_type("site", site, Site)
+    if site is not None:
+        check_type("site", site, Site)
     options = StudyOptions(**given)
-    for note in (*tell_moved(scene, site), *tell_request(scene, options)):
+    moved = () if site is None else tell_moved(scene, site)
+    for note in (*moved, *tell_request(scene, options)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
         return ChunkedStudy(scene, site, options, chunks)

@@ -69,6 +69,10 @@ class Tile(Protocol):
         """Shape of the receivers."""
 
     @property
+    def casting(self) -> Casting:
+        """The casters of its scene."""
+
+    @property
     def places(self) -> Places:
         """The receivers as points."""
 

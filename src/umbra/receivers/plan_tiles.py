@@ -121,6 +121,11 @@ class PlanTile:
         return self.grid.rows, self.grid.cols
 
     @property
+    def casting(self) -> PlanModel:
+        """The casters of its scene."""
+        return self.model
+
+    @property
     def tree(self) -> FaceTree:
         """Bounding volume hierarchy over the casting faces."""
         return self.model.tree

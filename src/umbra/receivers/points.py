@@ -102,7 +102,9 @@ class SurfaceSamples(SingleReceivers):
         labels, owner = np.unique(np.array(scene.labels())[samples.part], return_inverse=True)
         owner = owner.ravel()
         normal = samples.surface_normal
-        turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - study.site.true_north
+        turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - getattr(
+            study.site, "true_north", 0.0
+        )
         level = np.hypot(normal[:, 0], normal[:, 1]) < LEVEL
         one, part = ("surface",), ("part",)
         found: Variables = {
@@ -138,8 +140,12 @@ class SurfaceSamples(SingleReceivers):
                 figures = {"mean": mean, "least": least, "most": most}
                 return {k: figure.astype(np.float32) for k, figure in figures.items()}
 
-            for which, figure in weigh(study.sun_hours).items():
-                found[f"{name}_{which}_sun_hours"] = ((name,), figure)
+            measured = {one.name: study.more[one.name][1] for one in study.quantities}
+            if study.has_hours:
+                measured["sun_hours"] = study.sun_hours
+            for what, values in measured.items():
+                for which, figure in weigh(values).items():
+                    found[f"{name}_{which}_{what}"] = ((name,), figure)
             if by_day is not None:
                 each = [weigh(sun) for sun in by_day[1]]
                 for which in each[0]:

@@ -135,6 +135,11 @@ class ViewTile:
         return self.frame.part[::-1] != NOTHING
 
     @property
+    def casting(self) -> ViewModel:
+        """The casters of its scene."""
+        return self.model
+
+    @property
     def tree(self) -> FaceTree:
         """Bounding volume hierarchy over the casting faces."""
         return self.model.tree

@@ -1,5 +1,7 @@
 """CF attributes of a result's variables, for files and the axes of plots."""
 
+from umbra.study.measures import find_quantity
+
 __all__ = ["find_attributes", "is_sum"]
 
 _ATTRIBUTES: dict[str, dict[str, str]] = {
@@ -118,7 +120,7 @@ def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     attributes : dict of str to str
         ``long_name`` and, if any, ``units``; empty for an unknown name.
     """
-    attributes = dict(_ATTRIBUTES.get(name, {}))
+    attributes = dict(_ATTRIBUTES.get(name, {})) or _describe_measure(name)
     if not attributes and name.endswith(_BY_DAY):
         attributes = dict(_ATTRIBUTES.get(name.removesuffix(_BY_DAY), {}))
         if attributes:
@@ -129,3 +131,33 @@ def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     elif dates > 1 and name in _JUDGED:
         attributes["long_name"] += f", on at least one of {dates} dates"
     return attributes
+
+
+_ENDS = {
+    "_before": (", before the proposal", None),
+    "_lost": (", lost to the proposal", None),
+    "_ratio": (", after the proposal, of that before it", "1"),
+}
+"""What a variable of a measure is called beside a proposal, and its unit if not the measure's."""
+_STARTS = {
+    f"{of}_{which}_": f"{which} of the {of}"
+    for of in ("surface", "part")
+    for which in ("mean", "least", "most")
+}
+"""What the figures of whole surfaces and parts are called."""
+
+
+def _describe_measure(name: str) -> dict[str, str]:
+    """Return the attributes of a measure's variable; empty for an unknown name."""
+    known = find_quantity(name)
+    if known is not None:
+        return known.attributes
+    for end, (words, unit) in _ENDS.items():
+        known = find_quantity(name.removesuffix(end)) if name.endswith(end) else None
+        if known is not None:
+            return {"long_name": known.long_name + words, "units": unit or known.unit}
+    for start, words in _STARTS.items():
+        known = find_quantity(name.removeprefix(start)) if name.startswith(start) else None
+        if known is not None:
+            return {"long_name": f"{known.long_name}, {words}", "units": known.unit}
+    return {}

@@ -1,6 +1,6 @@
 """The loop of every study: count each light's shadows and pass them to accumulators."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.counters import LightCounter
-from umbra.study.lights import Lights
 
 __all__ = [
     "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "look", "make_advance",
-    "pass_lights",
+    "pass_lights", "round_weights",
 ]  # fmt: skip
 
 AT_ONCE = 8
 """Number of lights whose masks are held at a time."""
+Reach = Callable[[Lights], Iterable[tuple[NDArray[np.intp], Tile]]]
 _FEW = 4  # mean number of lights per weight from which integers are summed
 
 
@@ -42,12 +43,28 @@ class TileRun:
     tiles : sequence of Tile
         Tiles of the counters, for accumulators that need single casters or positions. Of a city
         they hold the casters that the study's own lights need.
+    reach : callable, optional
+        Yields groups of other lights, as indices, each with the tile among all casters that can
+        hide them; by default all with that of ``tiles``.
     """
 
     shape: tuple[int, ...]
     counters: Sequence[Counter]
     where: Any = ...
     tiles: Sequence[Tile] = ()
+    reach: "Reach | None" = None
+
+    def find_tiles(self, lights: Lights) -> Iterable[tuple[NDArray[np.intp], Tile, Counter | None]]:
+        """
+        Yield groups of lights, as indices, each with a tile among all casters that can hide them.
+
+        With each comes the counter of these casters, if there is one already.
+        """
+        if self.reach is None:
+            yield np.arange(len(lights)), self.tiles[0], self.counters[0]
+            return
+        for some, tile in self.reach(lights):
+            yield some, tile, None
 
     def add_up(self, lights: Lights) -> NDArray[np.float32]:
         """
@@ -132,8 +149,9 @@ class Accumulator:
 
 
 def look(
-    tile: Tile, canopy: Canopy | None, where: Any = ..., counter: Counter | None = None
-) -> TileRun:
+    tile: Tile, canopy: Canopy | None, where: Any = ..., counter: Counter | None = None,
+    reach: "Reach | None" = None,
+) -> TileRun:  # fmt: skip
     """
     Prepare a tile for counting; with canopies, prepare it again without them.
 
@@ -145,10 +163,12 @@ def look(
         Index of its receivers among all.
     counter : Counter, optional
         Counter of all casters, on any device; the tile's own by default.
+    reach : callable, optional
+        As of ``TileRun``.
     """
     tiles = [tile] if canopy is None else [tile, tile.with_casters()]
     others = [one.make_counter() for one in tiles[1:]]
-    return TileRun(tile.shape, [counter or tile.make_counter(), *others], where, tiles)
+    return TileRun(tile.shape, [counter or tile.make_counter(), *others], where, tiles, reach)
 
 
 def pass_lights(
@@ -266,6 +286,19 @@ def find_unit(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     whole = np.abs(weights).sum(0)
     return np.where(whole > 0, whole, 1.0) / (2.0**31 - 1 - len(weights))
+
+
+def round_weights(
+    weights: NDArray[np.float64],
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """
+    Round weights (n, k) to whole numbers (n, k), and return the unit of each column (k,).
+
+    Equal weights are their own unit, so that their sums are exact.
+    """
+    is_equal = len(weights) > 0 and bool((weights == weights[0]).all())
+    unit = np.where(weights[0] != 0, weights[0], 1.0) if is_equal else find_unit(weights)
+    return np.rint(weights / unit).astype(np.int32), unit
 
 
 def make_advance(

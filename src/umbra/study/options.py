@@ -21,6 +21,7 @@ from umbra.options import Option, check_types, list_options, option
 
 if TYPE_CHECKING:
     from umbra.receivers import ReceiverKind
+    from umbra.study.measures import Measure
 
 __all__ = ["StudyOptions"]
 
@@ -31,6 +32,7 @@ Duration = str | dt.timedelta
 _time = partial(option, heading="Time")
 _receivers = partial(option, heading="Receivers")
 _casters = partial(option, heading="Casters")
+_measures = partial(option, heading="Measures")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 _CAMERA = ("camera",)
@@ -48,10 +50,10 @@ class StudyOptions:
         If a value is wrong, or does not apply to these receivers.
     """
 
-    date: Date | Sequence[Date] = _time(
+    date: Date | Sequence[Date] | None = _time(
         "dates",
         "Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
-        "for a day of every month; repeatable.",
+        "for a day of every month; repeatable. Needed by measures of the sun.",
         metavar="DATE",
     )
     start: str | dt.time = _time(
@@ -75,6 +77,18 @@ class StudyOptions:
     refraction: Refraction = _time(
         "choice", "The sun's apparent position (standard), or its position without air (none).",
         default="standard", choices=("standard", "none"), attribute="refraction",
+    )  # fmt: skip
+    measure: Sequence[str] = _measures(
+        "texts",
+        "What is measured, one or several by commas: sun_hours and shadow_hours (default), "
+        "sky_view_factor, sky_component.",
+        default=(), metavar="NAME,...", registry="measure",
+    )  # fmt: skip
+    sky_directions: int | str = _measures(
+        "any",
+        "Directions of the sky, spread evenly: a number; or tregenza (145), reinhart2 (577), "
+        "reinhart4 (2305), to compare with other tools.",
+        default=4096, metavar="N|NAME",
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
@@ -207,9 +221,6 @@ class StudyOptions:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.date is None:
-            msg = "a study needs a date; give date='YYYY-MM-DD'"
-            raise InputError(msg, option="date")
         for name in ("receivers", "date"):
             if isinstance(getattr(self, name), Real):
                 object.__setattr__(self, name, f"{getattr(self, name):.15g}")
@@ -217,6 +228,7 @@ class StudyOptions:
             msg = f"receivers are named by a str, such as 'top'; got {show_value(self.receivers)}"
             raise InputError(msg, option="receivers")
         check_types(self)
+        self._check_measures()
         self._check_receivers()
         self._check_values()
         if isinstance(self.points, (str, Path)):
@@ -247,6 +259,47 @@ class StudyOptions:
                 msg = f"{name}= is not for receivers='{self.receivers}'{takes}; leave it out{other}"
                 raise InputError(msg, option=name)
 
+    @cached_property
+    def measures(self) -> "list[Measure]":
+        """The measures that are asked for besides hours of sun and shadow."""
+        from umbra.study.measures import HOURS, find_measures  # noqa: PLC0415
+
+        return [one for one in find_measures(self.measure) if one.name not in HOURS]
+
+    @property
+    def asks_hours(self) -> bool:
+        """Whether hours of sun and shadow are asked for."""
+        from umbra.study.measures import HOURS  # noqa: PLC0415
+
+        return not self.measure or bool({*HOURS} & {*self.measure})
+
+    @property
+    def needs_sun(self) -> bool:
+        """Whether a measure is of the sun, so that a date and a site are needed."""
+        return self.asks_hours or any(one.needs_sun for one in self.measures)
+
+    def _check_measures(self) -> None:
+        """Check the measures' names and options; require a date where one is of the sun."""
+        names = [name.strip() for text in self.measure for name in text.split(",")]
+        object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))
+        for one in self.measures:
+            one.check(self)
+        if self.date is None or (isinstance(self.date, (list, tuple)) and not self.date):
+            object.__setattr__(self, "date", None)
+            if self.needs_sun:
+                of = "" if not self.measure else f" of {', '.join(self.measure)}"
+                msg = f"a study{of} needs a date; give date='YYYY-MM-DD'"
+                raise InputError(msg, option="date")
+        if self.asks_hours:
+            return
+        for name, said, default in list_options(self):
+            if said.heading == "Results" and name != "proposed" and getattr(self, name) != default:
+                msg = (
+                    f"{name}= is of hours of sun, which are not asked for; add sun_hours to "
+                    "measure=, or leave it out"
+                )
+                raise InputError(msg, option=name)
+
     def _check_values(self) -> None:
         """Check dates, times, durations and shares, before any model is read."""
         from umbra.casters import check_transmissivity  # noqa: PLC0415
@@ -256,8 +309,9 @@ class StudyOptions:
 
         # UTC has no missing or repeated times: what fails here fails in every zone. Offsets
         # are checked at the site.
-        days, every = parse_dates(self.date, self.every_days), self.every
-        if not has_offset(self.start) and not has_offset(self.end):
+        if self.date is not None:
+            days, every = parse_dates(self.date, self.every_days), self.every
+        if self.date is not None and not has_offset(self.start) and not has_offset(self.end):
             check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
             parse_duration(self.min_spell, "least spell", "min_spell")
@@ -296,6 +350,7 @@ class StudyOptions:
         dropped = {
             name: default
             for name, said, default in list_options(self)
-            if said.heading == "Results" or (said.receivers and kind not in said.receivers)
+            if said.heading in {"Results", "Measures"}
+            or (said.receivers and kind not in said.receivers)
         }
         return replace(self, **{**dropped, "receivers": receivers, **changes})

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study.lights import Lights, Period
+from umbra.lights import Lights, Period
 from umbra.study.loop import add_up
 from umbra.study.result import Study
 from umbra.sun import find_sun

@@ -9,6 +9,7 @@ from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT, find_device
 from umbra.receivers import find_kind
 from umbra.receivers.standing import find_crossings
+from umbra.registry import take_notes
 from umbra.scene import Scene, Triangles
 from umbra.study.options import StudyOptions
 from umbra.sun.local_time import tell_skipped
@@ -42,7 +43,7 @@ def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
     InputError
         If a pattern matches no part.
     """
-    notes = tell_skipped(options.date)
+    notes = [*take_notes(), *(tell_skipped(options.date) if options.date is not None else ())]
     is_other = options.device not in {"auto", DEFAULT}
     if options.canopy and is_other and find_device(options.device).weakens_light:
         notes.append(

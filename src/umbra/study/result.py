@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.lights import Period, Refraction
 from umbra.machine import find_memory, name_memory
 from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
 from umbra.study.accumulators.arrays import find_shaded_share
 from umbra.study.accumulators.hours import Masks
 from umbra.study.attributes import find_attributes
-from umbra.study.lights import Period, Refraction
+from umbra.study.measures import Quantity
 from umbra.sun import Site, Steps, SunPath
 
 if TYPE_CHECKING:
@@ -48,6 +49,10 @@ class Study:
         Further arrays of ``study.nc``: dimensions and values by name.
     totals : frozenset of str
         Names of those that are of the whole period, and of no single date.
+    has_hours : bool
+        Whether hours were asked for. If not, ``shadow_hours`` is 0 where something receives.
+    quantities : tuple of Quantity
+        Variables of the measures besides hours.
     """
 
     laid: Receivers
@@ -58,6 +63,8 @@ class Study:
     facts: dict[str, object]
     more: Variables = field(default_factory=dict)
     totals: frozenset[str] = frozenset()
+    has_hours: bool = True
+    quantities: tuple[Quantity, ...] = ()
 
     def __getattr__(self, name: str) -> Any:
         if name in _LAID_OUT:
@@ -130,11 +137,13 @@ class Study:
         ``in_shadow`` is packed and ``sun_hours`` computed on access: both read like an array.
         """
         in_sun: Any = SunHours(self.up_hours, self.shadow_hours)
+        hours: Variables = {
+            "shadow_hours": (self.dims, self.shadow_hours), "sun_hours": (self.dims, in_sun),
+        }  # fmt: skip
         return {
             **self.laid.coordinates(),
             **time_variables(self.period),
-            "shadow_hours": (self.dims, self.shadow_hours),
-            "sun_hours": (self.dims, in_sun),
+            **(hours if self.has_hours else {}),
             **self.laid.variables(),
             **self.more,
         }
@@ -170,7 +179,9 @@ class SunHours:
 
 
 def time_variables(period: Period) -> Variables:
-    """Return the time axis and the sun along it."""
+    """Return the time axis and the sun along it; without dates the names of the axes alone."""
+    if not period.days:
+        return {"xyz": (("xyz",), np.array(["x", "y", "z"]))}
     return {
         "time": (("time",), period.instants.astype("datetime64[ns]")),
         "xyz": (("xyz",), np.array(["x", "y", "z"])),
@@ -251,8 +262,10 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
 
 
 def tell_dates(study: "Study") -> str:
-    """Name the date of the hours, or the number of dates summed."""
+    """Name the date of the hours, or the number of dates summed; nothing without dates."""
     days = study.period.days
+    if not days:
+        return ""
     return str(days[0]) if len(days) == 1 else f"sum of {len(days)} dates"
 
 

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 import umbra
 from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters
-from umbra.devices import StudyCounters, check_device, find_device
+from umbra.devices import DEFAULT, StudyCounters, check_device, find_device
 from umbra.errors import InputError
 from umbra.ground.choice import Ground, find_ground
+from umbra.lights import Lights, Period, make_no_period, make_period
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
-from umbra.study.lights import Lights, Period, make_period
+from umbra.study.accumulators.measured import FindParts, MeasureSums, guard
 from umbra.study.loop import (
     Accumulator,
     TileRun,
@@ -29,14 +30,35 @@ from umbra.study.loop import (
     make_advance,
     pass_lights,
 )
+from umbra.study.measures import Asked
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 
-__all__ = ["Result", "Setup", "settle_ground"]
+__all__ = ["Result", "Setup", "find_period", "settle_ground"]
 
 Progress = Callable[[int, int], object]
 _warm: set[type] = set()
 """Counters whose kernels have run in this process."""
+
+
+def find_period(options: StudyOptions, site: Site | None) -> Period:
+    """
+    Return the suns of a study's dates; none where it has no date.
+
+    Raises
+    ------
+    InputError
+        If a date or a time is wrong, or there is no site.
+    """
+    if options.date is None:
+        return make_no_period(site)
+    if site is None:
+        msg = "a study of the sun needs a place; give latitude and longitude with site="
+        raise InputError(msg, option="latitude")
+    return make_period(
+        options.date, options.start, options.end, options.every, site,
+        every_days=options.every_days, refraction=options.refraction,
+    )  # fmt: skip
 
 
 def settle_ground(scene: Scene, options: StudyOptions) -> Ground:
@@ -114,10 +136,12 @@ class Setup:
         Clock at the start of the work [s].
     is_cut : bool
         Whether parts of the receivers are counted alone, so that not all are held in memory.
+    find_proposed, find_rest : callable, optional
+        Return the parts of the proposal in a tile's scene, and all other casters.
     """
 
     scene: Scene
-    site: Site
+    site: Site | None
     options: StudyOptions
     period: Period
     results: ResultOptions
@@ -128,10 +152,12 @@ class Setup:
     canopy: Canopy | None = None
     begun: float = field(default_factory=time.perf_counter)
     is_cut: bool = False
+    find_proposed: FindParts | None = None
+    find_rest: FindParts | None = None
 
     @classmethod
     def of(
-        cls, scene: Scene, site: Site, options: StudyOptions, *, is_cut: bool = False
+        cls, scene: Scene, site: Site | None, options: StudyOptions, *, is_cut: bool = False
     ) -> "Setup":
         """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
@@ -141,19 +167,22 @@ class Setup:
                 f"the {options.device} device does not weaken light; leave device= out, or canopy="
             )
             raise InputError(msg, device=options.device)
-        period = make_period(
-            options.date, options.start, options.end, options.every, site,
-            every_days=options.every_days, refraction=options.refraction,
-        )  # fmt: skip
+        period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)
         canopies = Canopy.of(
             scene, casters, options.canopy, options.transmissivity, options.leaf_on
         )
         attribution = AttributionOptions.of(scene, casters, options, canopies)
+        proposed = frozenset(attribution.proposed or ())
+        if not options.asks_hours:
+            attribution = AttributionOptions()
         results = ResultOptions.of(period, options)
+        rest = [part for part in casters if part not in proposed]
         return cls(
             scene, site, options, period, results, attribution, casters, threads,
-            "cpu" if canopies else options.device, canopies, is_cut=is_cut,
+            DEFAULT if canopies else options.device, canopies, is_cut=is_cut,
+            find_proposed=(lambda _: sorted(proposed)) if proposed else None,
+            find_rest=(lambda _: rest) if proposed else None,
         )  # fmt: skip
 
     @property
@@ -168,15 +197,17 @@ class Setup:
         days = len(self.period.days)
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
-        return self.results.bytes_kept(days) + attribution + behind
+        measured = sum(8 * len(one.quantities) for one in self.options.measures)
+        measured *= 3 if self.find_proposed else 1
+        return self.results.bytes_kept(days) + attribution + behind + measured
 
     @property
     def request(self) -> Request:
         """The request for its receivers."""
         return Request(
             self.scene, self.options, self.casters, self.threads, self.canopy,
-            true_north=self.site.true_north,
-            lights=int(self.period.sun.is_up.sum()),
+            true_north=0.0 if self.site is None else self.site.true_north,
+            lights=max(int(self.period.sun.is_up.sum()), self._count_measured()),
             find_reaching=self.period.find_reaching_suns,
             bytes_kept=self.bytes_kept,
             bytes_of_masks=self.bytes_of_masks,
@@ -186,6 +217,16 @@ class Setup:
             limit_tiles=lambda side: self.attribution.limit_tiles(side, len(self.period.days)),
             is_cut=self.is_cut,
         )  # fmt: skip
+
+    def _count_measured(self) -> int:
+        """Return the greatest number of lights of a measure."""
+        each = (len(guard(one, one.make_lights, self.asked)) for one in self.options.measures)
+        return max(each, default=0)
+
+    @property
+    def asked(self) -> Asked:
+        """What measures may read."""
+        return Asked(self.options, self.period, self.site)
 
     def begin(self, laid: Receivers, *, reads_days: bool = True) -> Result:
         """
@@ -199,7 +240,7 @@ class Setup:
             self.period, laid.shape, results, self.canopy,
             reads_days=reads_days and (attribution.proposed is not None or judges_days),
         )  # fmt: skip
-        return Result(arrays, self.make_accumulators(arrays, laid), 0.0, "cpu")
+        return Result(arrays, self.make_accumulators(arrays, laid), 0.0, DEFAULT)
 
     def count(self, laid: Receivers, progress: Progress) -> Result:
         """
@@ -242,10 +283,17 @@ class Setup:
         """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
         found: list[Accumulator] = [
+            MeasureSums(one, self.asked, laid, self.canopy, self.find_proposed, self.find_rest)
+            for one in self.options.measures
+        ]
+        if not self.options.asks_hours:
+            return found
+        found.insert(
+            0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
             else HourSums(arrays)
-        ]  # fmt: skip
+        )  # fmt: skip
         if results.masks:
             has_canopy = self.canopy is not None
             found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
@@ -276,17 +324,19 @@ class Setup:
             "umbra_version": umbra.__version__,
             "command": "umbra.shadow_study",
             "source": "; ".join(f"{s.name} sha256:{s.sha256}" for s in scene.sources),
-            "device": "cpu",
+            "device": DEFAULT,
             "threads": self.threads,
             "crs": scene.crs,
             "receivers": receivers,
             **more,
-            "latitude": site.latitude,
-            "longitude": site.longitude,
-            "time_zone": site.zone,
-            "true_north_deg": site.true_north,
+            "measures": ", ".join(self.options.measure) or None,
+            "latitude": getattr(site, "latitude", None),
+            "longitude": getattr(site, "longitude", None),
+            "time_zone": getattr(site, "zone", None),
+            "true_north_deg": getattr(site, "true_north", None),
+            **{name: fact for one in self.options.measures for name, fact in one.facts.items()},
             **self.options.attributes,
-            **self._describe_period(),
+            **(self._describe_period() if self.period.days else {"refraction": None}),
             **self.attribution.facts,
             **(self.canopy.facts if self.canopy else {}),
             "opaque_rule": describe_opaque(scene, self.casters, self.canopy),

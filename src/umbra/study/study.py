@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from umbra.casters.casting import select_casters
 from umbra.errors import InputError, find_similar
 from umbra.ground.choice import find_ground
+from umbra.lights import Lights
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
 from umbra.study.counters import RayCounter
-from umbra.study.lights import Lights
 from umbra.study.loop import add_up
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
@@ -34,7 +34,7 @@ __all__ = ["check_names", "count_lights", "run", "run_study"]
 
 def run(
     scene: Scene,
-    site: Site,
+    site: Site | None,
     options: StudyOptions,
     progress: Progress = lambda _done, _all: None,
     kind: ReceiverKind | None = None,
@@ -45,7 +45,8 @@ def run(
     Parameters
     ----------
     scene : Scene
-    site : Site
+    site : Site, optional
+        Needed where a measure is of the sun.
     options : StudyOptions
     progress : callable
         Called with the number of instants done and the total.
@@ -65,9 +66,11 @@ def run(
         kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts
     )
     arrays, (more, totals) = done.arrays, done.collect(laid)
+    quantities = tuple(one for measure in options.measures for one in measure.quantities)
     study = Study(
-        laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals
-    )
+        laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals,
+        options.asks_hours, quantities,
+    )  # fmt: skip
     more |= laid.sum_up(study)
     return study
 
@@ -85,12 +88,12 @@ T = TypeVar("T")
 
 def check_names(call: Callable[P, T]) -> Callable[P, T]:
     """
-    Decorate a call that takes a study's options: report unknown options and a missing date.
+    Decorate a call that takes a study's options: report unknown options.
 
     Raises
     ------
     InputError
-        From the call: if a name is unknown, or there is no date.
+        From the call: if a name is unknown.
     """
     known = [name for name, _, _ in list_options(StudyOptions)]
     own = inspect.signature(call).parameters
@@ -103,9 +106,6 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
                 advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
                 msg = f"a study has no option '{name}'; {advice}"
                 raise InputError(msg, option=name)
-        if "date" not in given:
-            msg = "a study needs a date; give date='YYYY-MM-DD'"
-            raise InputError(msg, option="date")
         return call(*args, **given)
 
     return checked

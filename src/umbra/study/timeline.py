@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Lights, Period
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.study.lights import Lights, Period
 from umbra.study.loop import Accumulator, TileRun, look, pass_lights
 
 __all__ = [

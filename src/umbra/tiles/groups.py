@@ -5,7 +5,7 @@ The groups are those of the whole city; a tile looks for its own casters among t
 """
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,21 @@ class CityGroups:
             if np.isin(geometry.objects[some], grouped).any():
                 return True
         return False
+
+    def find_proposed(self, tile: Any) -> list[int]:
+        """Return the parts of the proposal in a tile's scene."""
+        scene = tile.casting.scene
+        return np.flatnonzero(scene.spread(self._is_proposed)).tolist()
+
+    def find_rest(self, tile: Any) -> list[int]:
+        """Return the other casters in a tile's scene."""
+        scene = tile.casting.scene
+        is_new = scene.spread(self._is_proposed)
+        return np.flatnonzero(scene.spread(self._roles.find_casting) & ~is_new).tolist()
+
+    def _is_proposed(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file are of the proposal, (n_parts,) bool."""
+        return find_matching(self._catalogue.files[number], self._options.proposed)
 
     def find(
         self, scene: "PartScene", canopy: Canopy | None, *, is_due: bool

@@ -11,6 +11,8 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.devices import DEFAULT
+from umbra.lights import Lights, Period
 from umbra.machine import count_cores
 from umbra.receivers import name_kind
 from umbra.receivers.kind import ReceiverKind
@@ -18,9 +20,8 @@ from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.accumulators.attribution import AttributionOptions
-from umbra.study.lights import Lights, Period, make_period
 from umbra.study.options import StudyOptions
-from umbra.study.setup import Setup
+from umbra.study.setup import Setup, find_period
 from umbra.sun import Site
 from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.groups import CityGroups
@@ -216,10 +217,11 @@ class Workplace:
         nowhere = Scene((), self.origin)
         options, results = job.options, ResultOptions.of(self.period, job.options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
-        attribution = AttributionOptions() if self.groups is None else self.groups.placeholder
+        is_told = self.groups is not None and options.asks_hours
+        attribution = self.groups.placeholder if is_told else AttributionOptions()
         return Setup(
             nowhere, job.site, options, self.period, results, attribution, [],
-            job.threads, "cpu", canopy,
+            job.threads, DEFAULT, canopy,
         )  # fmt: skip
 
     @cached_property
@@ -265,10 +267,7 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
 
 def make_city_period(options: StudyOptions, site: Site, min_altitude: float) -> Period:
     """Return the time axis of a study; suns below an altitude [degrees] are as if not up."""
-    period = make_period(
-        options.date, options.start, options.end, options.every, site,
-        every_days=options.every_days, refraction=options.refraction,
-    )  # fmt: skip
+    period = find_period(options, site)
     if not min_altitude:
         return period
     is_up = period.sun.is_up & (period.sun.altitude >= min_altitude)

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.lights import Period
 from umbra.receivers import name_kind
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.plan import STREAMED_TILE
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
-from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
 from umbra.tiles.ground import CityGround, find_origin

@@ -1,6 +1,6 @@
 """The loop over the lights on some receivers of a city, with the groups of its casters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
 from umbra.study.compare import NeighbourSums
@@ -16,6 +17,7 @@ from umbra.study.result import Study
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbours import find_neighbours
 from umbra.tiles.reaching import ReachingCounter
+from umbra.tiles.sun_groups import group_lights
 
 __all__ = ["Tiles", "count_receivers"]
 
@@ -49,7 +51,11 @@ def count_receivers(
         Whether casters of groups may reach the receivers. If not, none of their hours are counted.
     """
     canopy, setup = laid.casting.canopy, place.setup
-    if place.groups is not None:
+    if place.groups is not None and place.job.options.proposed:
+        setup = replace(
+            setup, find_proposed=place.groups.find_proposed, find_rest=place.groups.find_rest
+        )
+    if place.groups is not None and place.job.options.asks_hours:
         found = place.groups.find(laid.casting.scene, canopy, is_due=is_due)
         setup = replace(setup, attribution=found)
     begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not place.adds_exactly)
@@ -60,7 +66,7 @@ def count_receivers(
         reaching = ReachingCounter(
             tile, counter, place.lights.vectors, partial(_find, find_tiles, n)
         )
-        run = look(tile, canopy, where, reaching)
+        run = look(tile, canopy, where, reaching, partial(_reach, find_tiles, n))
         for one in idle:
             one.skip(run)
         pass_lights(run, place.lights, busy)
@@ -73,6 +79,15 @@ def count_receivers(
         begun.variables(laid),
     )  # fmt: skip
     return study, find_neighbours(begun, laid)
+
+
+def _reach(
+    find_tiles: Callable[[NDArray[np.float64]], Tiles], number: int, lights: Lights
+) -> Iterator[tuple[NDArray[np.intp], Tile]]:
+    """Yield groups of lights of similar height, with the tile among the casters that they need."""
+    toward = lights.vectors if (~lights.are_suns).any() else lights.directions
+    for some in group_lights(lights):
+        yield some, find_tiles(toward[some])[number][1]()
 
 
 def _find(

@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Lights
 from umbra.receivers.kind import Counter
 
-__all__ = ["SunGroups", "group_suns"]
+__all__ = ["SunGroups", "group_lights", "group_suns"]
 
 _EDGES = np.sin(np.radians([0.5, 1, 2, 4, 8, 15, 30]))
 LEAST = 128
@@ -46,6 +47,16 @@ class SunGroups:
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""
         return self._make(suns).masks(suns)
+
+
+def group_lights(lights: Lights) -> Iterator[NDArray[np.intp]]:
+    """Yield the indices of lights: those of suns of similar height, then all others."""
+    suns = np.flatnonzero(lights.are_suns)
+    for some in group_suns(lights.vectors[suns, :3]):
+        yield suns[some]
+    others = np.flatnonzero(~lights.are_suns)
+    if len(others):
+        yield others
 
 
 def group_suns(suns: NDArray[np.float64]) -> Iterator[NDArray[np.intp]]:

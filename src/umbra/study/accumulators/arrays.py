@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.errors import InputError
+from umbra.lights import Period
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
-from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
 from umbra.sun.clock import parse_duration
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.lights import Lights
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_members
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
-from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.options import StudyOptions
 from umbra.volume.adjacency import Caster

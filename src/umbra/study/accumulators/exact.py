@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.lights import Lights, Period
 from umbra.rays.face_tree import DEEPEST
 from umbra.rays.hidden import get, is_hidden
 from umbra.study.accumulators.arrays import ResultArrays
@@ -28,7 +29,6 @@ from umbra.study.accumulators.intervals import (
     SunIntervalTable,
     end_interval,
 )
-from umbra.study.lights import Lights, Period
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 

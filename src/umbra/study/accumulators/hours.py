@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Lights, Period
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.intervals import IntervalState, SunIntervalTable, join_days
-from umbra.study.lights import Lights, Period
 from umbra.study.loop import Accumulator, TileRun, add_up
 
 __all__ = [

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.lights import Period, make_period
 from umbra.receivers.standing import find_crossings
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
-from umbra.study.lights import Period, make_period
 from umbra.study.loop import look
 from umbra.study.result import Study
 from umbra.study.rules.measure import (

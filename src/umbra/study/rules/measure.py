@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.lights import Period
 from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
-from umbra.study.lights import Period
 from umbra.study.loop import TileRun, pass_lights
 from umbra.study.rules.read import Check, Place
 

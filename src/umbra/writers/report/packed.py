@@ -5,8 +5,8 @@ import datetime as dt
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Period
 from umbra.study import Study
-from umbra.study.lights import Period
 from umbra.study.timeline import Instants
 from umbra.sun.clock import Stamps
 from umbra.writers.packing import pack

@@ -1,119 +1,21 @@
-"""
-Weighted lights, which a study adds up.
-
-A period makes them: steps of one or more days, and the sun at their midpoints.
-"""
+"""The suns of a period: steps of one or more days, and the sun at their midpoints."""
 
 import datetime as dt
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from umbra.lights.weighted import Lights
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
 from umbra.sun.clock import check_steps
 
-__all__ = ["Lights", "Period", "make_period"]
+__all__ = ["Period", "Refraction", "make_no_period", "make_period"]
 
 Refraction = Literal["standard", "none"]
-
-
-@dataclass(frozen=True, eq=False)
-class Lights:
-    """
-    Homogeneous lights with a weight in every column.
-
-    One day's hours are one column; hours by day are one column per day.
-
-    Parameters
-    ----------
-    vectors : (n, 4) float64
-        w = 0: unit direction toward the light in the model's axes; w = 1: lamp's position in
-        the scene's local frame [m].
-    weights : (n, k) float64
-    names, units : tuple of str
-        Weight in each column.
-    starts, ends : (n,) int64
-        Start and end of each light's time, UTC [us since 1970]; ascending.
-    step : (n,) int64
-        Index of each in its source, such as the steps of a study.
-    days : tuple of tuple of slice
-        Runs of consecutive lights of each day; a day may have none.
-    """
-
-    vectors: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    step: NDArray[np.int64]
-    days: tuple[tuple[slice, ...], ...]
-
-    @classmethod
-    def of(
-        cls,
-        vectors: NDArray[np.float64],
-        weights: ArrayLike | None = None,
-        names: tuple[str, ...] = ("lights",),
-        units: tuple[str, ...] = ("1",),
-        step: NDArray[np.int64] | None = None,
-    ) -> Self:
-        """
-        Make lights without times.
-
-        Parameters
-        ----------
-        vectors : (n, 3) or (n, 4) float64
-        weights : (n,) or (n, k) float, optional
-            1 each by default.
-        names, units : tuple of str
-        step : (n,) int64, optional
-            Index of each in its source.
-        """
-        count = len(vectors)
-        whole = np.zeros((count, 4))
-        whole[:, : vectors.shape[1]] = vectors
-        given = np.ones(count) if weights is None else np.asarray(weights, np.float64)
-        none = np.zeros(count, np.int64)
-        return cls(
-            whole, given if given.ndim > 1 else given[:, None], names, units, none, none,
-            np.arange(count) if step is None else step,
-            ((slice(0, count),),) if count else ((),),
-        )  # fmt: skip
-
-    def __len__(self) -> int:
-        return len(self.vectors)
-
-    @property
-    def are_suns(self) -> NDArray[np.bool_]:
-        """Directions above the horizon, which need no rays, (n,) bool."""
-        return (self.vectors[:, 3] == 0) & (self.vectors[:, 2] > 0)
-
-    @property
-    def directions(self) -> NDArray[np.float64]:
-        """Unit directions of suns, (n, 3); homogeneous lights (n, 4) if others are among them."""
-        has_others = (self.vectors[:, 3] != 0) | (self.vectors[:, 2] < 0)
-        columns = 4 if has_others.any() else 3
-        return np.ascontiguousarray(self.vectors[:, :columns])
-
-    def pick(self, which: NDArray[np.bool_]) -> Self:
-        """Return some of the lights, without their times."""
-        return type(self).of(
-            self.vectors[which], self.weights[which], self.names, self.units, self.step[which]
-        )
-
-    def split(self) -> tuple[Self, Self]:
-        """Return the suns, and all other lights; without their times."""
-        return self.pick(self.are_suns), self.pick(~self.are_suns)
-
-    @property
-    def lengths(self) -> NDArray[np.int64]:
-        """Duration of each light [us]."""
-        return self.ends - self.starts
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,12 +26,13 @@ class Period:
     Parameters
     ----------
     days : tuple of datetime.date
-        Local dates, ascending.
+        Local dates, ascending; none of a study that asks for no sun.
     steps : tuple of Steps
         Steps of each day.
     sun : SunPath
         Sun at all midpoints, in order of the days.
     site : Site
+        May be None where there are no days.
     refraction : {'standard', 'none'}
     """
 
@@ -142,27 +45,28 @@ class Period:
     @property
     def instants(self) -> NDArray[np.datetime64]:
         """UTC midpoints of all steps, (n,) datetime64[us]."""
-        return np.concatenate([steps.instants for steps in self.steps])
+        return _join((steps.instants for steps in self.steps), np.dtype("datetime64[us]"))
 
     @property
     def hours(self) -> NDArray[np.float64]:
         """Lengths of all steps, (n,) [h]."""
-        return np.concatenate([steps.hours for steps in self.steps])
+        return _join((steps.hours for steps in self.steps), np.dtype(np.float64))
 
     @property
     def starts(self) -> NDArray[np.int64]:
         """UTC start of each step, (n,) [us since 1970]."""
-        return np.concatenate([steps.stamps[:-1].astype(np.int64) for steps in self.steps])
+        return _join((steps.stamps[:-1] for steps in self.steps), np.dtype(np.int64))
 
     @property
     def ends(self) -> NDArray[np.int64]:
         """UTC end of each step, (n,) [us since 1970]."""
-        return np.concatenate([steps.stamps[1:].astype(np.int64) for steps in self.steps])
+        return _join((steps.stamps[1:] for steps in self.steps), np.dtype(np.int64))
 
     @property
     def day_of_step(self) -> NDArray[np.intp]:
         """Index of each step in ``days``, (n,)."""
-        return np.repeat(np.arange(len(self.days)), [len(steps.hours) for steps in self.steps])
+        counts = np.array([len(steps.hours) for steps in self.steps], np.intp)
+        return np.repeat(np.arange(len(self.days)), counts)
 
     @property
     def up_hours_by_day(self) -> NDArray[np.float64]:
@@ -192,6 +96,8 @@ class Period:
 
     def find_reaching_suns(self) -> NDArray[np.float64]:
         """Find the suns at midpoints and stamps, whose shadows the default extent holds."""
+        if not self.days:
+            return np.zeros((0, 3))
         stamps = np.concatenate([steps.stamps for steps in self.steps])
         path = find_sun(self.site, stamps, refraction=self.refraction)
         return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])
@@ -201,6 +107,18 @@ class Period:
         mine, sun = self.day_of_step == day, self.sun
         kept = (sun.altitude[mine], sun.azimuth[mine], sun.direction[mine], sun.is_up[mine])
         return replace(self, days=(self.days[day],), steps=(self.steps[day],), sun=SunPath(*kept))
+
+
+def _join(arrays: Iterable[NDArray], dtype: np.dtype) -> NDArray:
+    """Join arrays of one type, of which there may be none."""
+    return np.concatenate([np.zeros(0, dtype), *(array.astype(dtype) for array in arrays)])
+
+
+def make_no_period(site: Site | None) -> Period:
+    """Return the period of a study that asks for no sun: no days."""
+    none = np.zeros(0)
+    sun = SunPath(none, none, np.zeros((0, 3)), np.zeros(0, np.bool_))
+    return Period((), (), sun, site, "standard")  # type: ignore[arg-type]
 
 
 def make_period(

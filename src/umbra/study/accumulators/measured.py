@@ -1,0 +1,207 @@
+"""Sums of a measure's lights at each receiver, before and after a proposal."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters import Canopy
+from umbra.errors import InputError, UmbraError
+from umbra.lights import Lights
+from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.study.counters import LightCounter
+from umbra.study.loop import Accumulator, TileRun, round_weights
+from umbra.study.measures import Asked, Measure, Quantity
+
+__all__ = ["MeasureSums", "guard"]
+
+FindParts = Callable[[Tile], Sequence[int]]
+
+
+def guard(measure: Measure, call: Callable[..., Any], *args: Any) -> Any:
+    """Call a measure's own code; name the measure where it fails."""
+    try:
+        return call(*args)
+    except UmbraError:
+        raise
+    except Exception as error:
+        msg = (
+            f"measure '{measure.name}' failed ({type(error).__name__}: {error}); update the "
+            "package that brings it, or leave it out"
+        )
+        raise InputError(msg, option="measure", measure=measure.name) from error
+
+
+class MeasureSums(Accumulator):
+    """
+    Accumulator of a measure: the weights of its lights that reach each receiver.
+
+    What reaches a receiver is the sum of all lights less that of the hidden ones, those behind its
+    surface among them. Times the cosine at its normal n it is n . (sum of w d over the free
+    directions d): three columns, or one on level ground, serve every normal.
+
+    Parameters
+    ----------
+    measure : Measure
+    asked : Asked
+    laid : Receivers
+    canopy : Canopy, optional
+    find_proposed, find_rest : callable, optional
+        Return the parts of the proposal in a tile's scene, and the other casters; where the measure
+        is also asked before the proposal.
+    """
+
+    is_streamed = False
+    needs_masks = False
+
+    def __init__(
+        self,
+        measure: Measure,
+        asked: Asked,
+        laid: Receivers,
+        canopy: Canopy | None = None,
+        find_proposed: FindParts | None = None,
+        find_rest: FindParts | None = None,
+    ) -> None:
+        self.measure, self.asked = measure, asked
+        self.lights: Lights = guard(measure, measure.make_lights, asked)
+        self._is_level, self._canopy = laid.kind.is_level, canopy
+        self._find_proposed, self._find_rest = find_proposed, find_rest
+        self.of_any_date = frozenset(self._name_all())
+        count = len(measure.quantities)
+        self._after = np.zeros((count, *laid.shape))
+        self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
+        weights = self._spread()
+        self._weights, self._unit = round_weights(weights)
+        if canopy is not None:
+            # What canopies alone hide, they transmit by their share on the light's day.
+            self._kept, self._kept_unit = round_weights(weights * self._find_shares()[:, None])
+
+    @property
+    def more_passes(self) -> int:  # type: ignore[override]
+        """Progress is told in lights of the study, of which a measure has its own number."""
+        return 0
+
+    def _spread(self) -> NDArray[np.float64]:
+        """Return the columns that are added up: with cosines, a column for each axis."""
+        weights = self.lights.weights
+        if not self.measure.follows_normal:
+            return weights
+        toward = self.lights.directions[:, :3]
+        axes = toward[:, 2:] if self._is_level else toward
+        return (weights[:, :, None] * axes[:, None, :]).reshape(len(weights), -1)
+
+    def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
+        """Add up the measure's lights on a tile, with and without the proposal."""
+        where = run.where if isinstance(run.where, tuple) else (run.where,)
+        tile = run.tiles[0]
+        sums = [_Sums(self, tile.shape)]
+        if self._find_proposed is not None:
+            sums.append(_Sums(self, tile.shape))
+        for some, wide, counter in run.find_tiles(self.lights):
+            sums[0].add(some, wide, counter, wide.with_casters if self._canopy else None)
+            if self._find_proposed is not None and self._find_rest is not None:
+                rest, canopy = self._find_rest(wide), wide.casting.canopy
+                solid = [part for part in rest if canopy and part not in canopy.casting]
+                sums[1].add(
+                    some, wide.with_casters(rest), None, partial(wide.with_casters, solid)
+                )  # fmt: skip
+        self._after[:, *where] = self._derive(sums[0].free, tile)
+        if self._before is not None and self._find_proposed is not None:
+            before = self._derive(sums[1].free, tile)
+            before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
+            self._before[:, *where] = before
+
+    def _derive(self, free: NDArray[np.float64], tile: Tile) -> NDArray[np.float64]:
+        """Return the variables of a tile (quantities, ...) from what reaches its receivers."""
+        if self.measure.follows_normal:
+            free = self._face(free, tile)
+        found = guard(self.measure, self.measure.derive, np.maximum(free, 0.0), self.asked)
+        return np.stack([np.asarray(one, np.float64) for one in found])
+
+    def _find_shares(self) -> NDArray[np.float64]:
+        """Return the share of each light that canopies transmit; with leaves if it has no date."""
+        assert self._canopy is not None
+        season, starts = self._canopy.season, self.lights.starts
+        if not starts.any():
+            return np.full(len(starts), season.with_leaves)
+        days = starts.view("datetime64[us]").astype("datetime64[D]")
+        unique, index = np.unique(days, return_inverse=True)
+        return np.array([season.find_share(day) for day in unique.tolist()])[index.ravel()]
+
+    def _face(self, free: NDArray[np.float64], tile: Tile) -> NDArray[np.float64]:
+        """Return the sums times the cosine at each receiver's normal, from those of each axis."""
+        if self._is_level:
+            return free
+        normals = tile.places.normals
+        level = np.isnan(normals).any(1)
+        if level.any():
+            normals = np.where(level[:, None], (0.0, 0.0, 1.0), normals)
+        axes = free.reshape(-1, 3, *tile.shape)
+        return np.einsum("kc...,c...->k...", axes, normals.T.reshape(3, *tile.shape))
+
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Blank the results where nothing receives."""
+        for values in (self._after, self._before):
+            if values is not None:
+                values[:, nothing] = np.nan
+
+    def _name_all(self) -> list[str]:
+        names = [one.name for one in self.measure.quantities]
+        ends = ("", "_before", "_lost", "_ratio") if self._find_proposed else ("",)
+        return [name + end for name in names for end in ends]
+
+    def variables(self, laid: Receivers) -> Variables:
+        """Return the variables, with a proposal also before, lost, and their ratio."""
+        found: Variables = {}
+        for k, one in enumerate(self.measure.quantities):
+            after = self._after[k]
+            found[one.name] = (laid.dims, after)
+            if self._before is not None:
+                found |= _compare(one, self._before[k], after, laid.dims)
+        return found
+
+
+class _Sums:
+    """Whole numbers that add up on a tile, the same in any order and groups of the lights."""
+
+    def __init__(self, of: MeasureSums, shape: tuple[int, ...]) -> None:
+        self.of = of
+        columns = of._weights.shape[1]
+        self.hidden = np.zeros((columns, *shape), np.int32)
+        self.shade = np.zeros((2, columns, *shape), np.int32) if of._canopy is not None else None
+
+    def add(
+        self, some: NDArray[np.intp], tile: Tile, counter: Any,
+        find_solid: Callable[[], Tile] | None,
+    ) -> None:  # fmt: skip
+        """Add some lights, with all casters that can hide them, and with all but canopies."""
+        of = self.of
+        lights = of.lights.pick(some).directions
+        every = LightCounter(tile, counter)
+        every.add_weights(lights, of._weights[some], self.hidden)
+        if self.shade is not None and find_solid is not None:
+            every.add_weights(lights, of._kept[some], self.shade[0])
+            LightCounter(find_solid()).add_weights(lights, of._kept[some], self.shade[1])
+
+    @property
+    def free(self) -> NDArray[np.float64]:
+        """Sums of the lights that reach each receiver, (columns, ...)."""
+        of, ones = self.of, [1] * (self.hidden.ndim - 1)
+        whole = of._weights.sum(0, np.int64).reshape(-1, *ones)
+        free = (whole - self.hidden) * of._unit.reshape(-1, *ones)
+        if self.shade is not None:
+            through = self.shade[0].astype(np.int64) - self.shade[1]
+            free += through * of._kept_unit.reshape(-1, *ones)
+        return free
+
+
+def _compare(one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]) -> Variables:
+    ratio = np.divide(after, before, out=np.full_like(after, np.nan), where=before > 0)
+    return {
+        f"{one.name}_before": (dims, before),
+        f"{one.name}_lost": (dims, before - after),
+        f"{one.name}_ratio": (dims, ratio),
+    }

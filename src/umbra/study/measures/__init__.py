@@ -1,0 +1,77 @@
+"""
+Measures: what a study can be asked, each in one file.
+
+    measure.py   what a measure is                  Measure, Quantity, Asked
+    hours.py     hours of sun and shadow            sun_hours, shadow_hours
+    sky.py       the sky before a receiver          sky_view_factor, sky_component
+
+A package installed beside umbra adds one by an entry point of the group ``umbra.measures``.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from umbra.errors import InputError
+from umbra.registry import Registry
+from umbra.study.measures.measure import Asked, Measure, Quantity
+
+__all__ = ["HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "find_quantity"]
+
+HOURS = ("sun_hours", "shadow_hours")
+"""Names of the measures that the study's own loop counts, with intervals, spells and groups."""
+
+
+def _accept(given: Any) -> Measure:
+    measure = given() if isinstance(given, type) else given
+    lacking = [
+        name for name in ("name", "unit", "long_name", "make_lights", "derive", "quantities")
+        if not hasattr(measure, name)
+    ]  # fmt: skip
+    if lacking:
+        msg = f"it is no measure: it has no {', '.join(lacking)} (umbra.extending.Measure has)"
+        raise TypeError(msg)
+    return measure
+
+
+_PLACE = "umbra.study.measures"
+MEASURES: Registry[Measure] = Registry(
+    "measure",
+    "measure",
+    {
+        "sun_hours": f"{_PLACE}.hours:SunHours",
+        "shadow_hours": f"{_PLACE}.hours:ShadowHours",
+        "sky_view_factor": f"{_PLACE}.sky:SkyViewFactor",
+        "sky_component": f"{_PLACE}.sky:SkyComponent",
+    },
+    _accept,
+)
+"""All measures by the name that ``measure=`` takes."""
+
+
+def find_measures(names: Sequence[str]) -> list[Measure]:
+    """
+    Return measures by name, each once.
+
+    Raises
+    ------
+    InputError
+        If one is unknown or cannot be loaded, or two give a variable of one name.
+    """
+    found = [MEASURES.find(name) for name in dict.fromkeys(names)]
+    known: dict[str, str] = {}
+    for measure in found:
+        for quantity in measure.quantities:
+            other = known.setdefault(quantity.name, measure.name)
+            if other != measure.name:
+                msg = (
+                    f"measures '{other}' and '{measure.name}' both give '{quantity.name}'; ask for "
+                    "one of them"
+                )
+                raise InputError(msg, option="measure")
+    return found
+
+
+def find_quantity(name: str) -> Quantity | None:
+    """Return the variable of a name among those of the measures asked for so far."""
+    each = (one for measure in MEASURES.loaded.values() for one in measure.quantities)
+    return next((one for one in each if one.name == name), None)

@@ -1,0 +1,165 @@
+"""
+A measure: what a receiver gets of some lights.
+
+A measure gives lights with weights; the engine adds up, at each receiver, the weights of the lights
+that reach it, and the measure turns the sums into the variables of the result. Attached shadow
+counts: a light behind a receiver's surface does not reach it.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from umbra.lights import Lights, Period
+    from umbra.sun import Site
+
+__all__ = ["Asked", "Measure", "Quantity"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """
+    A variable that a measure gives, and how it is drawn.
+
+    Parameters
+    ----------
+    name : str
+        Of the variable in ``study.nc``, and of its map, ``NAME.png``.
+    unit : str
+        As CF has it: ``"1"``, ``"h"``, ``"%"``, ``"kWh/m2"``.
+    long_name : str
+        What it is, in words: of legends, captions and tables.
+    most : float, optional
+        Upper end of the map's scale; the largest value by default.
+    ramp : str
+        Colours of the map: ``"light"`` is dark at 0 and bright at the upper end, ``"loss"`` the
+        reverse.
+    is_drawn : bool
+        Whether it has a map of its own.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    most: float | None = None
+    ramp: Literal["light", "loss"] = "light"
+    is_drawn: bool = True
+
+    @property
+    def suffix(self) -> str:
+        """The unit after a number; none of a bare number."""
+        shown = {"1": "", "%": " %", "kWh/m2": " kWh/m²"}
+        return shown.get(self.unit, f" {self.unit}")
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """CF attributes of the variable."""
+        return {"long_name": self.long_name, "units": self.unit}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """
+    What a measure is asked for.
+
+    Parameters
+    ----------
+    options : StudyOptions
+        All options of the study, such as ``sky_directions``.
+    period : Period
+        The suns of the study's dates; of no days where no date is given.
+    site : Site, optional
+        None where neither the caller nor the model says it.
+    """
+
+    options: Any
+    period: "Period"
+    site: "Site | None" = None
+
+
+class Measure(ABC):
+    """
+    Base of measures.
+
+    Attributes
+    ----------
+    name, unit, long_name : str
+        Of its variable, as of a ``Quantity``.
+    most : float, optional
+        Upper end of the map's scale; the largest value by default.
+    needs_sun : bool
+        Whether it is of the suns of dates: then a study needs a date and a site.
+    follows_normal : bool
+        Whether a light weighs by the cosine at the receiver's normal, as light on a surface does.
+        Receivers without a normal are level.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str] = "1"
+    long_name: ClassVar[str]
+    most: ClassVar[float | None] = None
+    needs_sun: ClassVar[bool] = False
+    follows_normal: ClassVar[bool] = False
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The variables that it gives: by default one, of its own name."""
+        return (Quantity(self.name, self.unit, self.long_name, self.most),)
+
+    @property
+    def facts(self) -> dict[str, object]:
+        """Attributes of the result."""
+        return {}
+
+    def check(self, options: Any) -> None:
+        """
+        Check the options of a study before any model is read.
+
+        Raises
+        ------
+        InputError
+            If one is wrong, or lacks.
+        """
+        return
+
+    @abstractmethod
+    def make_lights(self, asked: Asked) -> "Lights":
+        """
+        Make the lights, with a column of weights (n, k) for each sum.
+
+        Parameters
+        ----------
+        asked : Asked
+
+        Returns
+        -------
+        lights : Lights
+            Of directions above the horizon, which are counted fastest, or of any others.
+
+        Raises
+        ------
+        InputError
+            If what they are made of is wrong.
+        """
+
+    def derive(self, sums: NDArray, asked: Asked) -> Sequence[NDArray]:
+        """
+        Turn the sums of what reaches each receiver into the variables.
+
+        Parameters
+        ----------
+        sums : (k, ...) float64
+            Of each column of weights: of the lights that reach the receiver; if the measure
+            ``follows_normal``, each times the cosine.
+        asked : Asked
+
+        Returns
+        -------
+        values : sequence of (...) float
+            One for each of ``quantities``, in their order; by default the sums.
+        """
+        return list(sums)

@@ -1,0 +1,61 @@
+"""
+The sky before a receiver: view factor, and illuminance from the CIE overcast sky.
+
+Both are sums over directions of the sky (``--sky-directions``), each times the cosine at the
+receiver's normal, as its plane sees it.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.lights import Lights, find_directions
+from umbra.study.measures.measure import Asked, Measure
+
+__all__ = ["SkyComponent", "SkyViewFactor"]
+
+
+class SkyViewFactor(Measure):
+    """
+    Sky view factor: (1/pi) integral over the free upper sky of the cosine at the normal.
+
+    A free level plane has 1, a free vertical plane 0.5 (Oke 1987, "Boundary Layer Climates").
+    """
+
+    name, unit, long_name = "sky_view_factor", "1", "sky view factor"
+    most = 1.0
+    follows_normal = True
+
+    def check(self, options: Any) -> None:
+        """Check that there are such directions."""
+        find_directions(options.sky_directions)
+
+    def make_lights(self, asked: Asked) -> Lights:
+        """Return directions of the sky, each weighted by its solid angle over pi."""
+        directions, angles = find_directions(asked.options.sky_directions)
+        return Lights.of(directions, angles / math.pi, (self.name,), (self.unit,))
+
+    def derive(self, sums: NDArray, asked: Asked) -> list[NDArray]:
+        """Return the sums, at most a free sky's, which sets of patches miss by 1e-4."""
+        return [np.minimum(each, self.most) for each in sums]
+
+
+class SkyComponent(SkyViewFactor):
+    """
+    Sky component: illuminance from the CIE overcast sky, of that on an open level plane.
+
+    The luminance is proportional to 1 + 2 sin(altitude) (Moon and Spencer 1942; CIE S 011), of
+    which an open level plane receives 7 pi / 3. A free vertical plane has 39.62 %; on vertical
+    planes it is the vertical sky component of BRE 209.
+    """
+
+    name, unit, long_name = "sky_component", "%", "sky component, CIE overcast sky"
+    most = 100.0
+
+    def make_lights(self, asked: Asked) -> Lights:
+        """Return directions of the sky, each weighted by its solid angle and luminance."""
+        directions, angles = find_directions(asked.options.sky_directions)
+        weights = angles * (1 + 2 * directions[:, 2]) * (100 * 3 / (7 * math.pi))
+        return Lights.of(directions, weights, (self.name,), (self.unit,))
