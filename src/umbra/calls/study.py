@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
-from umbra.errors import check_type
+from umbra.errors import InputError, check_type
 from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
@@ -195,5 +195,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     for note in (*moved, *tell_request(scene, options)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
+        if site is None or options.measures:
+            msg = "chunks= count hours of sun alone, with a site; leave measure= or chunks= out"
+            raise InputError(msg, option="chunks")
         return ChunkedStudy(scene, site, options, chunks)
     return ShadowStudy(run(scene, site, options), options)

@@ -254,7 +254,6 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
         "type": kind,
         "is_flag": said.type == "flag",
         "multiple": is_many,
-        "required": said.type == "dates",
         "default": default,
         "show_default": bool(default) and not is_many and not isinstance(default, tuple),
         "metavar": "PATTERN" if said.type == "patterns" else said.metavar,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "canopy_options",
+    "find_any_site",
     "find_model_site",
     "read_model",
     "read_values",
@@ -96,3 +97,13 @@ def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) 
 
     say = say or (lambda line: echo(write_for_shell(line), err=True))
     return find_site(scene, **take_site(), tell=lambda told: say(f"note: {told}"))
+
+
+def find_any_site(
+    scene: "Scene", say: Callable[[str], object], *, is_needed: bool
+) -> "Site | None":
+    """Find a model's site; None where nothing says it and it is not needed."""
+    given = [take_site()[name] for name in ("latitude", "longitude")]
+    if not is_needed and given == [None, None] and None in {scene.latitude, scene.longitude}:
+        return None
+    return find_model_site(scene, say)

@@ -13,7 +13,7 @@ from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_op
 from umbra.cli.options_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.reading import (
     canopy_options,
-    find_model_site,
+    find_any_site,
     read_model,
     reading_options,
     site_options,
@@ -28,8 +28,8 @@ from umbra.writers.folder import Outputs
 __all__ = ["command"]
 
 HEADINGS = (
-    "Site", "Time", "Receivers", "Casters", "Results", "Pictures", "Further files", "Tiles",
-    "Reading", "Running", "Options",
+    "Site", "Measures", "Time", "Receivers", "Casters", "Results", "Pictures", "Further files",
+    "Tiles", "Reading", "Running", "Options",
 )  # fmt: skip
 _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=False)
 
@@ -54,9 +54,10 @@ _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=Fa
 @_running("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **given: Any) -> None:
     """
-    Compute the hours of shadow around buildings on one or more days.
+    Measure sun and sky around buildings: by default the hours of shadow on one or more days.
 
-    Writes study.nc, hours.png, profile.png and study.toml into the folder --out.
+    Writes study.nc, hours.png, profile.png and study.toml into the folder --out; with --measure
+    a map of each measure.
 
     \b
     Example:
@@ -86,20 +87,17 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     ):
         load_compiler()
         options = take_record(StudyOptions, given)
-        outputs.check_receivers(options.receivers)
+        outputs.check_receivers(options.receivers, has_hours=options.asks_hours)
         from umbra.study import run  # noqa: PLC0415
         from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
-        from umbra.writers.folder.write import (  # noqa: PLC0415
-            fill_folder,
-            note_earlier,
-            sum_up,
-        )
+        from umbra.writers.folder.summary import sum_up, tell_measures  # noqa: PLC0415
+        from umbra.writers.folder.write import fill_folder, note_earlier  # noqa: PLC0415
 
         stages.begin(name_reading(files))
         scene = read_model(files, options.canopy)
         for note in scene.notes:
             say(f"note: {note}")
-        site = find_model_site(scene, say)
+        site = find_any_site(scene, say, is_needed=options.needs_sun)
         told = tell_request(scene, options)
         for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")
@@ -110,7 +108,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         study.facts["command"] = _find_command()
         if "assumption" in study.facts:
             study.facts["assumption"] = write_for_shell(str(study.facts["assumption"]))
-        if not study.sun.is_up.any():
+        if study.period.days and not study.sun.is_up.any():
             say(
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
@@ -124,6 +122,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     elif not quiet:
         for path in written:
             echo_path(path)
+        for line in tell_measures(study):
+            say(line)
 
 
 def _find_command() -> str:

@@ -96,8 +96,9 @@ class Period:
 
     def find_reaching_suns(self) -> NDArray[np.float64]:
         """Find the suns at midpoints and stamps, whose shadows the default extent holds."""
-        if not self.days:
-            return np.zeros((0, 3))
+        if not self.days:  # a margin as wide as the model is high, on every side
+            turn = np.arange(8) * np.pi / 4
+            return np.stack([np.sin(turn), np.cos(turn), np.ones(8)], 1) / np.sqrt(2)
         stamps = np.concatenate([steps.stamps for steps in self.steps])
         path = find_sun(self.site, stamps, refraction=self.refraction)
         return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])

@@ -88,7 +88,7 @@ class Lights:
         columns = 4 if has_others.any() else 3
         return np.ascontiguousarray(self.vectors[:, :columns])
 
-    def pick(self, which: NDArray[np.bool_]) -> Self:
+    def pick(self, which: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return some of the lights, without their times."""
         return type(self).of(
             self.vectors[which], self.weights[which], self.names, self.units, self.step[which]

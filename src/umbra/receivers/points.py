@@ -102,9 +102,7 @@ class SurfaceSamples(SingleReceivers):
         labels, owner = np.unique(np.array(scene.labels())[samples.part], return_inverse=True)
         owner = owner.ravel()
         normal = samples.surface_normal
-        turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - getattr(
-            study.site, "true_north", 0.0
-        )
+        turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - study.true_north
         level = np.hypot(normal[:, 0], normal[:, 1]) < LEVEL
         one, part = ("surface",), ("part",)
         found: Variables = {

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +107,7 @@ class Accumulator:
     is_streamed = True
     needs_masks = True
     more_passes = 0
-    of_any_date: ClassVar[frozenset[str]] = frozenset()
+    of_any_date: frozenset[str] = frozenset()
 
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin a tile."""

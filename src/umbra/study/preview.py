@@ -206,12 +206,15 @@ def make_preview(
     -------
     preview : Preview
     """
-    stamps = (steps or study.steps).stamps
-    most = math.isqrt(MOST // len(stamps))
+    has_days = bool(study.period.days)
+    stamps = (steps or study.steps).stamps if has_days else study.period.instants
+    most = math.isqrt(MOST // max(len(stamps), 1))
     own = study.grid.coarser(min(longest, most))
     grid = own.finer(finer) if finer > 1 else own
     tile = study.model.make_tile(grid)
-    path = find_sun(study.site, stamps, refraction=study.refraction)
+    path = study.sun
+    if has_days:
+        path = find_sun(study.site, stamps, refraction=study.refraction)
 
     def count() -> NDArray[np.bool_]:
         found = tile.make_counter().masks(path.direction[path.is_up]).view(np.bool_)

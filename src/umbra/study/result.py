@@ -98,8 +98,13 @@ class Study:
 
     @property
     def site(self) -> Site:
-        """The place of the study."""
+        """The place of the study; None where it is not known and no measure needs it."""
         return self.period.site
+
+    @property
+    def true_north(self) -> float:
+        """Azimuth of true north in the model's plan; 0 where the site is not known [degrees]."""
+        return 0.0 if self.site is None else self.site.true_north
 
     @property
     def steps(self) -> Steps:

@@ -334,7 +334,7 @@ class Setup:
             "longitude": getattr(site, "longitude", None),
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
-            **{name: fact for one in self.options.measures for name, fact in one.facts.items()},
+            **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),
             **self.attribution.facts,
@@ -344,6 +344,11 @@ class Setup:
             "count_seconds": seconds,
         }
         return {name: fact for name, fact in facts.items() if fact is not None}
+
+    def _describe_measures(self) -> dict[str, object]:
+        """Return attributes that the measures give."""
+        each = [guard(one, one.describe, self.asked) for one in self.options.measures]
+        return {name: fact for facts in each for name, fact in facts.items()}
 
     def _describe_period(self) -> dict[str, object]:
         """Return attributes of the time axis, if it is more than one plain day."""

@@ -217,8 +217,9 @@ class Workplace:
         nowhere = Scene((), self.origin)
         options, results = job.options, ResultOptions.of(self.period, job.options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
-        is_told = self.groups is not None and options.asks_hours
-        attribution = self.groups.placeholder if is_told else AttributionOptions()
+        attribution = AttributionOptions()
+        if self.groups is not None and options.asks_hours:
+            attribution = self.groups.placeholder
         return Setup(
             nowhere, job.site, options, self.period, results, attribution, [],
             job.threads, DEFAULT, canopy,

@@ -73,7 +73,8 @@ class Preparation:
                 f"'{self.damaged[0]}')"
             )
         found += tell_moved(_locate(self.catalogue), self.job.site)
-        found += tell_skipped(self.job.options.date)
+        if self.job.options.date is not None:
+            found += tell_skipped(self.job.options.date)
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
@@ -83,7 +84,7 @@ class Preparation:
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
             )
-        if not len(self.job.open().lights):
+        if self.job.options.asks_hours and not len(self.job.open().lights):
             found.append(
                 "the sun is below the horizon, or below min_altitude=, all this time; there are "
                 "no hours of sun or shadow"

@@ -33,6 +33,7 @@ COARSE = 0.05  # pixel of the rasters for placing labels [inch]
 LABEL = SMALL - 0.5  # size of type [point]
 STRAIGHT = 0.9  # least ratio of chord to arc length of a label's line
 TOUCHED = 0.02  # blocked share of a pixel from which labels avoid it
+_HOURS, _RELATIVE = 1e-3, 1e-4  # rounding of hours [h], and of other values, of the highest level
 LABEL_GAP = 0.55  # between two labels' middles [inch]
 
 Place = tuple[float, float, float]
@@ -106,21 +107,24 @@ def _smooth(share: NDArray) -> NDArray:
 
 def draw_contours(
     panel: Panel,
-    hours: NDArray[np.float32],
-    levels: list[int],
+    values: NDArray[np.floating],
+    levels: Sequence[float],
     colors: list[tuple[str, str]],
     blocked: NDArray[np.bool_],
+    texts: Sequence[str] = (),
 ) -> None:
     """
-    Draw and label the lines that enclose at least a level's hours, each level in its two colours.
+    Draw and label the lines that enclose at least a level, each level in its two colours.
 
-    Blocked cells have no valid hours: lines and labels avoid them.
+    Levels are hours unless ``texts`` label them. Blocked cells have no valid values: lines and
+    labels avoid them.
     """
-    finder, tracer = _LabelFinder(panel, hours, blocked), Tracer(panel, blocked)
-    for level, (color, halo) in zip(levels, colors, strict=True):
-        # Hours are sums of float32 steps: a cell of exactly the level lies inside.
-        lines = tracer.trace(hours >= level - 1e-3)
-        text = f"{level} h"
+    finder, tracer = _LabelFinder(panel, values, blocked), Tracer(panel, blocked)
+    slack = _RELATIVE * max(levels, default=0.0) if texts else _HOURS
+    texts = texts or [f"{level} h" for level in levels]
+    for level, (color, halo), text in zip(levels, colors, texts, strict=True):
+        # Values are sums of float32 steps: a cell of exactly the level lies inside.
+        lines = tracer.trace(values >= level - slack)
         lines, places = finder.find(lines, text)
         panel.rule_map(lines, color, 0.5)
         for x, y, angle in places:

@@ -123,6 +123,7 @@ class Format:
     write: Callable[[Job], list[str]]  # returns the names of the files
     packages: tuple[str, ...] = ()  # imported beyond umbra's own
     extra: str = ""  # that installs them
+    needs_hours: bool = True  # is made of hours of sun, not of any measure
 
 
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:
@@ -131,6 +132,7 @@ def write_formats(job: Job, names: Sequence[str]) -> list[str]:
 
 
 def _write_geotiff(job: Job) -> list[str]:
+    from umbra.study.attributes import find_attributes  # noqa: PLC0415
     from umbra.writers.tables import find_columns  # noqa: PLC0415
     from umbra.writers.vectors.gis_files import write_geotiff  # noqa: PLC0415
 
@@ -138,15 +140,16 @@ def _write_geotiff(job: Job) -> list[str]:
     columns = find_columns(study, ("y", "x"))
     del columns["receiver_z"]
     bands = [
-        (name, "h" if "hours" in name else "1", array)
+        (name, find_attributes(name).get("units") or ("h" if "hours" in name else "1"), array)
         for name, array in columns.items()
         if array.dtype.kind in "fiu"
     ]
+    name = "hours.tif" if study.has_hours else "measures.tif"
     write_geotiff(
-        job.folder / "hours.tif", study.x, study.y, bands,
+        job.folder / name, study.x, study.y, bands,
         cell=(study.grid.dx, study.grid.dy), crs=job.crs, facts=study.facts,
     )  # fmt: skip
-    return ["hours.tif"]
+    return [name]
 
 
 def _write_geojson(job: Job) -> list[str]:
@@ -192,7 +195,7 @@ def _write_csv(job: Job) -> list[str]:
 
     if not job.study.kind.is_raster:
         return write_samples(job.folder, job.study)
-    study, timeline = job.study, job.timeline
+    study = job.study
     names = [name_cells(study), "instants.csv"]
     size = write_cells(job.folder / names[0], study)
     if names[0].endswith(".gz"):
@@ -201,7 +204,9 @@ def _write_csv(job: Job) -> list[str]:
             f"note: {names[0]} is packed: {study.shadow_hours.size:,} lines, {size / 1e6:.0f} MB, "
             f"in {packed / 1e6:.0f} MB; gzip -d unpacks it, pandas.read_csv reads it as it is"
         )
-    areas = None
+    if not study.has_hours:
+        return names[:1]
+    areas, timeline = None, job.timeline
     if study.kind.is_plan and timeline.strides == (1, 1):
         is_counted = np.ones(timeline.shape, bool)
         if study.kind.lies_under_roofs:
@@ -323,14 +328,14 @@ def _name_times(moments: "Sequence[Moment]") -> str:
 
 _POLYGONS: tuple[Any, ...] = ("pyclipr", "shapely")
 FORMATS = {
-    "geotiff": Format(_write_geotiff, ("rasterio",), "gis"),
+    "geotiff": Format(_write_geotiff, ("rasterio",), "gis", needs_hours=False),
     "geojson": Format(_write_geojson, _POLYGONS, "gis"),
     "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis"),
     "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
-    "csv": Format(_write_csv),
+    "csv": Format(_write_csv, needs_hours=False),
     "glb": Format(_write_glb),
     "3dtiles": Format(_write_tileset),
-    "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city"),
+    "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city", needs_hours=False),
     "cityjson": Format(_write_cityjson),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),

@@ -145,6 +145,8 @@ class Painter:
 
     draw_hours = partialmethod(_submit, "hours.make_hours_sheet")
     draw_points = partialmethod(_submit, "point_map.make_points_sheet")
+    draw_measure = partialmethod(_submit, "measured.make_measure_sheet")
+    draw_measured_points = partialmethod(_submit, "measured.make_measured_points_sheet")
     draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:

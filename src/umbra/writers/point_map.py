@@ -14,7 +14,7 @@ from umbra.writers.pixels import NO_SUN, Ramp, shade_ramp
 from umbra.writers.plan import MISSING, DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, lay_out
 
-__all__ = ["FEW", "make_points_sheet"]
+__all__ = ["FEW", "fill_points", "make_points_sheet"]
 
 FEW = 40
 """Most points that are labelled."""
@@ -50,14 +50,14 @@ def make_points_sheet(
     """
     sheet = lay_out(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
-        _fill_points(panel, places, day, max_hours, names, show, shade_ramp(ramp=ramp))
+        _fill_hours(panel, places, day, max_hours, names, show, shade_ramp(ramp=ramp))
     if max_hours > 0:
         remark, swatches = tell_outlined(plan), list_dark(days)
         draw_hours_key(sheet, max_hours, what, remark, show, swatches=swatches, ramp=ramp)
     return sheet
 
 
-def _fill_points(
+def _fill_hours(
     panel: Panel,
     places: Places,
     day: DayMap,
@@ -66,9 +66,43 @@ def _fill_points(
     show: Show,
     ramp: NDArray[np.float64],
 ) -> None:
-    """Draw points on a map, with its buildings."""
-    plan, hours = panel.plan, np.asarray(day.hours, np.float64)
+    """Draw points on a map in the colours of their hours."""
+    hours = np.asarray(day.hours, np.float64)
     is_night = day.is_night or not max_hours > 0
+    share = hours / max(max_hours, 1e-9)
+    colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    colors[day.find_dark()] = NO_SUN
+    if is_night:
+        colors = np.full_like(colors, MISSING)
+    told = max_hours - hours if show == "sun" else hours
+    texts = [""] * len(told) if is_night else [f"{value:.3g} h" for value in told[: FEW + 1]]
+    fill_points(panel, places, colors, texts, names)
+    if is_night:
+        panel.write_over(NIGHT)
+
+
+def fill_points(
+    panel: Panel,
+    places: Places,
+    colors: NDArray[np.float64],
+    texts: Sequence[str],
+    names: Sequence[str] = (),
+) -> None:
+    """
+    Draw points on a map with its buildings; label few of them by names, or numbers, and texts.
+
+    Parameters
+    ----------
+    panel : Panel
+    places : Places
+        In the plan's coordinates.
+    colors : (n, 3) float64
+        sRGB.
+    texts : sequence of str
+        What is told of each of the first ``FEW``.
+    names : sequence of str
+    """
+    plan = panel.plan
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
     cover_with_roofs(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
@@ -80,21 +114,13 @@ def _fill_points(
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
     middles = panel.place(points[:, :2])
     spread, stacks = _spread(middles, points[:, 2], places.normals[:, :2], 2.15 * radius)
-    share = hours / max(max_hours, 1e-9)
-    colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
-    colors[day.find_dark()] = NO_SUN
-    if is_night:
-        colors = np.full_like(colors, MISSING)
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     panel.fill([place + disc for place in spread], colors, INK, 0.6)
     if n <= FEW:
-        told = max_hours - hours if show == "sun" else hours
         named = names or range(1, n + 1)
-        texts = [f"{named[k]}" + ("" if is_night else f": {told[k]:.3g} h") for k in range(n)]
-        _label(panel, spread, stacks, texts, radius)
-    if is_night:
-        panel.write_over(NIGHT)
+        labels = [": ".join(filter(None, (f"{named[k]}", texts[k]))) for k in range(n)]
+        _label(panel, spread, stacks, labels, radius)
 
 
 def _spread(

@@ -136,7 +136,7 @@ class MeasureSums(Accumulator):
         if self._is_level:
             return free
         normals = tile.places.normals
-        level = np.isnan(normals).any(1)
+        level = np.isnan(normals[:, 0])
         if level.any():
             normals = np.where(level[:, None], (0.0, 0.0, 1.0), normals)
         axes = free.reshape(-1, 3, *tile.shape)

@@ -110,10 +110,13 @@ class Measure(ABC):
         """The variables that it gives: by default one, of its own name."""
         return (Quantity(self.name, self.unit, self.long_name, self.most),)
 
-    @property
-    def facts(self) -> dict[str, object]:
-        """Attributes of the result."""
+    def describe(self, asked: Asked) -> dict[str, object]:
+        """Return attributes of the result: what decides the numbers."""
         return {}
+
+    def tell(self, options: Any) -> str:
+        """Say in a few words how it is found, for the foot of pictures; nothing by default."""
+        return ""
 
     def check(self, options: Any) -> None:
         """

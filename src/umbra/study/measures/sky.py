@@ -32,6 +32,14 @@ class SkyViewFactor(Measure):
         """Check that there are such directions."""
         find_directions(options.sky_directions)
 
+    def describe(self, asked: Asked) -> dict[str, object]:
+        """Return the directions of the sky."""
+        return {"sky_directions": str(asked.options.sky_directions)}
+
+    def tell(self, options: Any) -> str:
+        """Say how many directions there are."""
+        return f"{len(find_directions(options.sky_directions)[0]):,} directions of the sky"
+
     def make_lights(self, asked: Asked) -> Lights:
         """Return directions of the sky, each weighted by its solid angle over pi."""
         directions, angles = find_directions(asked.options.sky_directions)

@@ -118,8 +118,8 @@ class Outputs:
         """Formats other than pictures."""
         return tuple(name for name in self.formats if name not in DRAWN)
 
-    def check_receivers(self, receivers: str) -> None:
-        """Raise an InputError if an output is not made of these receivers."""
+    def check_receivers(self, receivers: str, *, has_hours: bool = True) -> None:
+        """Raise an InputError if an output is not made of these receivers, or without hours."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers)
@@ -145,6 +145,16 @@ class Outputs:
             raise InputError(msg, option="write", formats=refused)
         if self.rules:
             kind.check_judged(receivers)
+        if has_hours:
+            return
+        asked = [name for name in ("report", "sheet", "rules") if getattr(self, name)]
+        asked += [f"write='{name}'" for name in self.files if FORMATS[name].needs_hours]
+        if asked:
+            msg = (
+                f"{asked[0]}{'' if '=' in asked[0] else '='} is made of hours of sun, which are "
+                "not asked for; add sun_hours to measure=, or leave it out"
+            )
+            raise InputError(msg, option=asked[0].partition("=")[0])
 
 
 def _read_formats(given: Sequence[str]) -> tuple[str, ...]:

@@ -127,7 +127,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
     study, options, outputs = job.study, job.options, job.outputs
     canopies = preview.find_canopies() if options.canopy else None
     x, y, axes = _find_axes(study, preview)
-    north, upward = study.kind.find_north(study.facts, study.site.true_north)
+    north, upward = study.kind.find_north(study.facts, study.true_north)
     view = study.kind.tell_view(study.facts, options.receivers)
     told = view.removeprefix(", ") if outputs.title else ""
     proposed = None
@@ -162,13 +162,17 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
 
 
 def tell_place(study: Study) -> str:
-    """Describe a study's site: coordinates and time zone."""
+    """Describe a study's site: coordinates and time zone; nothing where it is not known."""
+    if study.site is None:
+        return ""
     return f"{study.site.show()} · {study.site.zone}"
 
 
 def tell_times(study: Study, options: StudyOptions, which: range) -> str:
     """Describe some of a study's dates, and its clock times with their offsets from UTC."""
     period = study.period
+    if not period.days:
+        return ""
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
@@ -198,7 +202,7 @@ def place_elevation(
     """
     model = study.model
     azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]
-    view = Elevation.of(azimuth, study.site.true_north)
+    view = Elevation.of(azimuth, study.true_north)
     left = view.find_extent(model.scene, getattr(model, "shown", None))[0, 0]
     # Parts outside the extent do not count.
     return x - max(left, float(x[0]) - study.grid.dx / 2), y - study.ground
@@ -237,7 +241,7 @@ def describe_making(study: Study, options: StudyOptions) -> str:
 
 def tell_cut(study: Any) -> str:
     """Say that a plan's frame cuts shadows, and of one date how long they last there."""
-    if not study.is_plan:
+    if not study.is_plan or not study.has_hours:
         return ""
     shown = np.isfinite(study.shadow_hours) & study.kind.find_open(study) & ~study.laid.is_built
     hours = np.where(shown, study.shadow_hours, 0)
@@ -271,14 +275,19 @@ def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
 def describe_method(study: Study, options: StudyOptions) -> list[str]:
     """Describe time steps, accuracy, casters and the proposed development."""
     facts = study.facts
-    if "exact_tolerance_seconds" in facts:
+    notes = []
+    if not study.has_hours:
+        notes = list(filter(None, (one.tell(options) for one in options.measures)))
+        notes = list(dict.fromkeys(notes))
+    elif "exact_tolerance_seconds" in facts:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
     else:
         half = float(study.period.hours.max()) * 30
         notes = [f"midpoints of {options.every} steps"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
-    notes.append(f"sun as a point source, refraction {facts['refraction']}")
+    if study.has_hours:
+        notes.append(f"sun as a point source, refraction {facts['refraction']}")
     chosen, left_out = options.cast, options.no_cast
     casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"
     notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))

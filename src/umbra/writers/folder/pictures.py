@@ -40,27 +40,31 @@ from umbra.writers.folder.captions import (
     find_maps,
     find_together,
     list_few,
-    name_dates,
     name_files,
     name_shown,
     tell_daylight,
+    tell_place,
+    tell_times,
 )
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
+    "TILT",
     "Sheets",
     "describe_points",
     "draw_lost",
     "draw_pictures",
     "draw_plan_of_points",
     "draw_surfaces",
+    "find_sunny_side",
+    "lay_out_points",
 ]
 
 _MATTERS = 0.5  # hours lost that the picture must include, at any distance
 MOST_DAYS = 4
 """Most dates that also get separate pictures."""
-_TILT = 35
+TILT = 35
 _ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
 
@@ -263,12 +267,17 @@ def _draw_profile(
     job.painter.draw_profile(job.folder / name, plan, maps, zone="/".join(zones))
 
 
+def find_sunny_side(study: Study) -> int:
+    """Return the azimuth from which sunlit sides are seen [degrees]."""
+    return 325 if study.site is not None and study.site.latitude < 0 else 215
+
+
 def draw_surfaces(job: FolderJob) -> list[str]:
     """Draw the model with its hours in shadow, seen from above on the sunny side."""
     site, options = job.study.site, job.options
-    azimuth = 215 if site.latitude >= 0 else 325
+    azimuth = find_sunny_side(job.study)
     asked = {"proposed": options.proposed, "under": options.under}
-    options = options.ask_hours(f"{azimuth}/{_TILT}", **asked)
+    options = options.ask_hours(f"{azimuth}/{TILT}", **asked)
     job = replace(
         job, study=run(job.scene, site, options, kind=SurfacesFromAbove()), options=options
     )
@@ -282,8 +291,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     return draw_pictures(job, Sheets.of(job))
 
 
-def draw_plan_of_points(job: FolderJob) -> list[str]:
-    """Draw the points on a plan of the buildings around them, coloured by their hours."""
+def lay_out_points(job: FolderJob) -> Plan:
+    """Lay out a plan of the buildings around points."""
     study, scene = job.study, job.scene
     points, origin, asked = study.places.points, scene.origin, job.options.proposed
     new = scene.select(asked) if asked else []
@@ -305,14 +314,19 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
         land = replace(soup, faces=soup.faces[chosen], part=soup.part[chosen])
         floor = find_surface(land, grid, level).heights
     heights = surface.heights - floor
-    plan = replace(
+    return replace(
         describe_points(job),
         x=grid.x + origin[0],
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
-        true_north=study.site.true_north,
+        true_north=study.true_north,
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
+
+
+def draw_plan_of_points(job: FolderJob) -> list[str]:
+    """Draw the points on a plan of the buildings around them, coloured by their hours."""
+    study, plan, asked = job.study, lay_out_points(job), job.options.proposed
     names = study.more["name"][1].tolist() if "name" in study.more else []
     scale = Scale.of(job)
     dates, plan = find_maps(study, plan)
@@ -324,7 +338,7 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
         job.folder / "points.png", plan, study.places, maps, scale.most, names, scale.show,
         scale.what,
     )  # fmt: skip
-    every = [one.more["hours_lost"][1] / scale.divisor for one in dates] if new else [np.zeros(1)]
+    every = [one.more["hours_lost"][1] / scale.divisor for one in dates] if asked else [np.zeros(1)]
     most = float(np.nanmax(every))
     if job.only is not None or not most > 0:
         return ["points.png"]
@@ -343,17 +357,14 @@ def describe_points(job: FolderJob) -> Plan:
     what, spot = "points", f"{len(study.shadow_hours):,} points"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
-    steps = study.period.steps
-    offsets = "/".join(sorted({offset for day in steps for offset in day.offsets()}))
-    dates = name_dates(study.period.days)
     nowhere = np.zeros(1)
     return Plan(
         nowhere,
         nowhere,
         title=outputs.title or f"{name_files(job.scene)}, {what}",
         subtitle=outputs.subtitle or "",
-        place=f"{study.site.show()} · {study.site.zone}",
-        date=f"{dates}, {options.start} to {options.end} ({offsets})",
+        place=tell_place(study),
+        date=tell_times(study, options, range(len(study.period.days))),
         note=" · ".join(
             [
                 f"umbra {study.facts['umbra_version']}",

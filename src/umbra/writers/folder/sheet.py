@@ -134,7 +134,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
 
 def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:
     """Return the extent of an elevation, from the ground up."""
-    low, high = Elevation.of(COMPASS[side], study.site.true_north).find_extent(scene)
+    low, high = Elevation.of(COMPASS[side], study.true_north).find_extent(scene)
     room = _MARGIN * float(high[0] - low[0]) + 1e-3
     top = max(float(high[1]), study.ground) + min(room, 0.1 * float(high[1] - low[1]) + 1e-3)
     return float(low[0]) - room, study.ground, float(high[0]) + room, max(top, study.ground + room)

@@ -13,11 +13,11 @@ from umbra.errors import InputError, write_for_shell
 from umbra.ground.level import has_terrain
 from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
-from umbra.study import Study, StudyOptions, split_dates, tell_dates
-from umbra.sun import find_daylight
+from umbra.study import Study, StudyOptions
 from umbra.writers.atomic import replace_file, replace_results
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
+from umbra.writers.folder.measured import draw_measures
 from umbra.writers.folder.pictures import (
     Sheets,
     describe_points,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "sum_up", "write_study"]
+__all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 LISTING = ".umbra-files"
@@ -68,7 +68,7 @@ def write_study(
     Returns the paths of the files. An `InputError` is raised if an output is not made of these
     receivers, or the folder cannot be written to.
     """
-    outputs.check_receivers(options.receivers)
+    outputs.check_receivers(options.receivers, has_hours=options.asks_hours)
     from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
 
     with replace_results(folder, say) as unfinished, Painter(outputs.endings) as painter:
@@ -183,17 +183,18 @@ def fill_folder(
 def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write a plan or a view; return the names of the pictures and of further files."""
     study, outputs = job.study, job.outputs
+    if not study.has_hours:
+        pictures = draw_measures(job) if outputs.pictures else []
+        _tell_facts(job)
+        return pictures, _write_files(job)
     sheets = Sheets.of(job)
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
+    pictures += draw_measures(job, sheets.plan) if outputs.pictures else []
     if outputs.sheet:
         from umbra.writers.folder.sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
 
         pictures += draw_sheet(job, sheets.plan)
-    if "assumption" in study.facts:
-        job.say(f"note: {study.facts['assumption']}")
-    for name in ("extent_note", "cell_note"):
-        if name in study.facts:
-            job.say(f"note: {study.facts[name]}")
+    _tell_facts(job)
     if study.is_plan and job.options.extent is None and not study.model.has_end:
         note_cut(job)
     is_bare = study.kind.is_level and not has_terrain(job.scene)
@@ -204,6 +205,14 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
             "on it"
         )
     return pictures, _write_files(job, sheets.plan)
+
+
+def _tell_facts(job: FolderJob) -> None:
+    """Tell what was assumed of the ground, and what was chosen of the raster."""
+    facts = job.study.facts
+    for name in ("assumption", "extent_note", "cell_note"):
+        if name in facts:
+            job.say(f"note: {facts[name]}")
 
 
 def note_cut(job: FolderJob) -> None:
@@ -220,8 +229,9 @@ def note_cut(job: FolderJob) -> None:
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
-    pictures = _draw_points(job) if job.outputs.pictures else []
-    if job.study.samples is None:
+    pictures = _draw_points(job) if job.outputs.pictures and job.study.has_hours else []
+    pictures += draw_measures(job) if job.outputs.pictures else []
+    if job.study.samples is None and job.study.has_hours:
         _note_buried(job)
     return pictures, _write_files(job, describe_points(job))
 
@@ -231,7 +241,7 @@ def _draw_points(job: FolderJob) -> list[str]:
     return draw_plan_of_points(job) if job.study.samples is None else draw_surfaces(job)
 
 
-def _write_files(job: FolderJob, plan: Plan) -> list[str]:
+def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     """Write the result and further files; the report needs the pictures. Return their names."""
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415  (while pictures are drawn)
 
@@ -241,7 +251,8 @@ def _write_files(job: FolderJob, plan: Plan) -> list[str]:
         return []
     from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-    formats = Job(study, job.folder, plan.title, job.say, job.show, outputs.at)
+    title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
+    formats = Job(study, job.folder, title, job.say, job.show, outputs.at)
     names = write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
@@ -251,7 +262,7 @@ def _write_files(job: FolderJob, plan: Plan) -> list[str]:
         _note_standing(tables[0].pins, job.say)
         _note_area(job)
         names.append(VERDICTS)
-    if outputs.report:
+    if outputs.report and plan is not None:
         from umbra.writers.report import write_report  # noqa: PLC0415
 
         write_report(
@@ -345,58 +356,3 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         kind, _, day = path.stem.partition("_")
         caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"
         yield words.get(path.stem, caption), path
-
-
-def sum_up(study: Study) -> dict[str, Any]:
-    """
-    Summarise a study in a few numbers, as JSON can hold them; also of each of several dates.
-
-    They are sizes, hours of the sun and of shadow [h], the neighbours' losses to a proposal,
-    and the seconds that the study took.
-    """
-    if not study.kind.is_raster:
-        size: dict[str, Any] = {"samples": len(study.shadow_hours)}
-    else:
-        size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
-    dates, count = split_dates(study), len(study.period.days)
-    if "neighbour" in study.more:
-        size["neighbours"] = [row for one in dates for row in _list_neighbours(one)]
-    if count > 1:
-        size["days"] = count
-    if len(dates) > 1:
-        size["dates"] = []
-        for one in dates:
-            day = one.period.days[0]
-            daylight = find_daylight(study.site, day)
-            clock = {
-                name: None if when is None else when.isoformat(timespec="seconds")
-                for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
-            }
-            size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
-    if "assumed_ground_share" in study.facts:
-        size["assumed_ground_share"] = study.facts["assumed_ground_share"]
-    return {
-        **size,
-        **_find_hours(study),
-        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
-    }
-
-
-def _find_hours(study: Study) -> dict[str, Any]:
-    """Return how long the sun was up, and the hours in shadow."""
-    is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
-    known = study.shadow_hours[is_known]
-    return {
-        "hours": study.up_hours,
-        "most_shadow_hours": float(known.max(initial=0.0)),
-        "mean_shadow_hours": float(known.mean()) if known.size else None,
-    }
-
-
-def _list_neighbours(study: Study) -> list[dict[str, Any]]:
-    """Return the neighbours that lose sun, on a date or on all dates together."""
-    names = [name for name in study.more if name.startswith("neighbour_")]
-    columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
-    keys = ["name", *(name.removeprefix("neighbour_") for name in names)]
-    rows = [dict(zip(keys, row)) for row in zip(*columns)]
-    return [{"date": tell_dates(study), **row} for row in rows if row["area_touched"] > 0]

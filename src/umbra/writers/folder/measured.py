@@ -1,0 +1,104 @@
+"""The pictures of a study's measures besides hours: a map of each, with what a proposal takes."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.receivers.view import SurfacesFromAbove
+from umbra.study import Preview, make_preview, run
+from umbra.study.measures import Quantity
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import describe, list_few
+from umbra.writers.folder.pictures import TILT, find_sunny_side, lay_out_points
+from umbra.writers.measured import find_end
+from umbra.writers.pixels import resample
+from umbra.writers.plan import Plan, find_map_size
+
+__all__ = ["draw_measures"]
+
+
+def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
+    """
+    Draw a map of each measure; beside a proposal, also of what it takes.
+
+    Parameters
+    ----------
+    job : FolderJob
+    plan : Plan, optional
+        Of a raster's pictures, if it is made already.
+
+    Returns
+    -------
+    names : list of str
+        Of the files.
+    """
+    if not any(one.is_drawn for one in job.study.quantities):
+        return []
+    kind = job.study.kind
+    if not kind.is_raster and job.study.samples is None:
+        return _draw_points(job)
+    if not kind.is_raster:
+        job, plan = _look_at_surfaces(job), None
+    if plan is None:
+        plan = _describe(job, make_preview(job.study))
+    names = []
+    for one, values in _list_drawn(job):
+        shown = values if values.shape == plan.shape else resample(values, plan.shape)
+        names.append(f"{one.name}.png")
+        job.painter.draw_measure(job.folder / names[-1], plan, shown, one, find_end(one, values))
+    return names
+
+
+def _describe(job: FolderJob, preview: Preview) -> Plan:
+    """Describe the picture of a raster without hours, with the appearance of its surfaces."""
+    plan = describe(job, preview, range(0))
+    if job.outputs.endings and not job.study.kind.is_level:
+        from umbra.writers.edges import find_appearance  # noqa: PLC0415
+
+        plan = replace(plan, appearance=find_appearance(job.study, find_map_size(plan)))
+    return plan
+
+
+def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
+    """List the variables that have a map, and those of what a proposal takes where it takes any."""
+    found: list[tuple[Quantity, NDArray[np.float32]]] = []
+    more = job.study.more
+    for one in job.study.quantities:
+        if not one.is_drawn:
+            continue
+        found.append((one, np.asarray(more[one.name][1], np.float32)))
+        lost = more.get(f"{one.name}_lost")
+        if lost is not None and np.nanmax(lost[1], initial=0.0) > 0:
+            what = f"{one.long_name} lost to {list_few(job.options.proposed)}"
+            of_loss = replace(one, name=f"{one.name}_lost", long_name=what, most=None, ramp="loss")
+            found.append((of_loss, np.asarray(lost[1], np.float32)))
+    return found
+
+
+def _look_at_surfaces(job: FolderJob) -> FolderJob:
+    """Measure what a view of sampled surfaces shows."""
+    options = job.options.ask_hours(
+        f"{find_sunny_side(job.study)}/{TILT}",
+        measure=tuple(one.name for one in job.options.measures),
+        sky_directions=job.options.sky_directions,
+        proposed=job.options.proposed,
+    )
+    study = run(job.scene, job.study.site, options, kind=SurfacesFromAbove())
+    return replace(job, study=study, options=options)
+
+
+def _draw_points(job: FolderJob) -> list[str]:
+    """Draw points on a plan of the buildings around them."""
+    plan = lay_out_points(job)
+    more: Any = job.study.more
+    labels = more["name"][1].tolist() if "name" in more else []
+    names = []
+    for one, values in _list_drawn(job):
+        names.append(f"{one.name}.png")
+        job.painter.draw_measured_points(
+            job.folder / names[-1], plan, job.study.places, values, one, find_end(one, values),
+            labels,
+        )  # fmt: skip
+    return names

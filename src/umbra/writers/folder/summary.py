@@ -1,0 +1,95 @@
+"""A study's summary in a few numbers, as JSON can hold them."""
+
+from typing import Any
+
+import numpy as np
+
+from umbra.study import Study, split_dates, tell_dates
+from umbra.study.measures import Quantity
+from umbra.sun import find_daylight
+
+__all__ = ["sum_up", "tell_measures"]
+
+
+def sum_up(study: Study) -> dict[str, Any]:
+    """
+    Summarise a study in a few numbers, as JSON can hold them; also of each of several dates.
+
+    They are sizes, hours of the sun and of shadow [h], the neighbours' losses to a proposal,
+    and the seconds that the study took.
+    """
+    if not study.kind.is_raster:
+        size: dict[str, Any] = {"samples": len(study.shadow_hours)}
+    else:
+        size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
+    dates, count = split_dates(study), len(study.period.days)
+    if "neighbour" in study.more:
+        size["neighbours"] = [row for one in dates for row in _list_neighbours(one)]
+    if count > 1:
+        size["days"] = count
+    if len(dates) > 1:
+        size["dates"] = []
+        for one in dates:
+            day = one.period.days[0]
+            daylight = find_daylight(study.site, day)
+            clock = {
+                name: None if when is None else when.isoformat(timespec="seconds")
+                for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
+            }
+            size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
+    if "assumed_ground_share" in study.facts:
+        size["assumed_ground_share"] = study.facts["assumed_ground_share"]
+    if study.quantities:
+        size["measures"] = {one.name: _find_figures(study, one) for one in study.quantities}
+    return {
+        **size,
+        **(_find_hours(study) if study.has_hours else {}),
+        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
+    }
+
+
+def tell_measures(study: Study) -> list[str]:
+    """Tell the measures in a line each: the mean of what counts, the least and the most."""
+    counted, lines = study.kind.find_counted(study), []
+    for one in study.quantities:
+        figures = _find_figures(study, one)
+        if counted is None or figures["mean"] is None:
+            continue
+        mean, least, most = (f"{figures[name]:.3g}" for name in ("mean", "least", "most"))
+        lines.append(
+            f"{one.long_name}: {mean}{one.suffix} in the mean of {counted.tell_whole()} "
+            f"({counted.name}), from {least} to {most}"
+        )
+    return lines
+
+
+def _find_hours(study: Study) -> dict[str, Any]:
+    """Return how long the sun was up, and the hours in shadow."""
+    is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
+    known = study.shadow_hours[is_known]
+    return {
+        "hours": study.up_hours,
+        "most_shadow_hours": float(known.max(initial=0.0)),
+        "mean_shadow_hours": float(known.mean()) if known.size else None,
+    }
+
+
+def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
+    """Return the mean by area, the least and the most of a measure, with its unit."""
+    counted = study.kind.find_counted(study)
+    values = np.asarray(study.more[one.name][1])
+    figures: dict[str, Any] = {"unit": one.unit, "mean": None, "least": None, "most": None}
+    if counted is None or not counted.which.any():
+        return figures
+    known = values[counted.which]
+    least, most = float(known.min()), float(known.max())
+    return {**figures, "mean": counted.average(values), "least": least, "most": most}
+
+
+def _list_neighbours(study: Study) -> list[dict[str, Any]]:
+    """Return the neighbours that lose sun, on a date or on all dates together."""
+    names = [name for name in study.more if name.startswith("neighbour_")]
+    columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
+    keys = ["name", *(name.removeprefix("neighbour_") for name in names)]
+    rows = [dict(zip(keys, row)) for row in zip(*columns)]
+    return [{"date": tell_dates(study), **row} for row in rows if row["area_touched"] > 0]
