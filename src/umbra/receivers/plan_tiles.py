@@ -172,6 +172,9 @@ class PlanTile:
         places = self.places.pick(self.covered)
         return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
 
+    def count_many(self, lights: int) -> None:
+        """Return nothing: a sweep pays for any number of lights."""
+
     def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
         """Return nothing: a sweep counts one caster, on the cells in its reach."""
 

@@ -34,6 +34,7 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
 
+_MANY = 128  # lights of a view from which patches pay
 _FAR = 1e9  # height of empty pixels' points, above every shadow [m]
 
 
@@ -186,6 +187,13 @@ class ViewTile:
         is_by_patches = model.is_of_samples or model.shown is not None
         if not is_by_patches or self.camera.is_perspective or model.lights < MANY_SUNS:
             return self
+        return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
+
+    def count_many(self, lights: int) -> PixelCounter | None:
+        """Return a counter by patches, which pays for many lights in an orthographic view."""
+        model = self.model
+        if self.camera.is_perspective or lights < _MANY:
+            return None
         return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
 
     @cached_property

@@ -148,6 +148,9 @@ class PointTile:
         """Find the shadows of one caster alone: the points in reach, and their masks."""
         return self.casting.find_cast(self.places, caster, suns)
 
+    def count_many(self, lights: int) -> None:
+        """Return nothing: the layout chose patches or rays by the number of lights."""
+
     def count_pieces(self, pieces: Sequence[Sequence[int]]) -> PieceCounter | None:
         """Return a counter of pieces of the casters by shadow edges, for surfaces."""
         if self.samples is None:

@@ -21,7 +21,7 @@ from umbra.options import Option, check_types, list_options, option
 
 if TYPE_CHECKING:
     from umbra.receivers import ReceiverKind
-    from umbra.study.measures import Measure
+    from umbra.study.measures import Measure, Quantity
 
 __all__ = ["StudyOptions"]
 
@@ -265,6 +265,11 @@ class StudyOptions:
         from umbra.study.measures import HOURS, find_measures  # noqa: PLC0415
 
         return [one for one in find_measures(self.measure) if one.name not in HOURS]
+
+    @property
+    def quantities(self) -> "tuple[Quantity, ...]":
+        """The variables of these measures."""
+        return tuple(one for measure in self.measures for one in measure.quantities)
 
     @property
     def asks_hours(self) -> bool:

@@ -66,10 +66,9 @@ def run(
         kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts
     )
     arrays, (more, totals) = done.arrays, done.collect(laid)
-    quantities = tuple(one for measure in options.measures for one in measure.quantities)
     study = Study(
         laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals,
-        options.asks_hours, quantities,
+        options.asks_hours, options.quantities,
     )  # fmt: skip
     more |= laid.sum_up(study)
     return study

@@ -84,7 +84,8 @@ class CityJob:
     folder : str
         Of the results, with the catalogue and the store.
     options : StudyOptions
-    site : Site
+    site : Site, optional
+        None where no measure is of the sun and nothing says it.
     kind : str
         Name of the kind of receivers.
     frame : CityFrame
@@ -104,7 +105,7 @@ class CityJob:
 
     folder: str
     options: StudyOptions
-    site: Site
+    site: Site | None
     kind: str
     frame: CityFrame
     lattice: Lattice | None
@@ -258,7 +259,8 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
     lattice = known["lattice"]
     return CityJob(
         str(folder.absolute()), StudyOptions(**{**options, "device": "auto"}),
-        Site(**known["site"]), receivers, CityFrame(**known["frame"]),
+        None if known["site"] is None else Site(**known["site"]),
+        receivers, CityFrame(**known["frame"]),
         Lattice(Grid(**lattice["grid"]), lattice["side"], lattice["block"]),
         f"{sha256(orjson.dumps(known)).hexdigest()} to be read",  # it names no merged objects
         min_altitude=known["min_altitude"],
@@ -266,7 +268,7 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
     )  # fmt: skip
 
 
-def make_city_period(options: StudyOptions, site: Site, min_altitude: float) -> Period:
+def make_city_period(options: StudyOptions, site: Site | None, min_altitude: float) -> Period:
     """Return the time axis of a study; suns below an altitude [degrees] are as if not up."""
     period = find_period(options, site)
     if not min_altitude:

@@ -72,7 +72,8 @@ class Preparation:
                 f"{len(self.damaged)} files of the results were damaged and made anew (first: "
                 f"'{self.damaged[0]}')"
             )
-        found += tell_moved(_locate(self.catalogue), self.job.site)
+        if self.job.site is not None:
+            found += tell_moved(_locate(self.catalogue), self.job.site)
         if self.job.options.date is not None:
             found += tell_skipped(self.job.options.date)
         if len(found) > _LISTED:
@@ -153,7 +154,7 @@ def prepare_city(
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
-        site = find_city_site(catalogue, **(site or {}))
+        site = find_city_site(catalogue, is_needed=options.needs_sun, **(site or {}))
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
     period = make_city_period(options, site, city.min_altitude or 0.0)
@@ -220,10 +221,18 @@ def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
             raise InputError(msg, option="tiles")
 
 
-def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
-    """Find the site in the middle of a city; ``given`` are arguments of ``find_site``."""
+def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any) -> Site | None:
+    """
+    Find the site in the middle of a city; ``given`` are arguments of ``find_site``.
+
+    None where nothing says it and it is not needed.
+    """
+    scene = _locate(catalogue)
+    said = [given.get("latitude"), given.get("longitude"), scene.latitude, scene.longitude]
+    if not is_needed and said == [None] * 4:
+        return None
     # ``notes`` tell of a site far away.
-    return find_site(_locate(catalogue), **given, tell=lambda _told: None)
+    return find_site(scene, **given, tell=lambda _told: None)
 
 
 def _locate(catalogue: Catalogue) -> Scene:
@@ -260,7 +269,7 @@ def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dic
         "ground": [source.sha256 for source in ground.known.scene.sources],
         "options": options,
         "min_altitude": job.min_altitude,
-        "site": asdict(job.site),
+        "site": None if job.site is None else asdict(job.site),
         "frame": asdict(job.frame),
         "lattice": None if job.lattice is None else asdict(job.lattice),
     }

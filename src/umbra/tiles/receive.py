@@ -76,7 +76,8 @@ def count_receivers(
     arrays = begun.arrays
     study = Study(
         laid, place.period, arrays.shadow_hours, arrays.up_hours, begun.masks, {},
-        begun.variables(laid),
+        begun.variables(laid), has_hours=setup.options.asks_hours,
+        quantities=setup.options.quantities,
     )  # fmt: skip
     return study, find_neighbours(begun, laid)
 

@@ -180,7 +180,8 @@ class _Sums:
         """Add some lights, with all casters that can hide them, and with all but canopies."""
         of = self.of
         lights = of.lights.pick(some).directions
-        every = LightCounter(tile, counter)
+        many = tile.count_many(len(of.lights))
+        every = LightCounter(tile, counter if many is None else many)
         every.add_weights(lights, of._weights[some], self.hidden)
         if self.shade is not None and find_solid is not None:
             every.add_weights(lights, of._kept[some], self.shade[0])

@@ -8,7 +8,7 @@ counts: a light behind a receiver's surface does not reach it.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import NDArray
@@ -54,6 +54,11 @@ class Quantity:
         """The unit after a number; none of a bare number."""
         shown = {"1": "", "%": " %", "kWh/m2": " kWh/m²"}
         return shown.get(self.unit, f" {self.unit}")
+
+    def of_loss(self, to: str = "the proposal") -> "Quantity":
+        """Return the same quantity, lost to a proposal."""
+        what = f"{self.long_name} lost to {to}"
+        return replace(self, name=f"{self.name}_lost", long_name=what, most=None, ramp="loss")
 
     @property
     def attributes(self) -> dict[str, str]:

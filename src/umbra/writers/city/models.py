@@ -182,7 +182,10 @@ def _find_leaves(result: CitySurfaces, paths: list[Path]) -> Iterator[_Leaf]:
     facts = result.facts
     crs = facts.get("crs")
     site = Site(
-        facts["latitude"], facts["longitude"], "UTC", true_north=facts.get("true_north_deg", 0.0)
+        facts.get("latitude", 0.0),
+        facts.get("longitude", 0.0),
+        "UTC",
+        true_north=facts.get("true_north_deg", 0.0),
     )
     whole = result.bounds.mean(0)
     for path in paths:

@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study.measures import Quantity
 from umbra.writers.atomic import replace_file
 from umbra.writers.city.plan import CityPlan
 from umbra.writers.city.result import CityResult
 from umbra.writers.folder.captions import find_mean
 from umbra.writers.hours import make_hours_sheet
+from umbra.writers.measured import find_end, make_measure_sheet
 from umbra.writers.plan import DayMap, Plan, find_map_size, name_hours
+from umbra.writers.sheet import Sheet
 
 __all__ = ["shrink_hours", "write_overviews"]
 
@@ -25,7 +28,7 @@ _FEW = 12  # missing tiles that are named
 
 def write_overviews(result: CityResult) -> list[Path]:
     """
-    Write ``map.png``, hours in shadow of the whole, and ``hours_lost.png`` of a proposal.
+    Write ``map.png``, hours in shadow of the whole, ``hours_lost.png``, and a map of each measure.
 
     Parameters
     ----------
@@ -37,6 +40,21 @@ def write_overviews(result: CityResult) -> list[Path]:
         Without hours lost where nothing is.
     """
     told = CityPlan.of(result)
+    paths = _draw_hours(result, told) if result.has_hours else []
+    quantities = () if told is None else told.study.quantities
+    for one in (one for one in quantities if one.is_drawn):
+        values, times, roofs = shrink_hours(result, one.name, plan=told)
+        drawn = _Drawing(result, told, times, roofs)
+        paths.append(drawn.draw_measure(values, f"{one.name}.png", one))
+        if f"{one.name}_lost" in result.bands:
+            lost, *_ = shrink_hours(result, f"{one.name}_lost", plan=told)
+            if np.nanmax(lost, initial=0.0) > 0:
+                paths.append(drawn.draw_measure(lost, f"{one.name}_lost.png", one.of_loss()))
+    return paths
+
+
+def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
+    """Draw the hours, and what a proposal takes of them."""
     hours, times, roofs = shrink_hours(result, plan=told)
     divisor, words = 1, ""
     if told is not None:
@@ -78,15 +96,38 @@ class _Drawing:
 
     def draw(self, hours: NDArray[np.float32], name: str, what: str, most: float) -> Path:
         """Draw hours on squares."""
+        plan, hatched = self._lay_out(hours.shape)
+        sheet = make_hours_sheet(
+            plan, [DayMap(hours, hatched=hatched)], most, what,
+            hatch="tiles not counted" if self.result.missing else "",
+            has_lines=self.times == 1,  # around means lines would show noise
+        )  # fmt: skip
+        return self._save(sheet, name)
+
+    def draw_measure(self, values: NDArray[np.float32], name: str, quantity: Quantity) -> Path:
+        """Draw a measure on squares."""
+        plan, _ = self._lay_out(values.shape)
+        return self._save(
+            make_measure_sheet(plan, values, quantity, find_end(quantity, values)), name
+        )
+
+    def _save(self, sheet: Sheet, name: str) -> Path:
+        path = self.result.folder / name
+        with replace_file(path) as beside:
+            sheet.save(beside)
+        return path
+
+    def _lay_out(self, shape: tuple[int, ...]) -> tuple[Plan, NDArray[np.bool_]]:
+        """Return the plan of squares, and those that were not counted."""
         result, times = self.result, self.times
-        rows, cols = hours.shape
+        rows, cols = shape
         west, south, *_ = result.extent
         x, y = (
             start + times * side * (np.arange(n, dtype=np.float64) + 0.5)
             for start, side, n in zip((west, south), result.cell, (cols, rows), strict=True)
         )
         missing = result.missing
-        hatched = np.zeros(hours.shape, np.bool_)
+        hatched = np.zeros(shape, np.bool_)
         for tile in missing:
             hatched[_shrink(tile.rows, times), _shrink(tile.cols, times)] = True
         words: dict[str, Any] = {} if self.told is None else self.told.describe()
@@ -98,19 +139,10 @@ class _Drawing:
             names = ", ".join(str(tile.number) for tile in missing[:_FEW])
             more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
             subtitle += f"; not counted (hatched): {names}{more}"
-        plan = _shade(result, Plan(
+        return _shade(result, Plan(
             x, y, self.roofs, true_north=result.facts.get("true_north_deg", 0.0),
             subtitle=subtitle, **words,
-        ))  # fmt: skip
-        sheet = make_hours_sheet(
-            plan, [DayMap(hours, hatched=hatched)], most, what,
-            hatch="tiles not counted" if missing else "",
-            has_lines=times == 1,  # around means lines would show noise
-        )  # fmt: skip
-        path = result.folder / name
-        with replace_file(path) as beside:
-            sheet.save(beside)
-        return path
+        )), hatched  # fmt: skip
 
 
 def _shade(result: CityResult, plan: Plan) -> Plan:

@@ -68,7 +68,11 @@ class CityPlan:
             assumed=None,
         )  # fmt: skip
         hours = np.zeros((1, 1), np.float32)
-        return Study(laid, place.period, hours, result.up_hours, None, result.facts)
+        options = self.job.options
+        return Study(
+            laid, place.period, hours, result.up_hours, None, result.facts,
+            has_hours=options.asks_hours, quantities=options.quantities,
+        )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:
         """Return the words around a picture, as those of a study in memory."""

@@ -25,6 +25,7 @@ __all__ = [
 
 _STORE, _MARKS = "study.zarr", "tiles"
 _CELLS = ("y", "x")
+_PLACE = {"receiver_z", "area"}
 _BROKEN = (ValueError, TypeError, LookupError, RuntimeError, OSError)
 """What Zarr and its codecs raise of damaged files."""
 
@@ -64,7 +65,7 @@ def open_store(folder: Path) -> Any:
 
     try:
         group: Any = zarr.open_group(str(folder / _STORE), mode="r", zarr_format=FORMAT)
-        group["shadow_hours"]
+        name_counted(group)
     except (zarr.errors.GroupNotFoundError, FileNotFoundError, KeyError) as error:
         msg = (
             f"'{folder}' holds no study in tiles (no {_STORE} of Zarr {FORMAT}, which of surfaces "
@@ -74,6 +75,22 @@ def open_store(folder: Path) -> Any:
     except (zarr.errors.BaseZarrError, *_BROKEN) as error:
         raise make_damage(folder / _STORE) from error
     return group
+
+
+def name_counted(group: Any) -> str:
+    """
+    Return the name of a variable that has a value for each receiver: hours, or a measure.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    for name, array in sorted(group.arrays(), key=lambda one: one[0] != "shadow_hours"):
+        dims = array.metadata.dimension_names
+        if dims in {_CELLS, ("sample",)} and array.dtype.kind == "f" and name not in _PLACE:
+            return str(name)
+    raise KeyError(_STORE)
 
 
 def read_array(group: Any, name: str, where: Any = ...) -> NDArray:
@@ -99,7 +116,8 @@ def make_damage(path: Path) -> InputError:
 
 def is_of_plan(folder: Path) -> bool:
     """Return whether a study in tiles is of a plan's cells."""
-    return len(open_store(folder)["shadow_hours"].shape) == len(_CELLS)
+    group = open_store(folder)
+    return len(group[name_counted(group)].shape) == len(_CELLS)
 
 
 def list_neighbours(folder: Path) -> list[dict[str, Any]]:
@@ -133,8 +151,8 @@ class CityResult:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._group: Any = open_store(folder)
-        hours = self._group["shadow_hours"]
-        self._shape, self._sides = hours.shape, hours.chunks
+        counted = self._group[name_counted(self._group)]
+        self._shape, self._sides = counted.shape, counted.chunks
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -208,6 +226,11 @@ class CityResult:
         return found
 
     @property
+    def has_hours(self) -> bool:
+        """Whether hours of sun were asked for."""
+        return "shadow_hours" in self._group
+
+    @property
     def has_heights(self) -> bool:
         """Whether each cell has a height of its own."""
         return "receiver_z" in self._group
@@ -223,6 +246,8 @@ class CityResult:
     @cached_property
     def up_hours(self) -> float:
         """Time with the sun up in the whole period [h]; 0 if no tile tells."""
+        if not self.has_hours:
+            return 0.0
         for tile in self.find_done():
             hours = self.read("shadow_hours", tile) + self.read("sun_hours", tile)
             is_there = np.isfinite(hours)

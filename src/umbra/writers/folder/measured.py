@@ -71,8 +71,7 @@ def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
         found.append((one, np.asarray(more[one.name][1], np.float32)))
         lost = more.get(f"{one.name}_lost")
         if lost is not None and np.nanmax(lost[1], initial=0.0) > 0:
-            what = f"{one.long_name} lost to {list_few(job.options.proposed)}"
-            of_loss = replace(one, name=f"{one.name}_lost", long_name=what, most=None, ramp="loss")
+            of_loss = one.of_loss(list_few(job.options.proposed))
             found.append((of_loss, np.asarray(lost[1], np.float32)))
     return found
 
