@@ -9,7 +9,8 @@ from support.cities import DAY, FACES, write_city
 
 import umbra
 from umbra.readers.cityjson_choice import flatten, walk_values
-from umbra.writers.formats import Job, write_formats
+from umbra.writers.formats import Job
+from umbra.writers.outputs import write_formats
 
 HOUSES = [
     ("low", 85000.0, 447000.0, 0.0, 12.0, 8.0, 6.0, 0.3),

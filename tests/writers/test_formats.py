@@ -20,7 +20,8 @@ from umbra.study.preview import make_preview
 from umbra.sun import Site
 from umbra.sun.clock import Stamps
 from umbra.writers import film, tables
-from umbra.writers.formats import FORMATS, Job, write_formats
+from umbra.writers.formats import FORMATS, Job
+from umbra.writers.outputs import write_formats
 from umbra.writers.glb import write_model_glb
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.tables import write_cells, write_instants

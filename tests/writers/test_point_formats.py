@@ -12,7 +12,8 @@ from support.shapes import box, moved, turned
 import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.writers.formats import Job, write_formats
+from umbra.writers.formats import Job
+from umbra.writers.outputs import write_formats
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.tileset import find_placement
 

@@ -10,7 +10,8 @@ from support.shapes import box, moved
 
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.formats import Job, write_formats
+from umbra.writers.formats import Job
+from umbra.writers.outputs import write_formats
 from umbra.writers.report.sample_tables import list_receivers
 from umbra.writers.report.tables import find_comparisons, find_sun_areas, list_dates
 from umbra.writers.tables import write_cells, write_samples

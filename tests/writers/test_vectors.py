@@ -20,7 +20,8 @@ from umbra.study import run_study
 from umbra.study.preview import Moment, find_moments
 from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
-from umbra.writers.formats import Job, write_formats
+from umbra.writers.formats import Job
+from umbra.writers.outputs import write_formats
 from umbra.writers.vectors import find_hour_lines
 from umbra.writers.vectors.outlines import trace_loops
 

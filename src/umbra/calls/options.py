@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
+from umbra.devices import DEFAULT, DEVICES, find_device
 from umbra.errors import InputError, make_printable, show_value
 from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
 from umbra.options import check_types, option
@@ -184,8 +184,8 @@ class RenderOptions:
     ground: float | str | bool | None = _ground(passes=(False,))
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
-        "choice", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
-        choices=CHOICES,
+        "text", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
+        metavar="NAME", registry="device",
     )  # fmt: skip
     soft: str | None = _lights(
         "choice",

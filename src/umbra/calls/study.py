@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError, check_type
-from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.options import Date, Refraction, StudyOptions
 from umbra.study.remarks import tell_request
@@ -63,7 +62,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     exact: bool | float = False,
     min_spell: str | dt.timedelta | None = None,
     masks: bool = False,
-    device: DeviceName = "auto",
+    device: str = "auto",
     threads: int | None = None,
     chunks: Chunks | None = None,
 ) -> ShadowStudy:
@@ -154,8 +153,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Keep every instant as ``in_shadow``.
     refraction : {'standard', 'none'}
         The sun's apparent position (default), or its position without air.
-    device : {'auto', 'cpu', 'gl'}
-        Device that counts plans; ``'auto'`` takes a GPU if it proves faster on large ones.
+    device : {'auto', 'cpu', 'gl'}, or one of a package
+        Device that counts; ``'auto'`` takes a GPU if it proves faster on large plans. What it
+        cannot count, the CPU does, with a warning.
     threads : int, optional
         All cores by default; results do not depend on it.
     chunks : int, (int, int), dict or 'auto', optional
@@ -199,4 +199,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
             msg = "chunks= count hours of sun alone, with a site; leave measure= or chunks= out"
             raise InputError(msg, option="chunks")
         return ChunkedStudy(scene, site, options, chunks)
-    return ShadowStudy(run(scene, site, options), options)
+    study = run(scene, site, options)
+    if "device_note" in study.facts:
+        warnings.warn(str(study.facts["device_note"]), stacklevel=2)
+    return ShadowStudy(study, options)

@@ -10,6 +10,7 @@ import click
 
 from umbra.ground.asked import FEET, LEVEL
 from umbra.options import Option, list_options, read_length
+from umbra.registry import list_added
 
 __all__ = [
     "LENGTH",
@@ -147,14 +148,25 @@ class HeadedOption(click.Option):
         Whether ``study.toml`` repeats it, and any file of options may set it.
     is_file : bool
         Whether its value names a file.
+    registry : str
+        What it names, if packages beside umbra offer more of it, which the help lists.
     """
 
     def __init__(
         self, *args: Any, heading: str = "Options", is_kept: bool = True, is_file: bool = False,
-        **options: Any,
+        registry: str = "", **options: Any,
     ) -> None:  # fmt: skip
         super().__init__(*args, **options)
         self.heading, self.is_kept, self.is_file = heading, is_kept, is_file
+        self.registry = registry
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option and its help, with what packages add."""
+        record = super().get_help_record(ctx)
+        added = list_added(self.registry) if self.registry else []
+        if record is None or not added:
+            return record
+        return record[0], f"{record[1]} Of packages installed beside umbra: {', '.join(added)}."
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
         """Convert a value, unless it is the name of an option: then its own was left out."""
@@ -251,6 +263,7 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
         "heading": said.heading,
         "is_kept": said.is_kept,
         "is_file": said.type in {"table", "path"},
+        "registry": said.registry,
         "type": kind,
         "is_flag": said.type == "flag",
         "multiple": is_many,

@@ -3,6 +3,7 @@ Devices that count shadows: the CPU and OpenGL.
 
     device.py    interfaces               CountingDevice, TileCounters, FrameCounts
     built_in.py  the CPU and OpenGL       CpuDevice, GlDevice
+    by_points.py devices of packages      PointDevice
 
 ``StudyCounters`` counts a study's tiles on the requested device, or on the faster one. Importing
 this package loads no kernels and no OpenGL: a device does so when it first counts.
@@ -13,21 +14,36 @@ from numbers import Integral
 from typing import TYPE_CHECKING, Any, get_args
 
 from umbra.devices.built_in import CpuDevice, GlDevice
-from umbra.devices.device import CountingDevice, TileCounters
-from umbra.errors import InputError, show_value
+from umbra.devices.device import CountingDevice, TileCounters, blame
+from umbra.errors import InputError, UmbraError, show_value
 from umbra.machine import choose_threads
 from umbra.methods import DeviceName
+from umbra.registry import Registry
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CHOICES", "DEFAULT", "DEVICES", "StudyCounters", "check_device", "find_device"]
+__all__ = [
+    "CHOICES", "DEFAULT", "DEVICES", "REGISTRY", "StudyCounters", "check_device", "find_device",
+]  # fmt: skip
 
 DEVICES: dict[str, CountingDevice] = {device.name: device for device in (CpuDevice(), GlDevice())}
 """All devices by their name in options and results."""
 DEFAULT = "cpu"
 CHOICES = get_args(DeviceName)
-"""Values of the option ``device``."""
+"""Values of the option ``device``, without those of packages."""
+
+
+def _accept(given: Any) -> CountingDevice:
+    device = given() if isinstance(given, type) else given
+    if not isinstance(device, CountingDevice):
+        msg = "it is no device; umbra.extending.PointDevice is the base of one"
+        raise TypeError(msg)
+    return device
+
+
+REGISTRY: Registry[CountingDevice] = Registry("device", "device", {}, _accept)
+"""Devices that packages beside umbra bring."""
 ENOUGH = 200_000_000
 """Receivers times suns from which the search for an accelerator pays."""
 _TRIED = 3  # suns counted on both devices for comparison
@@ -40,12 +56,16 @@ def find_device(name: str) -> CountingDevice:
     Raises
     ------
     InputError
-        If no device has this name.
+        If no device has this name, or the package that brings it cannot be used.
     """
-    if not isinstance(name, str) or name not in CHOICES:
-        msg = f"device {show_value(name)} is not one of {', '.join(CHOICES)}"
-        raise InputError(msg, device=name)
-    return DEVICES[DEFAULT if name == "auto" else name]
+    if name == "auto":
+        return DEVICES[DEFAULT]
+    if isinstance(name, str) and name in DEVICES:
+        return DEVICES[name]
+    if not isinstance(name, str) or name not in REGISTRY:
+        msg = f"device {show_value(name)} is not one of {', '.join((*CHOICES, *REGISTRY.names))}"
+        raise InputError(msg, option="device", device=name)
+    return REGISTRY.find(name)
 
 
 def check_device(name: str, threads: int | None) -> int:
@@ -95,10 +115,13 @@ class StudyCounters:
     ----------
     device : str
         Name of the device in use.
+    note : str
+        What another device counts than the one that was chosen; empty if nothing.
     """
 
     def __init__(self, device: str, casters: list[int], suns: "NDArray", cells: int) -> None:
         self.device, self._casters, self._suns = device, casters, suns
+        self.note = ""
         self._opened: dict[str, TileCounters] = {}
         self._rival = ""
         if device == "auto":
@@ -110,7 +133,20 @@ class StudyCounters:
         if self.device == "auto":
             can = self._open(self._rival).can_count(tile)
             self.device = self._find_faster(tile) if can else DEFAULT
-        return self._open(self.device).make(tile)
+        opened = self._open(self.device)
+        if not opened.can_count(tile):
+            self.note = (
+                f"device='{self.device}' does not count such receivers, so the {DEFAULT} device "
+                "counts them; leave device= out"
+            )
+            self.device = DEFAULT
+            opened = self._open(DEFAULT)
+        try:
+            return opened.make(tile)
+        except UmbraError:
+            raise
+        except Exception as error:
+            raise blame(self.device, error) from error
 
     def release(self) -> None:
         """Free the resources of all devices."""
@@ -126,7 +162,7 @@ class StudyCounters:
 
     def _open(self, name: str) -> TileCounters:
         if name not in self._opened:
-            self._opened[name] = DEVICES[name].open_tiles(self._casters)
+            self._opened[name] = find_device(name).open_tiles(self._casters)
         return self._opened[name]
 
     def _find_accelerator(self) -> str:

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from umbra.devices.device import CountingDevice, FrameCounts, TileCounters
-from umbra.errors import InputError, UmbraError
+from umbra.errors import UmbraError
 
 if TYPE_CHECKING:
     from umbra.gl.context import Device
@@ -75,9 +75,6 @@ class _GlTiles(TileCounters):
             return False
 
     def make(self, tile: Any) -> Any:
-        if not self.can_count(tile):
-            msg = "the gl device counts level ground and what is seen from above; leave device= out"
-            raise InputError(msg)
         context = self._open()
         from umbra.gl.sweep import GlSweep  # noqa: PLC0415
 
@@ -111,7 +108,6 @@ class GlDevice(CountingDevice):
 
     name, title = "gl", "OpenGL"
     is_window = enlarges_masks = has_levels = True
-    weakens_light = False
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
         """Start a study; the context opens with the first tile."""

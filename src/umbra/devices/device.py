@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from umbra.errors import InputError
 from umbra.methods import METHODS, Methods, Softness
 
 if TYPE_CHECKING:
@@ -17,7 +18,16 @@ if TYPE_CHECKING:
     from umbra.scene import Camera, Light, Scene
     from umbra.soft import AreaLight
 
-__all__ = ["CountingDevice", "FrameCounts", "TileCounters"]
+__all__ = ["CountingDevice", "FrameCounts", "TileCounters", "blame"]
+
+
+def blame(name: str, error: Exception) -> InputError:
+    """Return the error of a device that failed, in one line."""
+    msg = (
+        f"device '{name}' failed ({type(error).__name__}: {error}); update the package that brings "
+        "it, or leave device= out"
+    )
+    return InputError(msg, option="device", device=name)
 
 
 class FrameCounts(Protocol):
@@ -111,13 +121,11 @@ class CountingDevice(ABC):
     """Whether hard shadows can be counted at a lower resolution than the picture."""
     has_levels: ClassVar[bool] = False
     """Whether casters may be coarser meshes."""
-    weakens_light: ClassVar[bool] = True
-    """Whether canopies can transmit a share of the light."""
 
     @property
     def methods(self) -> Methods:
         """Methods of the device, by name."""
-        return METHODS[self.name]
+        return METHODS.get(self.name, Methods(self.title, ("auto",), soft=()))
 
     @abstractmethod
     def open_tiles(self, casters: list[int]) -> TileCounters:

@@ -6,12 +6,14 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from json import JSONDecodeError
 from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.readers.added import REGISTRY, read_added
 from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
 
@@ -105,12 +107,17 @@ BY_CONTENT = {
 
 def load_reader(kind: str) -> Reader:
     """Import the reader of a kind: (data or content, path, choices) -> FileModel."""
+    if kind not in READERS:
+        return partial(read_added, kind)
     module, function = READERS[kind]
     return getattr(import_module(module), function)
 
 
 def find_kind(content: FileContent) -> str:
-    """Find the kind of a file that is not empty, a key of `READERS`."""
+    """Find the kind of a file that is not empty, a key of `READERS` or a reader of a package."""
+    ending = content.path.suffix.lower()
+    if ending and ending not in BY_ENDING and ending[1:] in REGISTRY and not is_known(content):
+        return ending[1:]
     if is_citygml(content):
         return "citygml"
     if is_collada(content):
@@ -152,6 +159,12 @@ def find_kind(content: FileContent) -> str:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
         raise InputError(msg, ending=path.suffix)
     return kind
+
+
+def is_known(content: FileContent) -> bool:
+    """Return whether a file begins as one of umbra's own formats, whatever its name."""
+    start = content.head[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
+    return any(start.startswith(magic) for magic in BY_CONTENT)
 
 
 def is_citygml(content: FileContent) -> bool:

@@ -4,6 +4,9 @@ Receivers: the points and cells on which a study counts shadows.
 Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
+from typing import Any
+
+from umbra.errors import InputError
 from umbra.ground.level import has_terrain
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
@@ -14,11 +17,13 @@ from umbra.receivers.samples import Samples
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
+from umbra.registry import Registry
 from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND
 
 __all__ = [
-    "KINDS", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples", "SingleReceivers",
+    "KINDS", "REGISTRY", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples",
+    "SingleReceivers",
     "Tile", "ViewTile", "check_points", "find_kind", "name_kind", "read_points",
 ]  # fmt: skip
 
@@ -29,7 +34,19 @@ KINDS: dict[str, ReceiverKind] = {
         SampledSurfaces(), GivenPoints(),
     )
 }  # fmt: skip
-"""All kinds by the name that results state."""
+"""umbra's own kinds by the name that results state."""
+
+
+def _accept(given: Any) -> ReceiverKind:
+    kind = given() if isinstance(given, type) else given
+    if not isinstance(kind, ReceiverKind):
+        msg = "it is no kind of receivers; umbra.extending.PlacedKind is the base of one"
+        raise TypeError(msg)
+    return kind
+
+
+REGISTRY: Registry[ReceiverKind] = Registry("receivers", "receivers", {}, _accept)
+"""Kinds that packages beside umbra bring."""
 
 
 _SURFACE = GroundSurface()
@@ -37,7 +54,9 @@ _SURFACE = GroundSurface()
 
 def name_kind(name: str, *, is_added: bool) -> ReceiverKind:
     """Return a kind by the name that results state, with or without a ground that was added."""
-    return _SURFACE if name == "ground" and is_added else KINDS[name]
+    if name == "ground" and is_added:
+        return _SURFACE
+    return KINDS[name] if name in KINDS else REGISTRY.find(name)
 
 
 def has_added(scene: Scene) -> bool:
@@ -75,7 +94,13 @@ def find_kind(
     kind = KINDS.get(receivers)
     if kind is not None and kind.is_chosen_by_name:
         return kind
-    _, tilt = find_direction(
-        receivers, [name for name, one in KINDS.items() if one.is_chosen_by_name]
-    )
+    names = [name for name, one in KINDS.items() if one.is_chosen_by_name]
+    try:
+        _, tilt = find_direction(receivers, names)
+    except InputError:
+        if receivers in REGISTRY:
+            return REGISTRY.find(receivers)
+        if not REGISTRY.added:
+            raise
+        _, tilt = find_direction(receivers, [*names, *REGISTRY.added])
     return KINDS["view" if tilt else "elevation"]

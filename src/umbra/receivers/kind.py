@@ -281,6 +281,8 @@ class ReceiverKind:
         Whether roofs are among the receivers of a plan.
     tables : dict of str to str
         Names of CSV files of samples, each with the dimension of its lines.
+    takes : tuple of str
+        Names of the study's options that are given with it, besides those that name it.
     what_counts : str
         Description of those with meaningful hours.
     """
@@ -298,6 +300,7 @@ class ReceiverKind:
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv")
     has_roofs: ClassVar[bool] = False
     tables: ClassVar[dict[str, str]] = {}
+    takes: ClassVar[tuple[str, ...]] = ()
     what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
 
     def lay_out(self, request: Request) -> Receivers:

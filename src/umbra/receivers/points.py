@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import Request, SampleKind, Variables
+from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.receivers.samples import LEVEL, Samples, sample_surfaces
 from umbra.receivers.single import DIMS, SingleReceivers, is_kept
+from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.scene.numbers import read_array
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GivenPoints",
-    "NamedPoints",
     "SampledSurfaces",
     "SurfaceSamples",
     "check_points",
@@ -152,55 +153,20 @@ class SurfaceSamples(SingleReceivers):
         return found
 
 
-class GivenPoints(SampleKind):
+class GivenPoints(PlacedKind):
     """Points from a table, such as windows and sensors."""
 
     name = "points"
-    belongs_to_parts = False
-    spot = "point"
-    formats = ("csv", "geojson", "gpkg")
-    tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
-    def lay_out(self, request: Request) -> "NamedPoints":
-        """Make receivers of the points, with or without normals."""
-        casting = request.prepare()
-        given = check_points(request.options.points)
-        normals = given[:, 3:] if given.shape[1] == 6 else np.full((len(given), 3), np.nan)
-        local = Places(given[:, :3] - request.scene.origin, np.ascontiguousarray(normals))
-        count = len(given)
-        return NamedPoints(
-            self, casting, (count,), DIMS, np.ones(count), local=local,
-            part=np.full(count, -1),
-            # No text in a file may hold a null: netCDF, SQLite, XML.
-            names=tuple(name.replace("\0", "\ufffd") for name in request.options.names or ()),
-        )  # fmt: skip
+    def place(self, scene: Scene, options: Any) -> PlacedSamples:
+        """Return the points, with or without normals."""
+        given = check_points(options.points)
+        normals = given[:, 3:] if given.shape[1] == 6 else None
+        return PlacedSamples(given[:, :3], normals, names=options.names or ())
 
     def describe_receivers(self, study: "Study") -> str:
         """Describe the points."""
         return "the given points"
-
-    def describe_places(self, study: Any) -> tuple[str, str]:
-        """Describe the number of points, and of points with normals."""
-        count = len(study.shadow_hours)
-        free = int(np.isnan(study.places.normals).any(1).sum())
-        words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
-        return "Points", words + (
-            "; the others are judged from both sides of a surface" if free else ""
-        )
-
-    def find_counted(self, study: "Study") -> Counted:
-        """Count each point once."""
-        which = np.isfinite(study.shadow_hours)
-        return Counted(which, np.ones(which.shape), "points", "points")
-
-
-@dataclass(eq=False, kw_only=True)
-class NamedPoints(SingleReceivers):
-    """Points, some with names."""
-
-    def sum_up(self, study: "Study") -> Variables:
-        """Return the points' names, if any."""
-        return {"name": (DIMS, np.array(self.names))} if self.names else {}
 
 
 def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:

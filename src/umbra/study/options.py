@@ -14,9 +14,8 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from umbra.devices import CHOICES
+from umbra.devices import find_device
 from umbra.errors import InputError, show_value
-from umbra.methods import DeviceName
 from umbra.options import Option, check_types, list_options, option
 
 if TYPE_CHECKING:
@@ -100,6 +99,7 @@ class StudyOptions:
         "and roofs, sampled; points: the places in --points.",
         default="auto",
         metavar="WHAT",
+        registry="receivers",
     )
     spacing: float = _receivers(
         "length", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
@@ -211,9 +211,9 @@ class StudyOptions:
     masks: bool = _results(
         "flag", "Also write which cells are in shadow at each step.", default=False
     )
-    device: DeviceName = _running(
-        "choice", "What counts on plans; auto: cpu, or a GPU that proves faster on large ones.",
-        default="auto", choices=CHOICES,
+    device: str = _running(
+        "text", "What counts: auto (cpu, or a GPU that proves faster on large plans), cpu, gl.",
+        default="auto", metavar="NAME", registry="device",
     )  # fmt: skip
     threads: int | None = _running(
         "whole", "Number of threads; default: all cores.", least=1, metavar="N",
@@ -228,6 +228,7 @@ class StudyOptions:
             msg = f"receivers are named by a str, such as 'top'; got {show_value(self.receivers)}"
             raise InputError(msg, option="receivers")
         check_types(self)
+        find_device(self.device)
         self._check_measures()
         self._check_receivers()
         self._check_values()
@@ -240,7 +241,7 @@ class StudyOptions:
 
     def _check_receivers(self) -> None:
         """Refuse options of other receivers; require the options that these receivers need."""
-        own = [(name, said) for name, said, _ in list_options(self) if self._is_own(said)]
+        own = [(name, said) for name, said, _ in list_options(self) if self._is_own(name, said)]
         needed = {name: said for name, said in own if said.is_needed}
         for name in needed:
             if getattr(self, name) is None:
@@ -249,7 +250,7 @@ class StudyOptions:
                 raise InputError(msg, option=name)
         for name, said, default in list_options(self):
             value = getattr(self, name)
-            if not said.receivers or self._is_own(said) or value is default:
+            if not said.receivers or self._is_own(name, said) or value is default:
                 continue
             if default is None or value != default:
                 taken = ", ".join(f"{one}=" for one, said in own if said.flag is not None)
@@ -334,9 +335,9 @@ class StudyOptions:
 
         return find_kind(self.receivers)
 
-    def _is_own(self, said: Option) -> bool:
-        """Return whether an option is only for receivers of this kind."""
-        return self.kind.name in said.receivers
+    def _is_own(self, name: str, said: Option) -> bool:
+        """Return whether an option is for receivers of this kind among others."""
+        return self.kind.name in said.receivers or name in self.kind.takes
 
     @property
     def attributes(self) -> dict[str, object]:
@@ -344,7 +345,7 @@ class StudyOptions:
         return {
             said.attribute: getattr(self, name)
             for name, said, _ in list_options(self)
-            if said.attribute and (not said.receivers or self._is_own(said))
+            if said.attribute and (not said.receivers or self._is_own(name, said))
         }
 
     def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":

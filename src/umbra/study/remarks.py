@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
-from umbra.devices import DEFAULT, find_device
+from umbra.devices import DEFAULT
 from umbra.receivers import find_kind
 from umbra.receivers.standing import find_crossings
 from umbra.registry import take_notes
@@ -45,7 +45,7 @@ def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
     """
     notes = [*take_notes(), *(tell_skipped(options.date) if options.date is not None else ())]
     is_other = options.device not in {"auto", DEFAULT}
-    if options.canopy and is_other and find_device(options.device).weakens_light:
+    if options.canopy and is_other:
         notes.append(
             f"device='{options.device}' counts no canopies in studies, so the {DEFAULT} device "
             "counts; leave device= or canopy= out"

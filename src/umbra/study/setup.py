@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import umbra
 from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters
-from umbra.devices import DEFAULT, StudyCounters, check_device, find_device
+from umbra.devices import DEFAULT, StudyCounters, check_device
 from umbra.errors import InputError
 from umbra.ground.choice import Ground, find_ground
 from umbra.lights import Lights, Period, make_no_period, make_period
@@ -80,12 +80,15 @@ class Result:
         Time spent counting [s].
     device : str
         The device that counted.
+    note : str
+        Why it is another than was chosen; empty if it is not.
     """
 
     arrays: ResultArrays
     accumulators: list[Accumulator]
     seconds: float
     device: str
+    note: str = ""
 
     @property
     def masks(self) -> Masks | None:
@@ -161,12 +164,6 @@ class Setup:
     ) -> "Setup":
         """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
-        is_chosen = options.device != "auto"
-        if options.canopy and is_chosen and not find_device(options.device).weakens_light:
-            msg = (
-                f"the {options.device} device does not weaken light; leave device= out, or canopy="
-            )
-            raise InputError(msg, device=options.device)
         period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)
         canopies = Canopy.of(
@@ -271,7 +268,7 @@ class Setup:
                 pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
                 seconds += time.perf_counter() - started
                 del tile, counter, run  # else two tiles are held while the next is made
-        return replace(begun, seconds=seconds, device=counters.device)
+        return replace(begun, seconds=seconds, device=counters.device, note=counters.note)
 
     def make_lights(self) -> Lights:
         """Return the suns at the steps' midpoints, or dense enough to miss no interval."""

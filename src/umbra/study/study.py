@@ -63,7 +63,12 @@ def run(
     if nothing is not None:
         done.blank(nothing)
     facts = setup.describe(
-        kind.name, done.seconds, device=done.device, ground=ground.name, **laid.facts
+        kind.name,
+        done.seconds,
+        device=done.device,
+        device_note=done.note or None,
+        ground=ground.name,
+        **laid.facts,
     )
     arrays, (more, totals) = done.arrays, done.collect(laid)
     study = Study(

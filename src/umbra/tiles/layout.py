@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.devices import DEFAULT
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.receivers import name_kind
@@ -47,8 +48,8 @@ def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
             "tiles= out and read what lies around them with bbox="
         )
         raise InputError(msg, option="receivers")
-    if options.device == "gl":
-        msg = "tiles are counted on the cpu device; leave device= out"
+    if options.device not in {"auto", DEFAULT}:
+        msg = f"tiles are counted on the {DEFAULT} device; leave device= out"
         raise InputError(msg, option="device")
     return name_kind(name, is_added=ground.is_added)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
 
-__all__ = ["FORMATS", "Format", "Job", "write_formats"]
+__all__ = ["FORMATS", "Format", "Job"]
 
 FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # most clock times that are listed
@@ -124,11 +124,6 @@ class Format:
     packages: tuple[str, ...] = ()  # imported beyond umbra's own
     extra: str = ""  # that installs them
     needs_hours: bool = True  # is made of hours of sun, not of any measure
-
-
-def write_formats(job: Job, names: Sequence[str]) -> list[str]:
-    """Write some of the formats; return the names of the files."""
-    return list(dict.fromkeys(file for name in names for file in FORMATS[name].write(job)))
 
 
 def _write_geotiff(job: Job) -> list[str]:

@@ -15,6 +15,7 @@ from umbra.options import check_types, option
 from umbra.packages import require
 from umbra.writers.city import CITY_FORMATS
 from umbra.writers.formats import FORMATS
+from umbra.writers.outputs import REGISTRY, find_format
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,6 +84,7 @@ class Outputs:
         default=(),
         flag="--write",
         metavar="FORMAT,...",
+        registry="output",
     )
     rules: Any = _files(  # a path, or the rules that it holds
         "path",
@@ -133,7 +135,7 @@ class Outputs:
         if self.sheet and not kind.is_plan:
             msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
             raise InputError(msg, option="sheet")
-        refused = [name for name in self.files if name not in kind.formats]
+        refused = [name for name in self.files if name in FORMATS and name not in kind.formats]
         if refused:
             there = "all files are"
             if kind.formats:
@@ -148,7 +150,7 @@ class Outputs:
         if has_hours:
             return
         asked = [name for name in ("report", "sheet", "rules") if getattr(self, name)]
-        asked += [f"write='{name}'" for name in self.files if FORMATS[name].needs_hours]
+        asked += [f"write='{name}'" for name in self.files if find_format(name).needs_hours]
         if asked:
             msg = (
                 f"{asked[0]}{'' if '=' in asked[0] else '='} is made of hours of sun, which are "
@@ -165,12 +167,14 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name in DRAWN or name in OF_TILES:
             continue
-        if name not in FORMATS:
-            near = find_similar(name, (*NAMES, *OF_TILES))
-            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
+        if name not in FORMATS and name not in REGISTRY:
+            known = (*NAMES, *REGISTRY.names)
+            near = find_similar(name, (*known, *OF_TILES))
+            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
             msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, option="write", format=name)
-        require(FORMATS[name].packages, FORMATS[name].extra, f"write='{name}'")
+        found = find_format(name)
+        require(found.packages, found.extra, f"write='{name}'")
     return tuple(names)
 
 

@@ -169,8 +169,9 @@ def fill_folder(
     Returns two lists of names: the result and the pictures in every ending; further files.
     """
     job = FolderJob(study, folder, outputs, options, painter, say)
-    if "opaque_rule" in study.facts:
-        say(f"note: {study.facts['opaque_rule']}")
+    for name in ("device_note", "opaque_rule"):
+        if name in study.facts:
+            say(f"note: {study.facts[name]}")
     if outputs.pictures or outputs.sheet:
         title = "".join(filter(None, (outputs.title or name_files(job.scene), outputs.subtitle)))
         if lacking := note_missing(title, "title"):
@@ -249,7 +250,8 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     if not outputs.report and not outputs.files and not outputs.rules:
         return []
-    from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
+    from umbra.writers.formats import Job  # noqa: PLC0415
+    from umbra.writers.outputs import write_formats  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
     formats = Job(study, job.folder, title, job.say, job.show, outputs.at)
