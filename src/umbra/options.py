@@ -60,6 +60,8 @@ class Option:
         Name of the result's attribute that stores the value unchanged.
     is_kept : bool
         Whether it decides results, so that option files store it, and may set it.
+    unless : str
+        Another option, without which the command requires it.
     registry : str
         Which registry's names it takes, of packages installed beside umbra, too.
     """
@@ -80,6 +82,7 @@ class Option:
     is_needed: bool = False
     attribute: str = ""
     is_kept: bool = True
+    unless: str = ""
     registry: str = ""
 
     @property

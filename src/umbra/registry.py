@@ -4,8 +4,8 @@ What umbra and packages installed beside it offer by name: readers, receivers, m
 Both are entry points, ``name = "module:object"``: umbra's own are listed where they are defined,
 those of other packages in their ``pyproject.toml``::
 
-    [project.entry-points."umbra.measures"]
-    openness = "umbra_openness:Openness"
+    [project.entry-points."umbra.outputs"]
+    drawing = "my_package:Drawing"
 
 An object is loaded when its name is asked for, and never before: a package that is broken, too old
 or named twice costs nothing but a line where it is used.

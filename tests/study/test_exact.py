@@ -8,12 +8,12 @@ from support.days import EQUINOX, find_noon, wall
 from support.shapes import box, city, moved
 
 import umbra
+from umbra.lights import make_period
 from umbra.receivers import plan as study_module
 from umbra.receivers import single as points_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.accumulators.exact import find_runs
-from umbra.lights import make_period
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 EQUATOR = umbra.Site(0.0, 0.0, "UTC")

@@ -5,9 +5,9 @@ import pytest
 from support.shapes import box, city
 
 import umbra
+from umbra.lights import Lights
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Request
-from umbra.lights import Lights
 from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, pass_lights
 from umbra.study.options import StudyOptions
 from umbra.study.study import count_lights

@@ -21,8 +21,8 @@ from umbra.sun import Site
 from umbra.sun.clock import Stamps
 from umbra.writers import film, tables
 from umbra.writers.formats import FORMATS, Job
-from umbra.writers.outputs import write_formats
 from umbra.writers.glb import write_model_glb
+from umbra.writers.outputs import write_formats
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.tables import write_cells, write_instants
 

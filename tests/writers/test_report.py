@@ -8,9 +8,9 @@ from support.pages import FIGURES, INK, READY, expect, place_of, say, words
 from support.shapes import box, moved
 
 import umbra
+from umbra.lights import make_period
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
-from umbra.lights import make_period
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
 from umbra.writers.pixels import write_png

@@ -150,15 +150,25 @@ class HeadedOption(click.Option):
         Whether its value names a file.
     registry : str
         What it names, if packages beside umbra offer more of it, which the help lists.
+    unless : str
+        Another option, without which it is required.
     """
 
     def __init__(
         self, *args: Any, heading: str = "Options", is_kept: bool = True, is_file: bool = False,
-        registry: str = "", **options: Any,
+        registry: str = "", unless: str = "", **options: Any,
     ) -> None:  # fmt: skip
-        super().__init__(*args, **options)
+        super().__init__(*args, **{"required": bool(unless), **options})
+        self._unless = unless
         self.heading, self.is_kept, self.is_file = heading, is_kept, is_file
         self.registry = registry
+
+    def handle_parse_result(self, ctx: click.Context, opts: Any, args: list[str]) -> Any:
+        """Take a value; require it if the other option is not given, typed or in a file."""
+        if self._unless:
+            known = opts.get(self._unless) or (ctx.default_map or {}).get(self._unless)
+            self.required = not known
+        return super().handle_parse_result(ctx, opts, args)
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help, with what packages add."""
@@ -264,6 +274,7 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
         "is_kept": said.is_kept,
         "is_file": said.type in {"table", "path"},
         "registry": said.registry,
+        "unless": said.unless,
         "type": kind,
         "is_flag": said.type == "flag",
         "multiple": is_many,

@@ -54,6 +54,7 @@ class StudyOptions:
         "Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
         "for a day of every month; repeatable. Needed by measures of the sun.",
         metavar="DATE",
+        unless="measure",
     )
     start: str | dt.time = _time(
         "any", "Start, by the local clock.", default="09:00", flag="--from", metavar="HH:MM"

@@ -1,0 +1,240 @@
+"""Packages beside umbra: the five examples, installed, and packages that are broken."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import umbra
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples" / "extensions"
+MOST_LINES = {"openness": 60, "tops": 80, "brute": 120, "raw": 40, "listing": 40}
+HOUSE = """
+v 0 0 0\nv 8 0 0\nv 8 6 0\nv 0 6 0\nv 0 0 7\nv 8 0 7\nv 8 6 7\nv 0 6 7
+o house
+f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """Install the examples into a folder of their own."""
+    folder = tmp_path_factory.mktemp("installed")
+    packages = [str(EXAMPLES / name) for name in MOST_LINES]
+    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation"]
+    done = subprocess.run(
+        [*pip, "--target", str(folder), *packages], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture
+def house(tmp_path):
+    path = tmp_path / "house.obj"
+    path.write_text(HOUSE)
+    return path
+
+
+def run(folder, *words):
+    """Run the command with the packages in a folder installed."""
+    told = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
+    return subprocess.run(
+        [sys.executable, "-m", "umbra", *map(str, words)],
+        capture_output=True, text=True, env=told, check=False,
+    )  # fmt: skip
+
+
+def study(folder, house, out, *words):
+    done = run(folder, "study", house, "--out", out, "--up", "z", "--json", *words)
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(out / "study.nc") as data:
+        return data.load(), json.loads(done.stdout), done.stderr
+
+
+@pytest.mark.parametrize("name", MOST_LINES)
+def test_an_example_is_one_file_of_few_lines(name):
+    (code,) = (EXAMPLES / name).glob("umbra_*.py")
+    assert len(code.read_text("utf-8").splitlines()) <= MOST_LINES[name]
+
+
+def test_no_source_of_umbra_names_an_example():
+    words = [f"umbra_{name}" for name in MOST_LINES] + ["openness ="]
+    for path in (ROOT / "src").rglob("*.py"):
+        text = path.read_text("utf-8")
+        assert not [word for word in words if word in text], path
+
+
+@pytest.mark.parametrize(
+    ("receivers", "more"),
+    [("ground", ["--cell", "1"]), ("top", ["--cell", "1"]), ("surfaces", ["--spacing", "2"]),
+     ("215/35", ["--cell", "1"])],
+)  # fmt: skip
+def test_a_measure_of_a_package_has_its_variable_and_its_map(
+    installed, house, tmp_path, receivers, more
+):
+    data, told, _ = study(
+        installed, house, tmp_path / "out", "--measure", "openness", "--receivers", receivers, *more
+    )
+    values = data.openness.values
+    assert data.openness.attrs["units"] == "1"
+    assert "solid angle" in data.openness.attrs["long_name"]
+    assert np.nanmin(values) >= 0
+    assert np.nanmax(values) <= 1
+    assert (tmp_path / "out" / "openness.png").stat().st_size > 5000
+    assert 0 < told["measures"]["openness"]["mean"] < 1
+
+
+def test_the_law_of_a_wall(installed, house, tmp_path):
+    """Before a wall of infinite length and height half of the upper half is free."""
+    points = tmp_path / "points.csv"
+    points.write_text("4,-0.001,0.001,0,-1,0\n4,3,7.001,0,0,1\n400,3,0.01,0,0,1\n")
+    data, *_ = study(
+        installed, house, tmp_path / "out", "--measure", "openness", "--receivers", "points",
+        "--points", points,
+    )  # fmt: skip
+    assert data.openness.values == pytest.approx([0.5, 1, 1], abs=2e-3)
+
+
+def test_tiles_measure_as_one_piece(installed, house, tmp_path):
+    whole, *_ = study(
+        installed, house, tmp_path / "whole", "--measure", "openness", "--receivers", "ground",
+        "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
+    )  # fmt: skip
+    done = run(
+        installed, "study", house, "--out", tmp_path / "tiles", "--measure", "openness",
+        "--receivers", "ground", "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
+        "--tiles", "8m", "--up", "z",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    tiles = xr.open_zarr(tmp_path / "tiles" / "study.zarr", zarr_format=3)
+    assert np.array_equal(tiles.openness.values, whole.openness.values, equal_nan=True)
+    assert (tmp_path / "tiles" / "openness.png").exists()
+
+
+def test_samples_a_reader_and_an_output_of_packages(installed, tmp_path):
+    data, _, _ = study(
+        installed, EXAMPLES / "raw" / "wall.raw", tmp_path / "out", "--receivers", "tops",
+        "--measure", "sky_view_factor", "--write", "listing",
+    )  # fmt: skip
+    assert data.position.dims == ("sample", "xyz")
+    assert data.normal.values.tolist() == [[0, 0, 1]]
+    assert data.position.values[0, 2] == pytest.approx(8.1)
+    assert data.attrs["receivers"] == "tops"
+    assert "sky_view_factor [1]: 1" in (tmp_path / "out" / "listing.txt").read_text()
+
+
+@pytest.mark.parametrize(
+    ("receivers", "more"),
+    [("ground", ["--cell", "1"]), ("top", ["--cell", "1"]), ("surfaces", ["--spacing", "1"])],
+)
+def test_a_device_of_a_package_counts_as_the_cpu(installed, house, tmp_path, receivers, more):
+    common = ["--receivers", receivers, *more, "--date", "2026-03-21", "--every", "2h",
+              "--lat", "48", "--lon", "16", "--no-pictures"]  # fmt: skip
+    mine, *_ = study(installed, house, tmp_path / "one", *common, "--device", "brute")
+    other, *_ = study(installed, house, tmp_path / "two", *common)
+    assert (mine.attrs["device"], other.attrs["device"]) == ("brute", "cpu")
+    assert np.array_equal(mine.shadow_hours.values, other.shadow_hours.values, equal_nan=True)
+
+
+def test_what_a_device_cannot_count_the_default_does(installed, house, tmp_path):
+    data, _, said = study(
+        installed, house, tmp_path / "out", "--date", "2026-03-21", "--every", "2h", "--lat", "48",
+        "--lon", "16", "--no-pictures", "--device", "gl", "--receivers", "surfaces",
+    )  # fmt: skip
+    assert data.attrs["device"] == "cpu"
+    (line,) = [line for line in said.splitlines() if "device" in line]
+    assert "gl" in line
+    assert "cpu" in line
+
+
+def test_a_device_of_a_package_counts_pictures(installed, house, tmp_path):
+    arrays = {}
+    for device in ("brute", "cpu"):
+        path = tmp_path / f"{device}.npz"
+        done = run(
+            installed, "render", house, "--axis-up", "z", "--eye", "30,-20,25", "--target", "4,3,2",
+            "--light", "1,2,3,0", "--ground", "0", "--size", "80x60", "--device", device,
+            "--out", tmp_path / f"{device}.png", "--arrays", path,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        arrays[device] = np.load(path)["lit"]
+    assert np.array_equal(arrays["brute"], arrays["cpu"])
+
+
+def test_the_help_names_what_is_installed(installed):
+    text = " ".join(run(installed, "study", "--help").stdout.split())
+    for name in ("openness", "tops", "brute", "listing"):
+        assert name in text
+
+
+def write_package(folder, name, group, entry, code, requires="umbra-shadows"):
+    """Write a package as pip leaves it."""
+    (folder / f"{name}.py").write_text(code)
+    about = folder / f"{name}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\nRequires-Dist: {requires}\n"
+    )
+    (about / "entry_points.txt").write_text(f"[umbra.{group}]\n{entry}\n")
+
+
+GOOD = """
+from umbra.extending import Lights, Measure
+class Zenith(Measure):
+    name, unit, long_name = "zenith", "1", "whether the zenith is free"
+    def make_lights(self, asked):
+        return Lights.of(__import__("numpy").array([[0.0, 0.0, 1.0]]))
+"""
+BROKEN = {
+    "import": "import nowhere_to_be_found\n",
+    "syntax": "def (:\n",
+    "kind": "Zenith = 3\n",
+    "lights": GOOD.replace("return Lights", "raise KeyError('gone')\n        return Lights"),
+    "derive": GOOD + "    def derive(self, sums, asked):\n        return 1 / 0\n",
+}
+
+
+@pytest.mark.parametrize("how", BROKEN)
+def test_a_broken_package_costs_one_line(house, tmp_path, how):
+    write_package(tmp_path, "broken", "measures", "zenith = broken:Zenith", BROKEN[how])
+    asked = ["study", house, "--up", "z", "--receivers", "ground", "--cell", "2"]
+    done = run(tmp_path, *asked, "--measure", "zenith", "--out", tmp_path / "a")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert [line for line in done.stderr.splitlines() if "zenith" in line]
+    assert not (tmp_path / "a" / "study.nc").exists()
+    done = run(
+        tmp_path, *asked, "--measure", "sky_view_factor", "--sky-directions", "50",
+        "--out", tmp_path / "b",
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert "Traceback" not in done.stderr
+
+
+def test_a_package_that_needs_a_newer_umbra_is_told(house, tmp_path):
+    write_package(tmp_path, "later", "measures", "zenith = later:Zenith", GOOD, "umbra-shadows>=99")
+    done = run(tmp_path, "study", house, "--measure", "zenith", "--out", tmp_path / "a")
+    assert done.returncode == 2
+    assert ">=99" in done.stderr
+    assert umbra.__version__ in done.stderr
+
+
+def test_of_two_packages_of_one_name_the_first_is_used(house, tmp_path):
+    write_package(tmp_path, "alpha", "measures", "zenith = alpha:Zenith", GOOD)
+    other = GOOD.replace("whether the zenith is free", "another")
+    write_package(tmp_path, "beta", "measures", "zenith = beta:Zenith", other)
+    data, _, said = study(
+        tmp_path, house, tmp_path / "a", "--measure", "zenith", "--receivers", "ground",
+        "--cell", "2", "--no-pictures",
+    )  # fmt: skip
+    assert data.zenith.attrs["long_name"] == "whether the zenith is free"
+    (line,) = [line for line in said.splitlines() if "beta" in line]
+    assert "alpha" in line
+    assert set(np.unique(data.zenith.values)) == {0.0, 1.0}
