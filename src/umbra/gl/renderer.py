@@ -214,9 +214,7 @@ class Renderer(DeviceUser):
         Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
         and rows, and enlarged by a filter of ``upsampling``.
         """
-        if sky != self.device.sky:
-            self.device.sky = sky
-            self.still.forget()
+        self.device.sky = sky
         middles = find_middles(lights)
         self.soft.permit(self.choices)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
@@ -226,8 +224,9 @@ class Renderer(DeviceUser):
         counter, method = self.masks.choose(method, self.counter)
         in_one = counter is self.counter and not softened.areas and self._tables is None
         each, offsets = split_samples(self.device, samples, in_one=in_one)
+        held, self.targets = self.targets, None  # none, if the driver refuses the size
         targets = self.targets = PictureTargets.fit(
-            self.targets, self.device, camera.size, self.accumulate, each
+            held, self.device, camera.size, self.accumulate, each
         )
         at_once = (
             len(lights) <= 1
@@ -304,6 +303,7 @@ class Renderer(DeviceUser):
             if is_still:
                 self.still.show(state, targets, self.draw_surface, self.surfaces.has_normals)
             else:
+                self.still.is_stored = False  # the marks of smooth surfaces are cleared
                 target.begin(state)
                 lamp, cull = lamps[0] if lamps else None, projection.sees_all
                 self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
@@ -358,7 +358,8 @@ class Renderer(DeviceUser):
         shown = targets.surface
         if self.surfaces.has_transparent:
             shown = self.layers.begin(targets)
-            for layer in self.layers.blend(state, self.shading, self.surfaces, projection, targets):
+            seen = (self.surfaces, projection, targets, self.ground)
+            for layer in self.layers.blend(state, self.shading, *seen):
                 lit = replace(lit, softened=behind)
                 self.passes.add(state, layer, projection, lit, self.scene.origin)
         targets.drawn.use()
@@ -370,6 +371,7 @@ class Renderer(DeviceUser):
         """Draw the visible surface of the last picture's camera into ``targets.surface``."""
         assert self.targets is not None and self.projection is not None  # noqa: PT018
         surface = self.targets.surface
+        self.still.is_stored = False  # the marks of smooth surfaces are cleared
         surface.begin(state)
         for place in (LIGHT, PLACE, FACE):
             surface.clear_color(0.0, place=place)
