@@ -13,6 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from support.edits import compare
+
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 

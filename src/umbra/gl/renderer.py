@@ -225,9 +225,8 @@ class Renderer(DeviceUser):
         in_one = counter is self.counter and not softened.areas and self._tables is None
         each, offsets = split_samples(self.device, samples, in_one=in_one)
         held, self.targets = self.targets, None  # none, if the driver refuses the size
-        targets = self.targets = PictureTargets.fit(
-            held, self.device, camera.size, self.accumulate, each
-        )
+        given = (self.device, camera.size, self.accumulate, each)
+        targets = self.targets = PictureTargets.fit(held, *given)
         at_once = (
             len(lights) <= 1
             and self.accumulate != "rgba8"
@@ -303,7 +302,7 @@ class Renderer(DeviceUser):
             if is_still:
                 self.still.show(state, targets, self.draw_surface, self.surfaces.has_normals)
             else:
-                self.still.is_stored = False  # the marks of smooth surfaces are cleared
+                self.still.is_stored = False  # its marks are cleared
                 target.begin(state)
                 lamp, cull = lamps[0] if lamps else None, projection.sees_all
                 self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
@@ -358,9 +357,8 @@ class Renderer(DeviceUser):
         shown = targets.surface
         if self.surfaces.has_transparent:
             shown = self.layers.begin(targets)
-            seen = (self.surfaces, projection, targets, self.ground)
-            for layer in self.layers.blend(state, self.shading, *seen):
-                lit = replace(lit, softened=behind)
+            lit, seen = replace(lit, softened=behind), (projection, targets, self.ground)
+            for layer in self.layers.blend(state, self.shading, self.surfaces, *seen):
                 self.passes.add(state, layer, projection, lit, self.scene.origin)
         targets.drawn.use()
         with self._timed("finish"):

@@ -27,7 +27,6 @@ __all__ = [
     "PictureTargets",
     "SharedDepthTarget",
     "Target",
-    "check_counting",
 ]
 
 _FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
@@ -265,29 +264,6 @@ class Target:
 
     def __exit__(self, *_: object) -> None:
         self.release()
-
-
-def check_counting(device: Device) -> None:
-    """Raise `UmbraError` if the framebuffer in use has no depth, or no 8 bits of stencil."""
-    is_default = not device.gl.integers(0x8CA6)[0]
-    # The default framebuffer's attachments have other names.
-    depth = _count_bits(device, 0x1801 if is_default else 0x8D00, 0x8216)
-    stencil = _count_bits(device, 0x1802 if is_default else 0x8D20, _STENCIL_SIZE)
-    if stencil < 8 or not depth:
-        msg = (
-            f"the framebuffer has {depth} bits of depth and {stencil} of stencil, and counting "
-            "needs depth and 8 bits; attach a depth-stencil buffer, or draw into umbra's own Target"
-        )
-        raise UmbraError(msg, bits=stencil, depth=depth)
-
-
-def _count_bits(device: Device, place: int, size: int) -> int:
-    """Query the size of an attachment of the framebuffer in use, 0 if there is none [bits]."""
-    kind, bits = np.zeros(1, np.int32), np.zeros(1, np.int32)
-    for name, found in ((0x8CD0, kind), (size, bits)):
-        if name == 0x8CD0 or kind[0]:
-            device.gl.GetFramebufferAttachmentParameteriv(0x8CA9, place, name, found.ctypes.data)
-    return int(bits[0])
 
 
 class SharedDepthTarget:
