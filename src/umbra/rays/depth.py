@@ -128,18 +128,20 @@ def add_transmitting(
         A new buffer; faces are numbered as in ``Scene.triangles``.
     """
     corners, faces = transmitters.corners
-    key, face, t = view.key, view.face, transmitters
-    nearer = np.full(key.shape, np.inf)
+    face, t = view.face, transmitters
+    # A model's own floor in the ground's plane stays visible: rounding would speckle it.
+    limit = np.where(face == GROUND, view.key - _BEHIND * np.abs(view.key), view.key)
+    behind, nearer = view.key, np.full(limit.shape, np.inf)
     if before is not None:
         is_clear, nearer = before.face != NOTHING, before.key
-        key, face = np.where(is_clear, key, np.inf), np.where(is_clear, face, NOTHING)
-    # A model's own floor in the ground's plane stays visible: rounding would speckle it.
-    key = np.where(view.face == GROUND, key - _BEHIND * np.abs(key), key)
+        limit, behind = np.where(is_clear, limit, np.inf), np.where(is_clear, behind, np.inf)
+        face = np.where(is_clear, face, NOTHING)
     row = np.full(face.shape, NOTHING, np.int32)
     use_threads(threads)
     points = corners @ matrix[:, :3].T + matrix[:, 3]
     skin = nearer, t.rows, t.materials, t.texels
-    _rasterise(points, faces, key, row, near, threads, (0, 0), skin)
+    _rasterise(points, faces, limit, row, near, threads, (0, 0), skin)
+    key = np.where(row == NOTHING, behind, limit)
     face = np.where(row == NOTHING, face, t.faces[row].astype(np.int32)).astype(np.int32)
     return DepthBuffer(key, face, before)
 
@@ -169,7 +171,7 @@ def find_ground_keys(matrix: NDArray[np.float64], height: float) -> NDArray[np.f
     scale = float(np.prod(np.linalg.norm(matrix[:2, :3], axis=1))) if is_parallel else 0.0
     if abs(np.linalg.det(points[:, :3])) <= max(_EDGE_ON, _LEVEL * scale):
         return None
-    return np.linalg.solve(points[:, :3], points[:, 3])
+    return np.linalg.solve(points[:, :3], points[:, 3]).astype(np.float64)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
