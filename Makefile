@@ -18,7 +18,7 @@ help:
 	@echo "make setup     umbra and the packages it needs, in $(VENV)"
 	@echo "make study     a shadow study of an example city quarter, from nothing to pictures"
 	@echo "make test      every test"
-	@echo "make fuzz      small files that ask for much, then damaged ones of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
+	@echo "make fuzz      edited views for a minute, then small files that ask for much, then damaged ones of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
 	@echo "make lint      ruff (rules and format) and mypy"
 	@echo "make docs      the documentation, in docs/_build/html"
 	@echo "make bench     the benchmarks at small sizes (umbra bench NAME: in full)"
@@ -96,6 +96,7 @@ test: $(VENV)/.opengl
 	$(PY) -m pytest -n auto --dist loadfile $(ARGS)
 
 fuzz: $(VENV)/.test
+	$(PY) tests/fuzz/sequences.py --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0)
 	$(PY) tests/fuzz/run.py --bombs --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0) --keep $(OUT)/fuzz
 
 lint: $(VENV)/.lint

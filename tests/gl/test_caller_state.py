@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import HOUSE
+from support.shapes import HOUSE, stack_of_triangles
 
 from umbra.errors import UmbraError
 from umbra.gl.context import Device
@@ -12,7 +12,7 @@ from umbra.gl.renderer import Renderer
 from umbra.gl.state import State
 from umbra.gl.sweep import GlSweep
 from umbra.gl.target import Target
-from umbra.scene import Camera, Mesh, Part, make_scene, point_light
+from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.grid import Grid
 from umbra.soft import ball_light
 
@@ -198,3 +198,57 @@ def test_a_framebuffer_without_a_stencil_is_refused(device, bits):
             assert found.value.bits == 0
     frame.release()
     picture.release()
+
+
+@pytest.mark.parametrize("is_deep", [False, True])
+def test_another_programs_framebuffer_that_cannot_count_is_refused(device, is_deep):
+    class Theirs:
+        """A framebuffer of another program with a stencil alone, or with depth, too."""
+
+        size, samples = (40, 30), 1
+
+        def use(self):
+            whole.use() if is_deep else device.gl.BindFramebuffer(0x8CA9, frame)
+
+    gl = device.gl
+    frame, buffer = device.make("Framebuffer"), device.make("Renderbuffer")
+    gl.BindFramebuffer(0x8D40, frame)
+    gl.BindRenderbuffer(0x8D41, buffer)
+    gl.RenderbufferStorage(0x8D41, 0x8D48, 40, 30)
+    gl.FramebufferRenderbuffer(0x8D40, 0x8D20, 0x8D41, buffer)
+    scene = make_scene(*(stack_of_triangles(600) if is_deep else HOUSE))
+    up = directional_light((0, 0.01, 1))
+    with (
+        GlFrameCounter(scene, ground=-5.0, device=device) as counter,
+        Target(device, (40, 30)) as whole,
+        State(device) as state,
+    ):
+        plan = counter.planner.plan(counter.planner.project(CAMERA), [up])[0]
+        with pytest.raises(UmbraError) as found:
+            counter.counter.count(state, Theirs(), plan)
+    assert found.value.most >= 600 if is_deep else found.value.depth == 0
+    device.delete("Framebuffer", frame)
+    device.delete("Renderbuffer", buffer)
+
+
+def test_a_callers_errors_are_not_umbras_and_its_open_query_is_refused(shared_device):
+    import moderngl  # noqa: PLC0415
+
+    if shared_device.backend != "egl":
+        pytest.skip("one backend of several, egl, does not open here")
+    theirs = moderngl.create_context(require=330, standalone=True, backend="egl")
+    with theirs:
+        device = Device.of(theirs)
+        gl = device.gl
+        with Renderer(make_scene(*HOUSE), 0.0, device=device) as renderer:
+            gl.Enable(0xFFFF)
+            expected = renderer.render(CAMERA, [LAMP])
+            query = gl.make("Query")
+            gl.BeginQuery(0x8914, query)
+            with pytest.raises(UmbraError) as found:
+                renderer.render(CAMERA, [LAMP])
+            assert found.value.query == query
+            gl.EndQuery(0x8914)
+            np.testing.assert_array_equal(renderer.render(CAMERA, [LAMP]), expected)
+        device.release()
+    theirs.release()

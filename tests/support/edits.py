@@ -1,5 +1,6 @@
 """Random edits of a view, and the pictures of a kept renderer beside those of a fresh one."""
 
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from umbra.scene import (
     point_light,
     spot_light,
 )
+from umbra.scene.camera import DAY, NIGHT
 from umbra.soft import ball_light
 
 SIZES = (64, 48), (96, 72), (128, 96), (48, 64), (32, 24), (95, 71)
@@ -76,6 +78,7 @@ class Edits:
         self.camera = Camera(self.far + (20, -25, 14), self.far + (0, 0, 2), size=SIZES[0])
         self.lights = [self.make_light()]
         self.detail, self.options = 0.0, {}
+        self.shadows, self.sky = True, DAY
 
     def make_light(self):
         random, far = self.random, self.far
@@ -94,7 +97,7 @@ class Edits:
         """Change one or a few things, mostly what a window changes alone; remember which."""
         names = self.random.choice(EDITS, self.random.integers(1, 3), replace=False)
         if self.random.random() < 0.6:
-            names = [self.random.choice(("size", "size", "near", "scale", "rim", "detail"))]
+            names = [self.random.choice(OFTEN)]
         for name in names:
             getattr(self, f"edit_{name}")()
             self.done.append(str(name))
@@ -120,10 +123,24 @@ class Edits:
         number = self.random.integers(2)
         self.lights = [*self.lights[:number], self.make_light()]
 
+    def edit_sun(self):
+        """Change the last light alone, as a still eye sees it."""
+        self.lights = [*self.lights[:-1], self.make_light()]
+
+    def edit_dark(self):
+        """Switch all lights off, or one on."""
+        self.lights = [] if self.lights else [self.make_light()]
+
+    def edit_shadows(self):
+        self.shadows = not self.shadows
+
+    def edit_sky(self):
+        self.sky = NIGHT if self.sky is DAY else DAY
+
     def edit_rim(self):
         """Change what of a lamp is no place."""
-        last = self.lights[-1]
-        if last.is_point:
+        last = self.lights[-1] if self.lights else self.make_light()
+        if self.lights and last.is_point:
             last = replace(last, range=float(self.random.uniform(10, 60)))
             self.lights = [*self.lights[:-1], last]
 
@@ -163,31 +180,39 @@ class Edits:
         lights = self.lights
         if "soft" in self.options:
             lights = [ball_light(each, 0.7 if each.is_point else 2.0) for each in lights]
-        renderer.still.forget()
-        renderer.draw(self.camera, lights, **self.options)
+        renderer.draw(self.camera, lights, shadows=self.shadows, sky=self.sky, **self.options)
         return renderer.read()
 
 
 FILTERS = "joint", "bilinear", "nearest"
+OFTEN = "size", "size", "near", "scale", "rim", "detail", "sun", "sun", "dark", "shadows", "sky"
 EDITS = tuple(name[5:] for name in vars(Edits) if name.startswith("edit_"))
 
 
 def compare(device, seed, steps, far=(0.0, 0.0, 0.0)):
     """
-    Edit a kept renderer, and draw each view by a fresh one, too.
+    Edit two kept renderers of one device in turn, and draw each view by a fresh one, too.
 
-    Yields what was edited and how many pixels differ.
+    Yields what was edited and how many pixels differ by more than the 1 of 255 levels of a still
+    eye's view.
     """
-    edits = Edits(seed, far)
-    with Renderer(edits.scene, edits.ground, device=device, softness=FEW) as kept:
+    both = Edits(seed, far), Edits(seed + 1_000_000, far)
+    with ExitStack() as stack:
+        kept = [stack.enter_context(_open(device, each)) for each in both]
         for _ in range(steps):
+            turn = int(both[0].random.random() < 0.25)
+            edits = both[turn]
             edits.done.clear()
             before = edits.scene
             edits.edit()
             if edits.scene is not before:
-                kept.move(edits.scene)
-            shown = edits.draw(kept)
-            with Renderer(edits.scene, edits.ground, device=device, softness=FEW) as fresh:
+                kept[turn].move(edits.scene)
+            shown = edits.draw(kept[turn])
+            with _open(device, edits) as fresh:
                 anew = edits.draw(fresh)
             apart = np.abs(shown.astype(int) - anew).max(-1)
-            yield tuple(edits.done), dict(edits.options), int((apart > 0).sum())
+            yield tuple(edits.done), dict(edits.options), int((apart > 1).sum())
+
+
+def _open(device, edits):
+    return Renderer(edits.scene, edits.ground, device=device, softness=FEW)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from umbra.errors import UmbraError
 from umbra.gl.functions import TEXTURE_2D, TEXTURE_2D_MULTISAMPLE, Functions
 
 __all__ = ["CallerState"]
@@ -26,6 +27,7 @@ _SWITCHES = {
     **dict.fromkeys(range(0x3000, 0x3008), False),  # clip distances
 }  # fmt: skip
 _DEPTH_BOUNDS, _BLEND = 0x8890, 0x0BE2
+_SAMPLES_PASSED, _ANY_SAMPLES_PASSED, _CURRENT_QUERY = 0x8914, 0x8C2F, 0x8865
 _TARGETS = range(8)  # draw buffers, each with its own blending and colour mask
 _UNITS = range(20)  # texture units that passes use
 _TEXTURE_BUFFER = 0x8C2A
@@ -47,6 +49,19 @@ _STENCILS = {
 Restore = Callable[[], object]
 
 
+def _check_queries(gl: Functions) -> None:
+    """Raise `UmbraError` if a query is open that would count umbra's samples as its own."""
+    number = np.zeros(1, np.int32)
+    for query in (_SAMPLES_PASSED, _ANY_SAMPLES_PASSED):
+        gl.GetQueryiv(query, _CURRENT_QUERY, number.ctypes.data)
+        if number[0]:
+            msg = (
+                "an occlusion query is open in this OpenGL context, and would count what umbra "
+                "draws; end it before umbra is called"
+            )
+            raise UmbraError(msg, query=int(number[0]))
+
+
 class CallerState:
     """
     State of a context as it is now; `restore` brings it back.
@@ -56,10 +71,18 @@ class CallerState:
     gl : Functions
         Of the context, which is current.
     has_depth_bounds, has_clip_control : bool
+
+    Raises
+    ------
+    UmbraError
+        If an occlusion query is open.
     """
 
     def __init__(self, gl: Functions, *, has_depth_bounds: bool, has_clip_control: bool) -> None:
         self._gl = gl
+        while gl.GetError():  # what went wrong before is not umbra's to report
+            pass
+        _check_queries(gl)
         self._restores: list[Restore] = []
         self._switches = dict(_SWITCHES)
         if has_depth_bounds:

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
+from umbra.gl.foreign import check_counting
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program, Programs
 from umbra.gl.resources import Indices
 from umbra.gl.samples import draw_samples
 from umbra.gl.state import ALL_BITS, Pass, State, Stencil, one_sided
-from umbra.gl.target import SharedDepthTarget, Target, check_stencil
+from umbra.gl.target import SharedDepthTarget, Target
 
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
@@ -125,7 +126,7 @@ class VolumeCounter:
         """
         if not isinstance(target, Target):  # another program's, which made itself no promise
             target.use()
-            check_stencil(self._device)
+            check_counting(self._device, plan)
         if plan.statistics.counts_in == "float":
             floats = self.count_in_floats(state, target, plan)
             target.use()

@@ -80,6 +80,7 @@ _ARGUMENTS = {
     "GetIntegeri_v": "eep",
     "GetIntegerv": "ep",
     "GetQueryObjectui64v": "eep",
+    "GetQueryiv": "eep",
     "GetTexLevelParameteriv": "eiep",
     "IsBuffer": "e",
     "IsEnabled": "e",

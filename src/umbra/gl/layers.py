@@ -40,6 +40,7 @@ class TransparentLayers:
         surfaces: SurfaceRenderer,
         projection: Projection,
         targets: PictureTargets,
+        ground: float | None,
     ) -> Iterator[PictureTargets]:
         """
         Yield each layer of a picture to be lit, then blend it over the previous ones.
@@ -56,7 +57,8 @@ class TransparentLayers:
             for place in (LIGHT, PLACE, FACE):
                 layer.surface.clear_color(0.0, place=place)
             self._device.gl.BeginQuery(_SAMPLES_PASSED, self._query)
-            surfaces.draw_layer(state, projection, behind, is_first=behind is targets.surface)
+            is_first = behind is targets.surface
+            surfaces.draw_layer(state, projection, behind, ground, is_first=is_first)
             self._device.gl.EndQuery(_SAMPLES_PASSED)
             if not self._count_drawn():
                 return

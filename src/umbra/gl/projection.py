@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.rays.depth import find_ground_keys
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_span
 from umbra.volume.regions import find_near_rectangle, find_view_planes
@@ -210,11 +211,9 @@ def _find_depths(
     if ground is not None:
         # The key of a plane is affine in the picture, so its extremes are at the corners.
         cols, rows = camera.size
-        matrix = camera.matrix(origin)
-        points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, ground, 1]], np.float64) @ matrix.T
-        if abs(np.linalg.det(points[:, :3])) < EDGE_ON:
+        slope = find_ground_keys(camera.matrix(origin), ground)
+        if slope is None:
             return float(nearest), float(furthest)
-        slope = np.linalg.solve(points[:, :3], points[:, 3])
         picture = np.array([[x, y, 1] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])
         keys = picture @ slope
         if camera.height is None:

@@ -214,9 +214,7 @@ class Renderer(DeviceUser):
         Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
         and rows, and enlarged by a filter of ``upsampling``.
         """
-        if sky != self.device.sky:
-            self.device.sky = sky
-            self.still.forget()
+        self.device.sky = sky
         middles = find_middles(lights)
         self.soft.permit(self.choices)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
@@ -226,9 +224,9 @@ class Renderer(DeviceUser):
         counter, method = self.masks.choose(method, self.counter)
         in_one = counter is self.counter and not softened.areas and self._tables is None
         each, offsets = split_samples(self.device, samples, in_one=in_one)
-        targets = self.targets = PictureTargets.fit(
-            self.targets, self.device, camera.size, self.accumulate, each
-        )
+        held, self.targets = self.targets, None  # none, if the driver refuses the size
+        given = (self.device, camera.size, self.accumulate, each)
+        targets = self.targets = PictureTargets.fit(held, *given)
         at_once = (
             len(lights) <= 1
             and self.accumulate != "rgba8"
@@ -304,6 +302,7 @@ class Renderer(DeviceUser):
             if is_still:
                 self.still.show(state, targets, self.draw_surface, self.surfaces.has_normals)
             else:
+                self.still.is_stored = False  # its marks are cleared
                 target.begin(state)
                 lamp, cull = lamps[0] if lamps else None, projection.sees_all
                 self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
@@ -358,8 +357,8 @@ class Renderer(DeviceUser):
         shown = targets.surface
         if self.surfaces.has_transparent:
             shown = self.layers.begin(targets)
-            for layer in self.layers.blend(state, self.shading, self.surfaces, projection, targets):
-                lit = replace(lit, softened=behind)
+            lit, seen = replace(lit, softened=behind), (projection, targets, self.ground)
+            for layer in self.layers.blend(state, self.shading, self.surfaces, *seen):
                 self.passes.add(state, layer, projection, lit, self.scene.origin)
         targets.drawn.use()
         with self._timed("finish"):
@@ -370,6 +369,7 @@ class Renderer(DeviceUser):
         """Draw the visible surface of the last picture's camera into ``targets.surface``."""
         assert self.targets is not None and self.projection is not None  # noqa: PT018
         surface = self.targets.surface
+        self.still.is_stored = False  # the marks of smooth surfaces are cleared
         surface.begin(state)
         for place in (LIGHT, PLACE, FACE):
             surface.clear_color(0.0, place=place)

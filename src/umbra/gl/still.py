@@ -41,8 +41,9 @@ class StillView:
 
     def is_same(self, targets: PictureTargets, projection: Projection) -> bool:
         """Return whether these targets were last asked for this view; remember it."""
-        last, self._view = self._view, find_key((targets, projection))
-        if last == self._view:
+        view = find_key((targets, projection, targets.device.sky))
+        last, self._view = self._view, view
+        if last == view:
             return True
         self.is_stored = False
         return False

@@ -180,21 +180,28 @@ class SurfaceRenderer:
             draw_ground(state, plane, projection, ground, shown)
 
     def draw_layer(
-        self, state: State, projection: Projection, behind: Target, *, is_first: bool
+        self,
+        state: State,
+        projection: Projection,
+        behind: Target,
+        ground: float | None,
+        *,
+        is_first: bool,
     ) -> None:
         """
         Draw the farthest transparent surface in front of ``behind`` into the target in use.
 
         Before: the target is cleared to 0, its depth to the nearest; ``behind`` is another surface
         target, at first the opaque one. After: as after ``draw``, but with opacity in the light's
-        alpha.
+        alpha. A transparent surface in the plane of the ``ground`` is in front of it.
         """
         state.use(Pass(depth_test="greater", depth_write=True, color_write=True))
         behind.bind(_BEHIND, PLACE)
         for batch in self._batches:
             if batch.is_transparent:
                 program = self._set_up(projection, (*batch.has, "IS_LAYER"))
-                program.set(is_first=is_first, behind=_BEHIND)
+                height = np.inf if ground is None else float(ground - projection.eye[2])
+                program.set(is_first=is_first, behind=_BEHIND, floor_height=height)
                 self._draw_batch(program, batch)
 
     def release(self) -> None:

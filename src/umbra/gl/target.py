@@ -27,7 +27,6 @@ __all__ = [
     "PictureTargets",
     "SharedDepthTarget",
     "Target",
-    "check_stencil",
 ]
 
 _FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
@@ -265,22 +264,6 @@ class Target:
 
     def __exit__(self, *_: object) -> None:
         self.release()
-
-
-def check_stencil(device: Device) -> None:
-    """Raise `UmbraError` if the framebuffer in use has no 8 bits of stencil."""
-    gl, bits = device.gl, np.zeros(1, np.int32)
-    kind = np.zeros(1, np.int32)
-    place = 0x8D20 if gl.integers(0x8CA6)[0] else 0x1802  # the default framebuffer's is another
-    for name, found in ((0x8CD0, kind), (_STENCIL_SIZE, bits)):
-        if name == 0x8CD0 or kind[0]:
-            gl.GetFramebufferAttachmentParameteriv(0x8CA9, place, name, found.ctypes.data)
-    if bits[0] < 8:
-        msg = (
-            f"the framebuffer has {int(bits[0])} bits of stencil and counting needs 8; attach a "
-            "depth-stencil buffer, or draw into umbra's own Target"
-        )
-        raise UmbraError(msg, bits=int(bits[0]))
 
 
 class SharedDepthTarget:

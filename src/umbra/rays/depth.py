@@ -27,6 +27,7 @@ __all__ = [
     "add_ground",
     "add_transmitting",
     "bound",
+    "find_ground_keys",
     "rasterise_depth",
 ]
 
@@ -35,6 +36,8 @@ GROUND = -2
 STRIPE = 16
 """Rows per block of a thread."""
 _EDGE_ON = 1e-300  # determinant of a plane through the eye
+_BEHIND = 1e-9  # of its depth key the ground is behind a model's own floor in its plane
+_LEVEL = 1e-12  # sine of parallel rays to a plane: less is the rounding of the camera's axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,16 +128,20 @@ def add_transmitting(
         A new buffer; faces are numbered as in ``Scene.triangles``.
     """
     corners, faces = transmitters.corners
-    key, face, t = view.key, view.face, transmitters
-    nearer = np.full(key.shape, np.inf)
+    face, t = view.face, transmitters
+    # A model's own floor in the ground's plane stays visible: rounding would speckle it.
+    limit = np.where(face == GROUND, view.key - _BEHIND * np.abs(view.key), view.key)
+    behind, nearer = view.key, np.full(limit.shape, np.inf)
     if before is not None:
         is_clear, nearer = before.face != NOTHING, before.key
-        key, face = np.where(is_clear, key, np.inf), np.where(is_clear, face, NOTHING)
-    key, row = key.copy(), np.full(face.shape, NOTHING, np.int32)
+        limit, behind = np.where(is_clear, limit, np.inf), np.where(is_clear, behind, np.inf)
+        face = np.where(is_clear, face, NOTHING)
+    row = np.full(face.shape, NOTHING, np.int32)
     use_threads(threads)
     points = corners @ matrix[:, :3].T + matrix[:, 3]
     skin = nearer, t.rows, t.materials, t.texels
-    _rasterise(points, faces, key, row, near, threads, (0, 0), skin)
+    _rasterise(points, faces, limit, row, near, threads, (0, 0), skin)
+    key = np.where(row == NOTHING, behind, limit)
     face = np.where(row == NOTHING, face, t.faces[row].astype(np.int32)).astype(np.int32)
     return DepthBuffer(key, face, before)
 
@@ -146,13 +153,25 @@ def add_ground(
     key_range: tuple[float, float] = (-np.inf, np.inf),
 ) -> None:
     """Draw the plane z = height, in the frame of ``matrix``, into the view, in place."""
-    # The plane's key is affine in the picture: find it from two points of the plane at infinity and
-    # one finite point.
+    slope = find_ground_keys(matrix, height)
+    if slope is not None:
+        _draw_ground(slope, key_range[1], view.key, view.face)
+
+
+def find_ground_keys(matrix: NDArray[np.float64], height: float) -> NDArray[np.float64] | None:
+    """
+    Find the depth keys of the plane z = height, (3,): a x + b y + c at the pixel (x, y).
+
+    None if the plane is seen edge-on: through the eye, or along parallel rays. ``matrix`` is that
+    of a camera, ``height`` in its frame.
+    """
+    # The key is affine in the picture: two points of the plane at infinity and a finite one tell.
     points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, height, 1]], np.float64) @ matrix.T
-    if abs(np.linalg.det(points[:, :3])) < _EDGE_ON:
-        return  # the eye lies in the plane
-    slope = np.linalg.solve(points[:, :3], points[:, 3])
-    _draw_ground(slope, key_range[1], view.key, view.face)
+    is_parallel = not matrix[2, :3].any()
+    scale = float(np.prod(np.linalg.norm(matrix[:2, :3], axis=1))) if is_parallel else 0.0
+    if abs(np.linalg.det(points[:, :3])) <= max(_EDGE_ON, _LEVEL * scale):
+        return None
+    return np.linalg.solve(points[:, :3], points[:, 3]).astype(np.float64)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -163,7 +182,7 @@ def _draw_ground(slope, near, key, face):
         for c in range(key.shape[1]):
             value = slope[0] * c + at
             # A model's own floor in this plane stays visible: rounding would speckle it.
-            is_nearer = (value - 1e-9 * abs(value) > key[r, c]) & (value <= near)
+            is_nearer = (value - _BEHIND * abs(value) > key[r, c]) & (value <= near)
             key[r, c] = value if is_nearer else key[r, c]
             face[r, c] = GROUND if is_nearer else face[r, c]
 

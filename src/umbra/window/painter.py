@@ -198,7 +198,9 @@ class ViewPainter:
         else:
             lights = list(shining.values()) if view.soft == "none" else view.size_lights()
             self.renderer.soft.refine(view.soften(SAMPLES))
-            self.renderer.choices = VolumeOptions(detail=view.detail, shorten=True)
+            # Shown counts and volumes are whole: of isolated casters, too.
+            shorten = not view.overlays & {"counts", "volumes"}
+            self.renderer.choices = VolumeOptions(detail=view.detail, shorten=shorten)
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,
@@ -209,8 +211,8 @@ class ViewPainter:
         if suns is not None and "profile" in view.overlays:
             with self.renderer._timed("profile"), State(self.device) as state:
                 self.profile.draw_hours(state, suns)
-        highest = 0
-        if view.overlays and view.chosen in shining:
+        highest, shown = 0, view.overlays if view.chosen in shining else frozenset()
+        if shown:
             with self.renderer._timed("overlays"):
                 highest = self._draw_overlays(view, shrink)
         if suns is not None and "relief" in view.overlays:
@@ -225,8 +227,8 @@ class ViewPainter:
             passes=passes or measured,
             statistics=statistics,
             highest=highest,
-            edges=self.overlays.n_edges if "edges" in view.overlays else 0,
-            components=self.overlays.n_components if "components" in view.overlays else None,
+            edges=self.overlays.n_edges if "edges" in shown else 0,
+            components=self.overlays.n_components if "components" in shown else None,
             period=0.0 if suns is None else float(suns.hours.sum()),
             warnings=tuple(self._warnings),
         )

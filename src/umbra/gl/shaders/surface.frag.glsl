@@ -46,6 +46,7 @@ in vec4 tangent;
 #ifdef IS_LAYER
 uniform sampler2D behind;  // normals and depth keys of what was drawn before
 uniform bool is_first;     // which is opaque: what is before nothing is seen, too
+uniform float floor_height;  // of the ground, relative to the eye
 
 const float STEP = 1.0 / 1048576.0;  // of a key: what is nearer is as far
 #endif
@@ -150,7 +151,10 @@ void main() {
     float key = is_perspective ? 1.0 / depth : -depth;
 #ifdef IS_LAYER
     float last = texelFetch(behind, ivec2(gl_FragCoord.xy), 0).w;
-    bool is_nearer = last == 0.0 ? is_first : key > last + STEP * abs(last);
+    // Of two surfaces in the ground's plane the model's own is in front.
+    bool is_floor = is_first && abs(at.z - floor_height) < 2.0 * STEP * length(at);
+    float least = is_floor ? last - 4.0 * STEP * abs(last) : last + STEP * abs(last);
+    bool is_nearer = last == 0.0 ? is_first : key > least;
     if (alpha <= 0.0 || !is_nearer) {
         discard;
     }
