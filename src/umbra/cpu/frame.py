@@ -234,7 +234,7 @@ class FrameCounter:
 
     def _lift(self, light: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
         """
-        Move a light that lies in the ground's plane to the viewer's side of it, by `_STEP` of its size.
+        Move a light that lies in the ground's plane by ``_STEP`` to the viewer's side of it.
 
         There sides lie in the ground itself, and rounding would tell which is nearer. A point is
         meant as the limit from the viewer's side, whence it sees the light just above.
