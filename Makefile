@@ -12,7 +12,7 @@ SOURCES := $(shell find src -name '*.py')
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup study test fuzz lint docs bench pictures clean
+.PHONY: help setup study test fuzz lint docs wheel bench pictures clean
 
 help:
 	@echo "make setup     umbra and the packages it needs, in $(VENV)"
@@ -21,6 +21,7 @@ help:
 	@echo "make fuzz      edited views for a minute, then small files that ask for much, then damaged ones of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
 	@echo "make lint      ruff (rules and format) and mypy"
 	@echo "make docs      the documentation, in docs/_build/html"
+	@echo "make wheel     the wheel and the source archive, in $(OUT)/dist, installed alone and tried on the example"
 	@echo "make bench     the benchmarks at small sizes (umbra bench NAME: in full)"
 	@echo "make pictures  the pictures of README.md and docs/, made anew"
 	@echo "make clean     delete what all these made, and $(VENV)"
@@ -48,7 +49,7 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 # The tests use every extra; each is named once, in pyproject.toml.
 WITH_test := --editable '.[cad,city,citygml,dxf,gis,gl,gltf,ifc,notebook,vectors,video,view]' --editable './benchmarks[embree]'
 
-$(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
+$(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.wheel: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"
 	@$(PY) -m pip install --quiet $(WITH_$*) --group $*
 	@touch $@
@@ -107,6 +108,11 @@ lint: $(VENV)/.lint
 docs: $(VENV)/.docs
 	$(VENV)/bin/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
+
+wheel: $(VENV)/.wheel
+	rm -rf $(OUT)/dist
+	$(PY) -m build --outdir $(OUT)/dist . >/dev/null
+	$(PY) tests/wheel/run.py $(OUT)/dist $(OUT)/wheel
 
 bench: $(VENV)/.test
 	for name in city study frame silhouette startup tools mcguire wallner weng soft; do $(UMBRA) bench $$name --quick || exit 1; done

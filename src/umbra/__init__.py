@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun, sun_light
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "Camera": "umbra.scene",

@@ -75,7 +75,7 @@ def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) 
         return None
     try:
         if arrays.pop("sum").tobytes() != _sum(arrays).tobytes():
-            msg = "another hand changed it"
+            msg = "checksum mismatch"
             raise ValueError(msg)  # noqa: TRY301
         words = orjson.loads(arrays["words"].tobytes())
         return _unpack(arrays, words) if is_current(words["beside"]) else None

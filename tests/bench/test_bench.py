@@ -44,6 +44,9 @@ def test_a_benchmark_prints_one_object(name):
         assert row["disagreements"] <= 1e-3 * row["compared"]
         if name == "silhouette":
             assert row["disagreements"] == 0
+        else:
+            assert row["second_ratio"] == pytest.approx(row["second_ms"] / row["ours_ms"])
+            assert row["second_disagreements"] <= 1e-3 * row["compared"]
 
 
 def test_whole_studies_are_measured_beside_a_script():

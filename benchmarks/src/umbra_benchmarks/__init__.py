@@ -13,4 +13,4 @@ Peers that draw with OpenGL have processes of their own and answer through pipes
                        -> peer -> peers/ogre.py, peers/workbench.py
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -10,8 +10,9 @@ from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, make_scene, point_light
 from umbra.volume.silhouette import prepare_tree
 from umbra_benchmarks.embree import OFFSET, Embree
-from umbra_benchmarks.measure import run_in_turn, timed
-from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
+from umbra_benchmarks.measure import counted, run_in_turn, timed
+from umbra_benchmarks.packets import PACKETS, EmbreePackets, sort_along_curve
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, SecondPeer, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_town
 
 __all__ = ["bench_frame"]
@@ -92,19 +93,27 @@ def _compare(work: str, case: _FrameCase, run: BenchmarkRun) -> Row:
     directions = (np.array(case.light) - stand).astype(np.float32)
     reach = np.full(len(origins), _REACH, np.float32)
     embree = Embree(model.vertices, model.faces)
+    packets = EmbreePackets(model.vertices, model.faces)
+    order = sort_along_curve(origins)
+    ordered = origins[order], directions[order], reach
 
     timings = run_in_turn(
         {
-            "ours": timed(lambda: alone.count(view, camera, light), _TURN),
-            "peer": timed(lambda: embree.find_occluded(origins, directions, reach), _TURN),
+            "ours": counted(lambda: alone.count(view, camera, light), _TURN),
             "threads": timed(lambda: together.count(view, camera, light), _TURN),
+            "peer": counted(lambda: embree.find_occluded(origins, directions, reach), _TURN),
+            "packets": counted(lambda: packets.find_occluded(*ordered), _TURN),
         },
         run.repeat,
     )
     in_shadow = alone.count(view, camera, light)[seen] != 0
     occluded = embree.find_occluded(origins, directions, reach) == 0
+    packed = packets.find_occluded(*ordered)
     return Row(
         work, timings["ours"], timings["peer"], timings["threads"], case.mark,
         int((in_shadow != occluded)[facing].sum()), int(facing.sum()),
         {"pixels": case.pixels**2, "visible": int(seen.sum())},
+        SecondPeer(
+            PACKETS, timings["packets"], None, int((occluded[order] != packed)[facing[order]].sum())
+        ),
     )  # fmt: skip

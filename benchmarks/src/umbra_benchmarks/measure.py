@@ -62,29 +62,28 @@ def timed(work: Callable[[], object], at_least: float = 0.0) -> Contender:
     ``at_least`` [s] have passed, and the mean counts: else it would always meet caches
     that its peer has filled.
     """
-
-    def run() -> float:
-        begun = time.perf_counter()
-        done = 0
-        while not done or time.perf_counter() - begun < at_least:
-            work()
-            done += 1
-        return (time.perf_counter() - begun) / done
-
-    return run
+    return _repeat_in_turn(work, at_least, time.perf_counter)
 
 
-def counted(work: Callable[[], object]) -> Contender:
+def counted(work: Callable[[], object], at_least: float = 0.0) -> Contender:
     """
     Let the time count that some work kept processors busy, all of them together.
 
     For work on one thread: what waits for a busy machine's processors does not count.
     """
+    return _repeat_in_turn(work, at_least, time.process_time)
 
+
+def _repeat_in_turn(
+    work: Callable[[], object], at_least: float, clock: Callable[[], float]
+) -> Contender:
     def run() -> float:
-        begun = time.process_time()
-        work()
-        return time.process_time() - begun
+        begun = clock()
+        done = 0
+        while not done or clock() - begun < at_least:
+            work()
+            done += 1
+        return (clock() - begun) / done
 
     return run
 

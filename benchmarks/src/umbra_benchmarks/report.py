@@ -16,6 +16,7 @@ __all__ = [
     "BenchmarkRun",
     "Report",
     "Row",
+    "SecondPeer",
     "describe_machine",
     "lay_out_table",
     "name_version",
@@ -105,6 +106,46 @@ class BenchmarkReport:
 
 
 @dataclass(frozen=True)
+class SecondPeer:
+    """
+    A second peer's time for the work of a row, on one thread.
+
+    Parameters
+    ----------
+    name : str
+    timing : Timing
+    mark : float, optional
+        The ratio to reach.
+    differ : int
+        Answers that differ from the first peer's.
+    """
+
+    name: str
+    timing: Timing
+    mark: float | None
+    differ: int
+
+    def to_dict(self, ours: Timing) -> dict[str, Any]:
+        """Return numbers for programs, beside umbra's time; times in ms."""
+        return {
+            "second_peer": self.name,
+            **self.timing.to_ms("second_"),
+            "second_ratio": self.timing.median / ours.median,
+            "second_ratio_of_minima": self.timing.least / ours.least,
+            "second_mark": self.mark,
+            "second_disagreements": self.differ,
+        }
+
+    def to_cells(self, ours: Timing) -> list[str]:
+        """Return the cells of a row in a table: time, ratio, mark."""
+        return [
+            show_timing(self.timing),
+            _round(self.timing.median / ours.median),
+            "" if self.mark is None else f"{self.mark:g}",
+        ]
+
+
+@dataclass(frozen=True)
 class Row:
     """
     One piece of work, done by umbra and a peer.
@@ -122,6 +163,8 @@ class Row:
         Answers that differ from the peer's, and how many were compared.
     facts : dict, optional
         More to say in JSON.
+    second : SecondPeer, optional
+        Another peer's time for the same work on one thread.
     """
 
     work: str
@@ -132,6 +175,7 @@ class Row:
     differ: int
     of: int
     facts: dict[str, Any] | None = None
+    second: SecondPeer | None = None
 
     @property
     def ratio(self) -> float:
@@ -151,6 +195,7 @@ class Row:
             "mark": self.mark,
             "disagreements": self.differ,
             "compared": self.of,
+            **(self.second.to_dict(self.ours) if self.second is not None else {}),
             **(self.facts or {}),
         }
 
@@ -171,8 +216,10 @@ class Report(BenchmarkReport):
     def to_table(self) -> str:
         """Return a Markdown table that can be read as it stands."""
         mine = f"umbra {self.run.threads} threads"
+        seconds = {row.second.name for row in self.rows if row.second is not None}
         head = [
             "work", "umbra ms (min)", f"{self.peer} ms (min)", "ratio", "of minima", "mark",
+            *(cell for name in seconds for cell in (f"{name}, ms (min)", "ratio", "mark")),
             f"{mine} ms (min)", "speed-up", "differ",
         ]  # fmt: skip
         lines = [
@@ -183,6 +230,7 @@ class Report(BenchmarkReport):
                 _round(row.ratio),
                 _round(row.peer.least / row.ours.least),
                 "" if row.mark is None else f"{row.mark:g}",
+                *(row.second.to_cells(row.ours) if row.second is not None else ()),
                 show_timing(row.ours_threads),
                 f"{row.ours.median / row.ours_threads.median:.2f}",
                 f"{row.differ} of {row.of:,}",

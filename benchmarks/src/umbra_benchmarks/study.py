@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from umbra.scene import make_scene
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster, make_caster
 from umbra_benchmarks.embree import OFFSET, Embree
-from umbra_benchmarks.measure import Contender, run_in_turn, timed
-from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
+from umbra_benchmarks.measure import Contender, counted, run_in_turn, timed
+from umbra_benchmarks.packets import PACKETS, EmbreePackets, sort_along_curve
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, SecondPeer, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
 from umbra_benchmarks.whole import Whole, lay_out_wholes, measure_whole
 
@@ -25,10 +27,18 @@ __all__ = ["StudyReport", "bench_study"]
 
 
 @dataclass(frozen=True)
+class _Work:
+    receivers: str
+    cells: int  # a side
+    mark: float | None = None  # against embreex
+    packets_mark: float | None = None
+
+
+@dataclass(frozen=True)
 class _StudyCase:
     name: str
     make: Callable[[], SquareModel]
-    works: tuple[tuple[str, int, float | None], ...]  # receivers, cells a side, mark
+    works: tuple[_Work, ...]
     whole: int | None = None  # cells a side of the whole study, if it is measured
 
 
@@ -36,29 +46,33 @@ _CASES = (
     _StudyCase(
         "town, 3,600 triangles",
         lambda: make_town(300, 500.0, 1),
-        (("plane", 512, 150.0), ("topmost", 512, 60.0), ("plane", 2048, 500.0)),
+        (
+            _Work("plane", 512, 150.0),
+            _Work("topmost", 512, 60.0),
+            _Work("plane", 2048, 500.0, 100.0),
+        ),
         512,
     ),
     _StudyCase(
         "city, 100k triangles",
         lambda: make_town(8333, 2500.0, 2),
-        (("plane", 512, 30.0), ("topmost", 512, 25.0)),
+        (_Work("plane", 512, 30.0, 15.0), _Work("topmost", 512, 25.0)),
         512,
     ),
     _StudyCase(
         "smooth, 1.3M triangles",
         lambda: make_boulder(8),
-        (("plane", 2048, 200.0), ("topmost", 512, None)),
+        (_Work("plane", 2048, 200.0), _Work("topmost", 512)),
     ),
 )
 _QUICK = (
     _StudyCase(
         "town, 120 triangles",
         lambda: make_town(10, 90.0, 1),
-        (("plane", 64, None), ("topmost", 64, None)),
+        (_Work("plane", 64), _Work("topmost", 64)),
         64,
     ),
-    _StudyCase("smooth, 1,280 triangles", lambda: make_boulder(3), (("plane", 64, None),)),
+    _StudyCase("smooth, 1,280 triangles", lambda: make_boulder(3), (_Work("plane", 64),)),
 )
 
 
@@ -92,7 +106,8 @@ def bench_study(run: BenchmarkRun) -> StudyReport:
     Measure studies on planes and on topmost surfaces, and whole studies of level ground.
 
     Everything that a study prepares once (adjacency, the surface, ray origins, Embree's
-    tree) is done before the clock starts; finding silhouettes is not.
+    trees) is done before the clock starts; finding silhouettes is not. On one thread the time
+    of the processor counts, on more the clock's.
     """
     suns = make_suns()
     rows, wholes = [], []
@@ -101,24 +116,31 @@ def bench_study(run: BenchmarkRun) -> StudyReport:
         soup = make_scene(model.vertices, model.faces).triangles()
         caster = make_caster(soup.vertices, soup.faces)
         embree = Embree(soup.vertices, soup.faces)
-        for receivers, cells, mark in case.works:
-            work = f"{receivers}, {case.name}, {cells}²"
-            run.say(work)
-            cell = model.side / cells
-            grid = Grid(cell / 2, cell / 2, cell, cell, cells, cells)
+        packets = EmbreePackets(soup.vertices, soup.faces)
+        for work in case.works:
+            name = f"{work.receivers}, {case.name}, {work.cells}²"
+            run.say(name)
+            cell = model.side / work.cells
+            grid = Grid(cell / 2, cell / 2, cell, cell, work.cells, work.cells)
             surface = find_surface(soup, grid, 0.0)
-            rays = _Rays(embree, *_place_points(grid, surface, receivers), suns)
-            alone = _make_sweep(caster, grid, surface, receivers, 1)
-            together = _make_sweep(caster, grid, surface, receivers, run.threads)
+            rays = _Rays(embree, packets, *_place_points(grid, surface, work.receivers), suns)
+            alone = _make_sweep(caster, grid, surface, work.receivers, 1)
+            together = _make_sweep(caster, grid, surface, work.receivers, run.threads)
             timings = run_in_turn(
-                {"ours": _count(alone, suns), "peer": rays.run, "threads": _count(together, suns)},
+                {
+                    "ours": _count(alone, suns, counted),
+                    "threads": _count(together, suns, timed),
+                    "peer": rays.run,
+                    "packets": counted(rays.run_packets),
+                },
                 run.repeat,
             )
+            differ, compared, packets_differ = _count_differences(alone, rays)
             rows.append(
                 Row(
-                    work, timings["ours"], timings["peer"], timings["threads"], mark,
-                    *_count_differences(alone, rays),
-                    {"suns": len(suns), "cells": cells**2},
+                    name, timings["ours"], timings["peer"], timings["threads"], work.mark,
+                    differ, compared, {"suns": len(suns), "cells": work.cells**2},
+                    SecondPeer(PACKETS, timings["packets"], work.packets_mark, packets_differ),
                 )
             )  # fmt: skip
         if case.whole is not None:
@@ -131,18 +153,36 @@ class _Rays:
     """Embree's side: one ray from each cell to each sun."""
 
     embree: Embree
+    packets: EmbreePackets
     points: NDArray[np.float32]
     normals: NDArray[np.float64]
     suns: NDArray[np.float64]
+
+    @cached_property
+    def order(self) -> NDArray[np.intp]:
+        """The order in which sixteen points after one another are neighbours."""
+        return sort_along_curve(self.points)
+
+    @cached_property
+    def ordered(self) -> NDArray[np.float32]:
+        """The points in that order."""
+        return self.points[self.order]
+
+    def run_packets(self) -> list[NDArray[np.bool_]]:
+        """Ask for all suns, 16 rays a call; return what is hidden, in the packets' order."""
+        return [
+            self.packets.find_occluded(self.ordered, sun[None])
+            for sun in self.suns.astype(np.float32)
+        ]
 
     def ask(self) -> Iterator[tuple[NDArray[np.int32], float]]:
         """Return for each sun what was found, and the seconds that Embree took."""
         directions = np.zeros_like(self.points)
         for sun in self.suns:
             directions[:] = sun
-            begun = time.perf_counter()
+            begun = time.process_time()
             found = self.embree.find_occluded(self.points, directions)
-            yield found, time.perf_counter() - begun
+            yield found, time.process_time() - begun
 
     def run(self) -> float:
         """Ask for all suns."""
@@ -173,18 +213,25 @@ def _place_points(
     return (points + OFFSET * normals).astype(np.float32), normals
 
 
-def _count_differences(sweep: Sweep, rays: _Rays) -> tuple[int, int]:
-    """Count the answers that differ, and all where the surface faces the sun."""
-    differ = compared = 0
-    for sun, (found, _) in zip(rays.suns, rays.ask(), strict=True):
+def _count_differences(sweep: Sweep, rays: _Rays) -> tuple[int, int, int]:
+    """
+    Count the answers that differ, all where the surface faces the sun, and those of the packets.
+
+    The first are umbra's that are not embreex's, the last the packets' that are not.
+    """
+    differ = compared = packets_differ = 0
+    for sun, (found, _), packed in zip(rays.suns, rays.ask(), rays.run_packets(), strict=True):
         facing = rays.normals @ sun > 0
         in_shadow = (sweep.counts(sun[None]) != 0).ravel()
         differ += int(((found == 0) != in_shadow)[facing].sum())
         compared += int(facing.sum())
-    return differ, compared
+        packets_differ += int(((found == 0)[rays.order] != packed)[facing[rays.order]].sum())
+    return differ, compared, packets_differ
 
 
-def _count(sweep: Sweep, suns: NDArray[np.float64]) -> Contender:
+def _count(
+    sweep: Sweep, suns: NDArray[np.float64], clock: Callable[[Callable[[], object]], Contender]
+) -> Contender:
     once = np.ones((len(suns), 1), np.int32)
     steps = np.zeros((1, sweep.grid.rows, sweep.grid.cols), np.int32)
-    return timed(lambda: sweep.add_weights(suns, once, steps))
+    return clock(lambda: sweep.add_weights(suns, once, steps))

@@ -16,8 +16,9 @@ from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Scene, make_scene
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.embree import OFFSET, Embree
-from umbra_benchmarks.measure import Contender, counted, run_in_turn, timed
-from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
+from umbra_benchmarks.measure import counted, run_in_turn, timed
+from umbra_benchmarks.packets import PACKETS, EmbreePackets, sort_along_curve
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, SecondPeer, name_version
 from umbra_benchmarks.scenes import SquareModel, make_suns, make_town
 
 __all__ = ["bench_walls", "make_low_suns"]
@@ -26,6 +27,8 @@ _PIECE = 2_097_152  # samples that are counted at a time, as in a study
 _KEPT = 256_000_000  # memory for silhouettes that pieces share [byte], as in a study
 _ASKED = 200_000  # samples of which Embree is asked, in runs of neighbours
 _RUNS = 20
+_PACKETS_MARKS = {"vienna_lod2": 4.0, "delft": 1.0}  # by model, every 0.5 m
+_LOW_MARKS = {"delft": 2.0}
 _AT_ONCE = 8  # suns whose masks are compared at a time
 
 
@@ -37,7 +40,8 @@ class _Case:
     scene: Scene
     spacing: float
     is_low: bool = False
-    mark: float | None = None
+    mark: float | None = None  # against embreex
+    packets_mark: float | None = None
 
 
 def bench_walls(run: BenchmarkRun) -> Report:
@@ -73,9 +77,10 @@ def _find_cases(run: BenchmarkRun) -> Iterator[_Case]:
     yield _Case("city of 8,333 boxes", _make(make_town(8333, 2500.0, 2)), 1.0, mark=25.0)
     for path in run.models:
         scene = umbra.read(path)
-        yield _Case(path.name, scene, 0.5)
+        model = path.name.partition(".")[0]
+        yield _Case(path.name, scene, 0.5, packets_mark=_PACKETS_MARKS.get(model))
         yield _Case(path.name, scene, 0.25)
-        yield _Case(path.name, scene, 0.5, is_low=True)
+        yield _Case(path.name, scene, 0.5, is_low=True, mark=_LOW_MARKS.get(model))
 
 
 def _make(model: SquareModel) -> Scene:
@@ -97,22 +102,28 @@ def _measure(case: _Case, run: BenchmarkRun) -> Row:
     together = _Walls([PatchCounter(some, binner, tree, run.threads) for some in patches], binner)
     chosen = _choose(count)
     rays = _Rays(
-        Embree(soup.vertices, soup.faces), samples.points[chosen], samples.normals[chosen], suns
-    )
+        Embree(soup.vertices, soup.faces), EmbreePackets(soup.vertices, soup.faces),
+        samples.points[chosen], samples.normals[chosen], suns,
+    )  # fmt: skip
     share = len(chosen) / count
     timings = run_in_turn(
         {
             "ours": counted(lambda: alone.count(suns)),
-            "peer": _scale(rays, 1.0 / share),
             "threads": timed(lambda: together.count(suns)),
+            "peer": lambda: sum(seconds for *_, seconds in rays.ask()) / share,
+            "packets": lambda: sum(seconds for *_, seconds in rays.ask_packets()) / share,
         },
         run.repeat,
     )
     differ, of = _count_differences(alone, rays, chosen)
     facts = {"suns": len(suns), "samples": count, "asked": len(chosen)}
-    return Row(
-        work, timings["ours"], timings["peer"], timings["threads"], case.mark, differ, of, facts
+    packets = SecondPeer(
+        PACKETS, timings["packets"], case.packets_mark, rays.count_packets_differences()
     )
+    return Row(
+        work, timings["ours"], timings["peer"], timings["threads"], case.mark, differ, of,
+        facts, packets,
+    )  # fmt: skip
 
 
 def _cut(count: int) -> list[slice]:
@@ -143,6 +154,7 @@ class _Rays:
     """Embree's side: one ray from each sample that faces the sun."""
 
     embree: Embree
+    packets: EmbreePackets
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
     suns: NDArray[np.float64]
@@ -161,9 +173,28 @@ class _Rays:
             seconds = time.process_time() - begun
             yield facing, found == 0, seconds
 
+    def ask_packets(self) -> Iterator[tuple[NDArray[np.intp], NDArray[np.bool_], float]]:
+        """Do the same with 16 rays a call, of samples that are neighbours."""
+        order = sort_along_curve(self.points)
+        starts = (self.points + OFFSET * self.normals).astype(np.float32)
+        for sun, is_facing in zip(self.suns, self.suns @ self.normals.T > 0, strict=True):
+            facing = order[is_facing[order]]
+            from_here, along = starts[facing], sun[None].astype(np.float32)
+            begun = time.process_time()
+            is_hidden = self.packets.find_occluded(from_here, along)
+            seconds = time.process_time() - begun
+            yield facing, is_hidden, seconds
 
-def _scale(rays: _Rays, times: float) -> Contender:
-    return lambda: times * sum(seconds for *_, seconds in rays.ask())
+    def count_packets_differences(self) -> int:
+        """Count the packets' answers that differ from embreex's."""
+        differ = 0
+        hidden = np.zeros(len(self.points), np.bool_)
+        for (facing, is_hidden, _), (ordered, is_packed, _) in zip(
+            self.ask(), self.ask_packets(), strict=True
+        ):
+            hidden[facing] = is_hidden
+            differ += int((hidden[ordered] != is_packed).sum())
+        return differ
 
 
 def _choose(count: int) -> NDArray[np.intp]:

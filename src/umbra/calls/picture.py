@@ -291,7 +291,7 @@ def draw_picture(
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = choose_threads(options.threads)
-    device, said = find_device(options.device), _SaidOnce(warn)
+    device, said = find_device(options.device), _WarnOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
@@ -336,7 +336,7 @@ def draw_picture(
     )
 
 
-class _SaidOnce:
+class _WarnOnce:
     """Filter that passes each text once, for any number of samples."""
 
     def __init__(self, warn: Warn) -> None:

@@ -37,7 +37,7 @@ from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["FrameCounter", "count_shadows"]
 
-_TRIFLE = 2.0**-30  # of the largest coordinate
+_STEP = 2.0**-30  # of the largest coordinate
 
 
 @dataclass(eq=False)
@@ -234,7 +234,7 @@ class FrameCounter:
 
     def _lift(self, light: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
         """
-        Move a light that lies in the ground's plane to the viewer's side of it, by a trifle.
+        Move a light that lies in the ground's plane by ``_STEP`` to the viewer's side of it.
 
         There sides lie in the ground itself, and rounding would tell which is nearer. A point is
         meant as the limit from the viewer's side, whence it sees the light just above.
@@ -244,7 +244,7 @@ class FrameCounter:
             return light
         apex = camera.apex(self.scene.origin)
         size = np.abs(self.caster.vertices).max(initial=0.0) if light[3] else 0.0
-        step = _TRIFLE * (size + np.abs(light[:3]).max())
+        step = _STEP * (size + np.abs(light[:3]).max())
         above = apex[2] > apex[3] * ground if apex[3] else apex[2] > 0
         return light + np.array([0.0, 0.0, step if above else -step, 0.0])
 

@@ -81,7 +81,7 @@ class KeptLight(Sequence[BodyVolumes]):
         return made
 
     def follow(self, old: "KeptLight") -> None:
-        """Take over from the last frame what still holds; its volumes are reused on demand."""
+        """Reuse the previous frame's volumes and bounds where casters and light are the same."""
         self._old = old._made
         if old.casting is self.casting:
             self._bounded = old._bounded

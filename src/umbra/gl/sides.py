@@ -218,7 +218,7 @@ def _list_codes(
     """
     List the codes of the edges of wanted shells (n_lights, n_shells), light by light.
 
-    Sums equal those of ``find_lit`` to the last bit. Where a light sees a face exactly edge-on
+    Sums are bit-identical to those of ``find_lit``. Where a light sees a face exactly edge-on
     and not ``all_closed``, ``is_flat`` is set and nothing listed: open faces need more care.
     """
     n = 0

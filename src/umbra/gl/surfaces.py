@@ -76,7 +76,7 @@ class SurfaceRenderer:
 
     @property
     def is_plain(self) -> bool:
-        """Whether all surfaces do nothing but scatter light, of which none is their own."""
+        """Whether all surfaces are matte and not emissive."""
         return not any(_NOT_PLAIN & set(batch.has) for batch in self._batches)
 
     @property

@@ -89,7 +89,7 @@ def _invert(x):
 
 
 @njit(cache=True, nogil=True)
-def _cross(f, p, light, way, touch, rows, weights):
+def _cross(f, p, light, way, tolerance, rows, weights):
     """Return whether the ray from p along ``way`` to the light crosses a triangle; write where."""
     row = rows[f]
     ux, uy, uz = row[4] - row[0], row[5] - row[1], row[6] - row[2]
@@ -102,7 +102,7 @@ def _cross(f, p, light, way, touch, rows, weights):
         + ny * (light[1] - light[3] * row[1])
         + nz * (light[2] - light[3] * row[2])
     )
-    if abs(at_p) <= touch * length or abs(at_light) <= light[3] * touch * length:
+    if abs(at_p) <= tolerance * length or abs(at_light) <= light[3] * tolerance * length:
         return False
     if (at_p > 0.0) == (at_light > 0.0):
         return False
@@ -139,7 +139,7 @@ def _cross(f, p, light, way, touch, rows, weights):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def trace_light(points, light, touch, nodes, rows, materials, texels, left, hidden):
+def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, hidden):
     """Traverse the hierarchy for each point; multiply the transmittance of the triangles hit."""
     n = points.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
@@ -163,7 +163,7 @@ def trace_light(points, light, touch, nodes, rows, materials, texels, left, hidd
                     continue
                 f = np.int64(nodes[node, 7])
                 node += 1
-                if f < 0 or not _cross(f, p, light, way, touch, rows, weights):
+                if f < 0 or not _cross(f, p, light, way, tolerance, rows, weights):
                     continue
                 cover = find_cover(
                     f, weights[0], weights[1], weights[2], rows, materials, texels, color

@@ -45,7 +45,7 @@ class FaceTree(NamedTuple):
     normals : (n_faces, 4) float64
         Unit normals, and the distance within which a point lies on the face's plane, by rounding of
         float64 at these coordinates, more for needles [m].
-    touch : float
+    tolerance : float
         The same, but for needles [m].
     """
 
@@ -55,7 +55,7 @@ class FaceTree(NamedTuple):
     ids: NDArray[np.int32]
     source: NDArray[np.intp]
     normals: NDArray[np.float64]
-    touch: float
+    tolerance: float
 
 
 def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
@@ -73,11 +73,11 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     low, high = corners.min(1), corners.max(1)
     order, halves, children = halve_boxes(low, high)
     most = np.abs(corners).max(initial=0.0)
-    touch = TOUCH * max(most, farthest)
+    tolerance = TOUCH * max(most, farthest)
     longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(1, initial=0.0)
     tilted = np.minimum(_NEEDLE * longest**3 / length[kept], _MOST_TILTED)
     # A repeated ray starts above the faces on which its point lies: see ``hidden``.
-    margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * touch)
+    margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * tolerance)
     boxes, links = _join(halves, children, margin)
     return FaceTree(
         boxes,
@@ -85,8 +85,10 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
         kept[order],
-        np.hstack([planes[kept] / length[kept, None], np.maximum(touch, tilted)[:, None]])[order],
-        float(touch),
+        np.hstack([planes[kept] / length[kept, None], np.maximum(tolerance, tilted)[:, None]])[
+            order
+        ],
+        float(tolerance),
     )
 
 

@@ -102,7 +102,7 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
 @borrowing
 def _search_beside(p, n, d, tree, stack, light):
     """Find a face between a place beside a point and the light, which is always certain."""
-    scale = max(1.0, 2.0 * tree.touch / _ABOVE)
+    scale = max(1.0, 2.0 * tree.tolerance / _ABOVE)
     face, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, light, p, scale)
     return face
 
@@ -117,7 +117,7 @@ def list_hiding(p, n, d, tree, stack, found):
     count, is_sure = _search(p, n, d, tree, stack, None, None, 0.0, found)
     if is_sure:
         return count
-    scale = max(1.0, 2.0 * tree.touch / _ABOVE)
+    scale = max(1.0, 2.0 * tree.tolerance / _ABOVE)
     count, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, None, p, scale, found)
     return count
 
@@ -194,10 +194,10 @@ def _invert(x):
 @inlined
 def _hides(f, p, n, d, tree, light):
     """Return whether a face lies between a point and the sun, or whether rounding decides."""
-    m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
+    m, tolerance, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _find_side(m, c, d, light)
     height = _height(p, c, m)
-    is_on = abs(height) <= touch
+    is_on = abs(height) <= tolerance
     if is_on:
         above = dot(m, n)
         if np.isnan(above):
@@ -212,14 +212,14 @@ def _hides(f, p, n, d, tree, light):
     least, most = min(ab, bc, ca), max(ab, bc, ca)
     one, two, three = _measure(a), _measure(b), _measure(e)
     length = one + two + three
-    error = touch * length + _ROUNDING * length * length  # bound for any edge
+    error = tolerance * length + _ROUNDING * length * length  # bound for any edge
     if least < -error and most > error:
         return _NO
     if not is_on and (least > error or most < -error):
         return _YES
-    ab_error = touch * (one + two) + _ROUNDING * one * two
-    bc_error = touch * (two + three) + _ROUNDING * two * three
-    ca_error = touch * (three + one) + _ROUNDING * three * one
+    ab_error = tolerance * (one + two) + _ROUNDING * one * two
+    bc_error = tolerance * (two + three) + _ROUNDING * two * three
+    ca_error = tolerance * (three + one) + _ROUNDING * three * one
     if (
         min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
         and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0
@@ -233,9 +233,9 @@ def _hides(f, p, n, d, tree, light):
 @borrowing
 def _hides_beside(f, q, n, d, tree, light, p, scale):
     """As ``_hides``, for a ray from ``q``, a step of ``scale`` beside its point ``p``."""
-    m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
+    m, tolerance, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _find_side(m, c, d, light)
-    if abs(_height(p, c, m)) <= touch:
+    if abs(_height(p, c, m)) <= tolerance:
         if n[0] != n[0]:
             return _NO
         up = scale * _LIFT

@@ -89,7 +89,7 @@ def make_scene(
 
 
 def _drain(parts: list[Part]) -> Iterator[Part]:
-    """Yield parts of a list that forgets them, so that those before and after are not all held."""
+    """Yield parts and remove them from the list, so that each can be freed once it was used."""
     parts.reverse()
     while parts:
         yield parts.pop()

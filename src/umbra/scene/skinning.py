@@ -2,7 +2,7 @@
 Skinned vertices: each moves by the mean of its joints' matrices.
 
 In float64 and vertex by vertex, without fused operations, so that vertices with equal numbers
-stay together to the last bit, wherever they stand in their arrays.
+stay bit-identical, wherever they stand in their arrays.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 // Moving the view by mouse, fingers and keys, as Blender and Google Earth do.
 //
 // Left or middle button turns about the place under the pointer; right button, or Shift, takes
-// hold of the ground; the wheel comes nearer to what it points at. One finger turns, two hold the
+// hold of the ground; the wheel zooms towards the pointer. One finger turns, two hold the
 // ground between them: they move, spread and twist it. Keys: see `KEYS`.
 
 import { measure, move } from "./vectors.js";

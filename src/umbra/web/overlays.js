@@ -137,7 +137,7 @@ export class Overlays {
     if (!this.patches) return;
     const { array, outward, inward } = this.patches;
     gl.bindTexture(gl.TEXTURE_2D, this.squares);
-    gl.depthFunc(device.notFarther); // in the winding of the surface: its depth to the last bit
+    gl.depthFunc(device.notFarther); // in the winding of the surface: bit-identical depth
     gl.enable(gl.CULL_FACE);
     device.use(PATCH).set(common);
     gl.bindVertexArray(array);

@@ -21,7 +21,7 @@ const CLEARANCE = 1e-6; // of a ray's origin above its surface, of the model's s
 const GAP = 1e-3; // by which an assumed ground lies below the model, at most, of its size
 
 /**
- * Where rays begin: a hair above the surface, so that they miss it. A ground that was put just
+ * Where rays begin: `CLEARANCE` of the model's size above the surface, so that they miss it. A ground that was put just
  * below the model has its rays begin at the model's feet, so that no low sun shines under them.
  * @param {Model} model
  * @param {Place} place

@@ -6,7 +6,7 @@
 //   volumes.js   silhouettes in float64, as index lists
 //   shadows.js   one light's volumes: uploaded, counted in the stencil
 //   uniforms.js  what all programs take of a view
-//   asked.js     what is seen at a place, counts read back
+//   picking.js   what is seen at a place, counts read back
 //   surfaces.js  what is drawn: faces, creases
 //   device.js    WebGL2 itself; targets.js: what it draws into; ..._shaders.js: its programs
 //   seen.js      faces that a view sees and a light reaches
@@ -15,7 +15,7 @@
 // stencil, and faces are drawn again without its light where the count is not 0. Each further light
 // is counted, too, and added where its count is 0.
 
-import { pickPlace, readCounts } from "./asked.js";
+import { pickPlace, readCounts } from "./picking.js";
 import { findRatio, findRectangles, fitCanvas, narrow } from "./canvas.js";
 import { Device } from "./device.js";
 import { Passes, SKYLIGHT } from "./passes.js";
@@ -284,7 +284,7 @@ export class Renderer {
     return stage;
   }
 
-  /** @param {number} x @param {number} y as `pickPlace` of asked.js */
+  /** @param {number} x @param {number} y as `pickPlace` of picking.js */
   pick(x, y) {
     return pickPlace(this, x, y);
   }
@@ -305,7 +305,7 @@ export class Renderer {
     return { x: (viewport[0] + seen.x) / this.ratio, y: (top + seen.y) / this.ratio };
   }
 
-  /** @param {number} light @param {number} [times] as `readCounts` of asked.js */
+  /** @param {number} light @param {number} [times] as `readCounts` of picking.js */
   readCounts(light, times) {
     return readCounts(this, light, times);
   }

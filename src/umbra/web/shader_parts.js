@@ -1,5 +1,5 @@
 // GLSL that several programs share. `place` turns local coordinates into clip space in the same way
-// everywhere, so that a surface, its light cap and its lit pass have the same depth to the last bit.
+// everywhere, so that a surface, its light cap and its lit pass have bit-identical depth.
 
 export const HEAD = `#version 300 es
 precision highp float;

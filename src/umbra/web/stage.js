@@ -2,7 +2,7 @@
 
 import { el } from "./dom.js";
 import { Renderer } from "./renderer.js";
-import { LEVELS, Pace } from "./pace.js";
+import { LEVELS, DrawQuality } from "./quality.js";
 import { Dome } from "./paths.js";
 import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
@@ -72,7 +72,7 @@ export class Stage {
     this.cover = el("canvas", { class: "signs", "aria-hidden": "true" });
     this.renderer = new Renderer(this.canvas, app.model, {});
     this.renderer.onrestored = () => app.redraw();
-    this.pace = new Pace(() => app.redraw());
+    this.quality = new DrawQuality(() => app.redraw());
     const pen = this.cover.getContext("2d");
     if (!pen) throw new Error("this browser draws no 2D canvas");
     this.pen = pen;
@@ -113,12 +113,12 @@ export class Stage {
     const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
     renderer.lines = this.#findLines(state, dome);
     const now = performance.now(),
-      level = isFine ? 0 : this.pace.begin(now);
+      level = isFine ? 0 : this.quality.begin(now);
     const { samples, scale } = LEVELS[level];
     renderer.samples = samples;
     renderer.options.pixelRatio = (window.devicePixelRatio || 1) * scale;
     renderer.draw();
-    this.pace.watch(renderer.device.gl, level, now);
+    this.quality.watch(renderer.device.gl, level, now);
     this.#drawSigns(state, dome, wide, high);
   }
 
@@ -250,7 +250,7 @@ export class Stage {
   }
 
   dispose() {
-    this.pace.stop();
+    this.quality.stop();
     this.renderer.dispose();
   }
 }

@@ -172,7 +172,7 @@ export class Sight {
     const x = [...scale(this.right, tall / this.aspect), 0];
     const y = [...scale(this.up, tall), 0];
     if (this.isPerspective) {
-      // At infinity depth is w to the last bit, so that nothing is clipped there.
+      // At infinity depth equals w exactly, so that nothing is clipped there.
       const z = reverses ? [0, 0, 0, near] : [...forward, -2 * near];
       return [...x, ...y, ...z, ...forward, 0];
     }

@@ -82,7 +82,7 @@ export class Faces {
   constructor() {
     /** sides and dark caps, wound outward */
     this.wound = new LastingList();
-    /** light caps in the winding of the surface, so that their depth is its to the last bit */
+    /** light caps in the winding of the surface, for bit-identical depth */
     this.cap = new List();
     /** light caps of faces seen from behind by the light: their winding is inward */
     this.turned = new List();

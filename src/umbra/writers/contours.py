@@ -281,7 +281,7 @@ LEAF, PROPOSED = "#1f6b2c", "#d0312d"
 
 @dataclass(frozen=True, eq=False)
 class _Cover:
-    """What is looked through: its cells, and how they are hatched."""
+    """See-through casters: their cells, and how they are hatched."""
 
     cells: NDArray[np.bool_]
     border: str
@@ -295,7 +295,7 @@ _RED = np.array([(0xD0, 0x31, 0x2D), (0xFF, 0xB4, 0xA8)], np.float32) / np.float
 
 
 def _find_covers(plan: Plan) -> list[_Cover]:
-    """List what is looked through on a map."""
+    """List the see-through casters of a map."""
     found = []
     if plan.canopies is not None:
         found.append(_Cover(plan.canopies, LEAF, _LEAF, 1, 9))
@@ -305,7 +305,7 @@ def _find_covers(plan: Plan) -> list[_Cover]:
 
 
 def hatch_covers(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:
-    """Hatch what is looked through on a map (rows, cols, 3), in [0, 1]; the hours show between."""
+    """Hatch see-through casters on a map (rows, cols, 3), in [0, 1]; the hours show between."""
     rows, cols = np.indices(size)
     for cover in _find_covers(plan):
         lines = (rows + cover.lean * cols) % cover.stride == 0
@@ -316,7 +316,7 @@ def hatch_covers(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) 
 
 
 def outline_covers(panel: Panel) -> None:
-    """Draw the borders of what is looked through on a map."""
+    """Draw the borders of see-through casters on a map."""
     for cover in _find_covers(panel.plan):
         lines = trace(panel, cover.cells)
         panel.rule_map(lines, "#ffffffc0", 2.0)

@@ -13,7 +13,7 @@ const MOVING = 1500; // frames that begin so soon after each other are a motion 
 const REST = 250; // after the last coarse frame all is drawn finely [ms]
 const LOOK = 10; // between looks whether a frame is drawn [ms]
 
-export class Pace {
+export class DrawQuality {
   /** @param {() => void} redraw */
   constructor(redraw) {
     this.redraw = redraw;
