@@ -107,7 +107,7 @@ def test_files_that_cannot_be_read(study, umbra_here, keep, tmp_path, name, cont
         (["--ground", "inf"], "2026-09-18", "finite"),
         (["--receivers", "roofs"], "2026-09-18", "choose ground, top"),
         (["--threads", "0"], "2026-09-18", "--threads"),
-        (["--device", "tpu"], "2026-09-18", "'cpu', 'gl'"),
+        (["--device", "tpu"], "2026-09-18", "auto, cpu, gl"),
         (["--ever", "1h"], "2026-09-18", "--every"),
         (["--date"], "2026-09-18", "--date"),
     ],

@@ -51,10 +51,11 @@ def test_gl_gives_the_cpus_hours(town, receivers, options):
     np.testing.assert_array_equal(ours["receiver_z"][1], theirs["receiver_z"][1])
 
 
-def test_gl_counts_plans_only(town):
-    with pytest.raises(InputError) as caught:
-        run_study(town, VIENNA, **DAY, receivers="south", device="gl")
-    assert caught.value.option == "device"
+def test_what_gl_does_not_count_the_cpu_does(town):
+    views = [run_study(town, VIENNA, **DAY, receivers="south", device=one) for one in ("gl", "cpu")]
+    assert [view.facts["device"] for view in views] == ["cpu", "cpu"]
+    assert ["device_note" in view.facts for view in views] == [True, False]
+    np.testing.assert_array_equal(views[0].shadow_hours, views[1].shadow_hours)
 
 
 def test_without_opengl_the_error_says_what_to_do(town, monkeypatch):
