@@ -77,7 +77,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
 
 
 def _leave_tangled(
-    rings: Rings, wrong: NDArray[np.int64], corners: NDArray[np.float64]
+    rings: Rings, wrong: NDArray[np.int64], corners: NDArray[Any]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     Divide polygons into those to repair and those whose edges cross too often.
