@@ -60,7 +60,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
     if len(tangled):
         first = int(rings.feature[tangled[0]]) + 1
         notes.append(
-            "footprints too tangled to check and repair, whose edges cross or pass each other too "
+            "footprints too tangled to repair, whose edges cross or pass each other too "
             f"often: {len(tangled)} (first: feature {first})"
         )
     if not len(wrong):
