@@ -1,18 +1,21 @@
 """Options as fields of a record, described for the command line and Python."""
 
 import math
+import os
 import re
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError, find_similar, show_value
 from umbra.ground.asked import check_ground
 
 __all__ = [
-    "Option", "check_types", "list_options", "option", "read_flag", "read_length", "read_texts",
+    "Option", "check_types", "list_options", "option", "read_flag", "read_length", "read_names",
+    "read_path", "read_text", "read_texts",
 ]  # fmt: skip
 
 _UNITS = {
@@ -135,6 +138,33 @@ def read_texts(name: str, value: Any) -> tuple[str, ...]:
     if not all(isinstance(one, str) for one in found):
         raise _refuse(name, "is text, or several texts", value)
     return found
+
+
+def read_text(name: str, value: Any) -> str | None:
+    """Return a text, or None, or raise an InputError about the option ``name``."""
+    if value is not None and not isinstance(value, str):
+        raise _refuse(name, "is text", value)
+    return value
+
+
+def read_path(name: str, value: Any) -> Path:
+    """Return a path, or raise an InputError about the option ``name``."""
+    if not isinstance(value, (str, os.PathLike)) or "\0" in str(value):
+        raise _refuse(name, "is a path", value)
+    return Path(value)
+
+
+def read_names(name: str, value: Any, known: Sequence[str]) -> dict[str, Any]:
+    """Return values by name, or raise an InputError about the option ``name``."""
+    if not isinstance(value, Mapping):
+        raise _refuse(name, f"is a dict of {', '.join(known)}", value)
+    strange = next((key for key in value if key not in known), None)
+    if strange is not None:
+        near = find_similar(str(strange), known)
+        advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+        msg = f"{name} has no {show_value(strange)}; {advice}"
+        raise InputError(msg, option=name)
+    return dict(value)
 
 
 def read_flag(name: str, value: Any) -> bool:

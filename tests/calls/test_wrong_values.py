@@ -90,6 +90,17 @@ CALLS = {
         {"scene": SCENE, **_STUDY, "size": None, "receivers": "points", "points": [[9, 9, 1]],
          "names": ()},
     ),
+    "write": (
+        lambda study, folder, **options: study.write(folder, **options),
+        {"study": None, "folder": "out", "pictures": False, "report": False,
+         "sheet": False, "rules": None, "show": None, "at": (), "title": None, "subtitle": None},
+    ),
+    "city": (
+        umbra.city_study,
+        {"files": None, "site": SITE, "out": "city", "tiles": 50, "memory": None,
+         "min_altitude": None, "reading": None, "scheduler": None, "date": "2026-03-21",
+         "every": "4h", "cell": 2.0, "device": "cpu", "receivers": "ground"},
+    ),
     "surfaces": (
         umbra.shadow_study,
         {"scene": SCENE, **_STUDY, "size": None, "receivers": "surfaces", "spacing": 2, "on": ()},
@@ -103,8 +114,11 @@ def whole(tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
     function, given = CALLS[request.param]
     given = dict(given)
-    if request.param == "read":
-        given["path"] = save_obj(tmp_path / "tower.obj", {"tower": (TOWER.vertices, TOWER.faces)})
+    if request.param in {"read", "city"}:
+        model = save_obj(tmp_path / "tower.obj", {"tower": (TOWER.vertices, TOWER.faces)})
+        given["path" if request.param == "read" else "files"] = model
+    if request.param == "write":
+        given["study"] = umbra.shadow_study(SCENE, **_STUDY)
     if request.param == "compare":
         given["before"] = given["after"] = umbra.shadow_study(SCENE, **_STUDY)
     function(**given)
@@ -115,7 +129,7 @@ def whole(tmp_path, monkeypatch, request):
 def test_a_wrong_value_is_refused_in_a_line_or_taken(whole):
     function, given = whole
     refused = 0
-    for name in given:
+    for name in given.keys() - {"study"}:
         for value in WRONG:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", RuntimeWarning)
@@ -129,6 +143,13 @@ def test_a_wrong_value_is_refused_in_a_line_or_taken(whole):
                     assert len(told) <= 500, (name, value)
                     assert "object at 0x" not in told, (name, value)
     assert refused > len(given)
+
+
+@pytest.mark.parametrize("name", ["engine", "progress"])
+def test_what_a_city_calls_is_a_function(tmp_path, name):
+    with pytest.raises(umbra.InputError) as caught:
+        umbra.city_study("a.obj", out=tmp_path / "out", date="2026-03-21", **{name: 3})
+    assert caught.value.option == name
 
 
 def test_messages_are_one_line_whatever_they_name():

@@ -261,6 +261,39 @@ def make_endless(folder: Path) -> Path:
     return path
 
 
+def make_stars(folder: Path) -> Path:
+    """Make GeoJSON of a star of 120,000 edges that all pass each other."""
+    turn = np.linspace(0, 2 * np.pi, 120_000)
+    reach = np.where(np.arange(len(turn)) % 2, 1.0, 1000.0)
+    ring = np.column_stack([reach * np.cos(turn), reach * np.sin(turn)]).round(4).tolist()
+    ring[-1] = ring[0]
+    shape = {"type": "Polygon", "coordinates": [ring]}
+    path = folder / "star.geojson"
+    path.write_text(json.dumps({"type": "Feature", "properties": {"height": 9}, "geometry": shape}))
+    return path
+
+
+def make_properties(folder: Path) -> Path:
+    """Make GeoJSON of 3,000 features that each have 100 properties of their own."""
+    shape = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"height": 3, **{f"k{n}_{m}": 1 for m in range(100)}},
+            "geometry": shape,
+        }
+        for n in range(3000)
+    ]
+    path = folder / "properties.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    return path
+
+
+def make_large_member(folder: Path) -> Path:
+    """Make an archive whose one member unpacks to 150 MB of houses."""
+    return _pack(folder / "member.zip", _make_town(60_000), ["town.gml"], 1)
+
+
 MOST_SECONDS, MOST_MEMORY = 10.0, 1e9
 """Processor time [s] and memory [byte] that reading any of these files may take."""
 
@@ -277,6 +310,9 @@ BOMBS: dict[str, tuple[Callable[[Path], Path], tuple[str, ...], str]] = {
     "a point cloud of four billion points": (make_cloud, ("laspy", "lazrs"), "damaged"),
     "150,000 links to a surface": (make_links, ("lxml",), ""),
     "blocks of blocks": (make_doubling, ("rhino3dm",), "max-memory"),
+    "a star of 120,000 edges": (make_stars, ("shapely",), ""),
+    "300,000 properties": (make_properties, ("shapely",), "max-memory"),
+    "an archive of one large member": (make_large_member, ("lxml",), "max-memory"),
     "bodies that reach to infinity": (make_endless, ("ifcopenshell",), "took too long"),
 }
 """What makes each file, the packages that it needs, and a word of its error; none if it is read."""

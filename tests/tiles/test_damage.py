@@ -85,6 +85,24 @@ def test_each_damaged_file_is_made_again_or_named(runs, kind, tmp_path, damage):
     assert len(told) > (20 if kind == "plan" or damage is not Path.unlink else 0)
 
 
+@pytest.mark.parametrize(("kind", "name"), [("plan", "geotiff"), ("surfaces", "3dtiles")])
+@pytest.mark.parametrize("damage", [flip, cut, Path.unlink])
+def test_damaged_files_of_tiles_are_written_again(runs, kind, name, tmp_path, damage):
+    pytest.importorskip("rasterio")
+    _, count = runs[kind]
+    again = tmp_path / "again"
+    shutil.copytree(runs[kind][0], again)
+    write_city_files(again, [name])
+    files = [path for path in (again / name).glob("*") if path.suffix in {".tif", ".glb"}]
+    whole = {path: path.read_bytes() for path in files}
+    assert files
+    for path in files:
+        damage(path)  # newer than what it was made of
+    count(out=again)
+    write_city_files(again, [name])
+    assert {path: path.read_bytes() for path in files} == whole
+
+
 @pytest.mark.parametrize("name", ["catalogue", "tiles", "study.zarr", "study.zarr/x", "city.json"])
 def test_links_in_the_folder_are_not_written_through(runs, tmp_path, name):
     out, count = runs["plan"]

@@ -1,21 +1,34 @@
 """``umbra.city_study``: hours of shadow of a city in tiles, in one store on disk."""
 
+import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.errors import UmbraError
+from umbra.errors import InputError, UmbraError, show_value
+from umbra.options import read_names, read_path
+from umbra.readers import read
 from umbra.study.options import StudyOptions
 from umbra.study.study import check_names
+from umbra.sun.site import Site, find_site
 from umbra.tiles.options import CityOptions
 
 if TYPE_CHECKING:
-    from umbra.sun import Site
     from umbra.tiles.run import CityStudy, Engine
 
 __all__ = ["city_study", "run_city"]
+
+_SITE, _READING = (
+    [
+        name
+        for name, one in inspect.signature(call).parameters.items()
+        if one.default is not one.empty
+    ]
+    for call in (find_site, read)
+)
+"""Names of what a site and the reading of files are given."""
 
 
 def city_study(
@@ -93,8 +106,29 @@ def city_study(
         tiles=tiles, memory=memory, min_altitude=min_altitude, workers=workers,
         scheduler=scheduler,
     )  # fmt: skip
-    given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
-    return run_city(given, site, chosen, city, Path(out), reading, engine, progress)
+    if city.tiles is None:
+        msg = "tiles= is the side of a tile, such as '1km'; a study in tiles needs it"
+        raise InputError(msg, option="tiles")
+    if not isinstance(site, Site):
+        site = read_names("site", {} if site is None else site, _SITE)
+    reading = read_names("reading", {} if reading is None else reading, _READING)
+    for name, call in (("progress", progress), ("engine", engine)):
+        if call is not None and not callable(call):
+            msg = f"{name} is a function; got {show_value(call)}"
+            raise InputError(msg, option=name)
+    folder = read_path("out", out)
+    return run_city(_read_files(files), site, chosen, city, folder, reading, engine, progress)
+
+
+def _read_files(files: Any) -> list[str | os.PathLike[str]]:
+    """Return one path or several as a list; what is among them tells where it is not there."""
+    try:
+        given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
+    except TypeError:
+        given = [files]
+    for path in given:
+        read_path("files", path)
+    return given
 
 
 def run_city(

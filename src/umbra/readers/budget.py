@@ -15,7 +15,7 @@ ITEM = 5000
 """Memory of an object in a scene without its mesh [byte]: names, matrix, material, levels."""
 FILE = 50_000
 """What looking for a file that a model names is charged [byte], for the time it takes."""
-SECONDS, FOR_A_BYTE = 8.0, 2e-6  # processor time of a child [s], and more of it for a byte
+SECONDS, FOR_A_BYTE = 6.0, 1e-6  # processor time of a child [s], and more of it for a byte
 GIGABYTE = 1e9
 
 
@@ -75,9 +75,13 @@ class Budget:
 
     def unpack(self, size: float, what: str) -> None:
         """Account for bytes that are unpacked and not kept."""
+        self.check_unpacked(size, what)
         self._unpacked += size
-        if self._unpacked > self._most_unpacked:
-            raise self._refuse(what, "unpacked data", self._unpacked, self._most_unpacked)
+
+    def check_unpacked(self, size: float, what: str) -> None:
+        """Refuse bytes that are to be unpacked and not kept, beside those that were."""
+        if self._unpacked + size > self._most_unpacked:
+            raise self._refuse(what, "unpacked data", self._unpacked + size, self._most_unpacked)
 
     def limit_child(
         self, seconds: float | None = None, for_a_byte: float = FOR_A_BYTE

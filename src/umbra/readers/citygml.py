@@ -263,8 +263,9 @@ def _open(content: FileContent, budget: Budget) -> Iterator[tuple[str, "BinaryIO
         if content.head.startswith(GZIP):
             yield "", BoundedStream(gzip.GzipFile(fileobj=file), budget)
         elif content.head.startswith(ZIP):
-            with open_archive(file, budget) as archive:
-                for name in find_members(archive):
+            archive, members = open_archive(file, budget, find_members)
+            with archive:
+                for name in members:
                     yield f"{name} ", BoundedStream(archive.open(name), budget)
         else:
             yield "", file

@@ -27,7 +27,7 @@ __all__ = ["FeatureReader"]
 
 _LOST_LINKS = "links to surfaces that the file does not hold"
 _LOST_SHAPES = "implicit geometries left out whose shape the file does not hold"
-_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a followed link [byte]
+_NUMBER, _LINK, _PATCH = 32, 200, 600  # memory of a coordinate, a followed link, a surface [byte]
 _AT_ONCE = 1 << 20  # bytes charged to the budget at once
 _SOLIDS = {"CompositeSolid", "MultiSolid", "Solid"}
 _RINGS = {"LinearRing", "Ring"}
@@ -205,6 +205,7 @@ class FeatureReader:
             if role == PATCH:
                 rings = self._read_rings(shape)
                 if rings:
+                    self._hold(_PATCH)
                     found.append(([ring[::-1] for ring in rings] if is_turned else rings, ids))
                 return
             if role == TURNED:

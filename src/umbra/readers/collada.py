@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,10 +184,9 @@ def _scale(part: Part, unit: float) -> Part:
 
 def _unpack(data: bytes, budget: Budget) -> tuple[bytes, FilePlace]:
     """Return the first COLLADA file of an archive, and the place that a KML file gives it."""
-    with open_archive(io.BytesIO(data), budget) as archive:
-        names = archive.namelist()
-        models = [name for name in names if name.lower().endswith(".dae")]
-        notes = [name for name in names if name.lower().endswith(".kml")]
+    archive, models = open_archive(io.BytesIO(data), budget, _find_model)
+    with archive:
+        notes = [name for name in archive.namelist() if name.lower().endswith(".kml")]
         with BoundedStream(archive.open(models[0]), budget) as file:
             found = file.readall()
         if not notes:
@@ -202,6 +202,11 @@ def _unpack(data: bytes, budget: Budget) -> tuple[bytes, FilePlace]:
         numbers.get("altitude"),
         -numbers["heading"] % 360 if "heading" in numbers else None,
     )
+
+
+def _find_model(archive: ZipFile) -> list[str]:
+    """Return the name of an archive's first COLLADA file."""
+    return [name for name in archive.namelist() if name.lower().endswith(".dae")][:1]
 
 
 def _load_nothing(name: str) -> bytes:

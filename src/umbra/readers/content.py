@@ -5,6 +5,7 @@ import os
 import stat
 import zipfile
 import zlib
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -20,6 +21,7 @@ GZIP, ZIP = b"\x1f\x8b", b"PK\x03\x04"
 
 _HEAD = 16_000  # bytes that hold a file's kind; roots of CityGML declare dozens of namespaces
 _BLOCK = 1 << 22
+_TOO_MUCH = "it unpacks to too much"
 _HEADER = 30  # [byte] before a member of an archive, without its name
 
 
@@ -84,11 +86,25 @@ class FileContent:
             self.__dict__.pop("data", None)
 
 
-def open_archive(file: BinaryIO, budget: Budget) -> zipfile.ZipFile:
+def open_archive(
+    file: BinaryIO, budget: Budget, choose: Callable[[zipfile.ZipFile], Sequence[str]]
+) -> tuple[zipfile.ZipFile, Sequence[str]]:
     """
-    Open a ZIP archive; refuse members that share bytes, as in archives made to unpack to more.
+    Open a ZIP archive, and choose members to read.
 
-    Raises BadZipFile if it is none.
+    Members that share bytes, as in archives made to unpack to more, are refused, and so is what
+    says to unpack to too much: no member unpacks to more than the directory says.
+
+    Returns
+    -------
+    archive : ZipFile
+    chosen : sequence of str
+
+    Raises
+    ------
+    BadZipFile
+        If it is none.
+    InputError
     """
     archive = zipfile.ZipFile(file)
     members = sorted(archive.infolist(), key=lambda one: one.header_offset)
@@ -99,7 +115,9 @@ def open_archive(file: BinaryIO, budget: Budget) -> zipfile.ZipFile:
         if one.header_offset + _HEADER + len(one.orig_filename) + one.compress_size > end:
             msg = f"has members that overlap (first: '{one.filename[:60]}'); pack it again"
             raise InputError(msg, member=one.filename)
-    return archive
+    chosen = choose(archive)
+    budget.check_unpacked(sum(archive.getinfo(name).file_size for name in chosen), _TOO_MUCH)
+    return archive, chosen
 
 
 class BoundedStream(io.RawIOBase):
@@ -122,7 +140,7 @@ class BoundedStream(io.RawIOBase):
         except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
             msg = f"is damaged where it was compressed ({error}); fetch it again"
             raise InputError(msg) from error
-        self._budget.unpack(len(block), "it unpacks to too much")
+        self._budget.unpack(len(block), _TOO_MUCH)
         return block
 
     def close(self) -> None:

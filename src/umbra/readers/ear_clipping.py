@@ -16,7 +16,7 @@ PLANES = ((1, 2), (2, 0), (0, 1))
 Point = tuple[float, float]
 Corners = tuple[int, int, int]
 
-MOST = 4e8  # steps of ear clipping, a second or two: corners times (corners + 10 holes)
+MOST = 1e8  # steps of ear clipping, half a second: corners times (corners + 10 holes)
 TOO_FAR = 1e15  # [m]; products of larger coordinates overflow
 
 

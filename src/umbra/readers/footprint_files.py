@@ -10,6 +10,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.packages import require
+from umbra.readers.budget import Budget
 from umbra.readers.checks import Companions, list_counts
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
@@ -23,6 +24,7 @@ from umbra.scene import Source
 __all__ = ["read_geojson", "read_vectors"]
 
 _SQUARE, _CLEARLY = 2.0, 0.3  # angle off 90 degrees, and share of corners more: it is no chance
+_CELL = 16  # memory of a property of a feature in its column [byte]
 _CORNERS = 12  # fewer tell nothing
 
 
@@ -53,7 +55,7 @@ def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
             "GeoJSON",
             rings,
             [_name(feature) for feature in features],
-            _gather_columns(features),
+            _gather_columns(features, choices.budget),
             crs,
             (*list_counts(left), *note),
         ),
@@ -164,11 +166,12 @@ def _tell_swapped(rings: Rings) -> tuple[str, ...]:
     return (note,)
 
 
-def _gather_columns(features: list[Any]) -> dict[str, list[Any]]:
-    """Return the properties column by column."""
+def _gather_columns(features: list[Any], budget: Budget) -> dict[str, list[Any]]:
+    """Return the properties column by column; refuse very many columns that are mostly empty."""
     rows = [feature.get("properties") for feature in features]
     filled = [row if isinstance(row, dict) else {} for row in rows]
     names = dict.fromkeys(chain.from_iterable(filled))
+    budget.check(_CELL * len(names) * len(filled), f"a table of {len(names):,} properties")
     return {name: [row.get(name) for row in filled] for name in names}
 
 

@@ -28,6 +28,7 @@ __all__ = ["VectorWork", "find_polygons", "read_table"]
 
 POLYGON = 3  # shapely's number
 _VALUES = (bool, int, float, str, type(None))
+MOST_TABLES = 500  # to look for footprints in one of 3,000 took half a minute
 _INDEX = "rtree"  # the one kind of virtual table that a GeoPackage has
 
 
@@ -84,14 +85,24 @@ def _check_schema(path: Path) -> None:
     try:
         with closing(sqlite3.connect(uri, uri=True)) as store:
             store.execute("PRAGMA trusted_schema = OFF")
-            told = {str(name) for (name,) in store.execute("SELECT table_name FROM gpkg_contents")}
             found = store.execute(query).fetchall()
+            views = [name for kind, name, _ in found if kind == "view"]
+            # A view in place of a table of the format itself would run where names are looked up.
+            is_own = any(name.casefold().startswith("gpkg_") for name in views)
+            names = [] if is_own else store.execute("SELECT table_name FROM gpkg_contents")
+            told = {str(name) for (name,) in names}
     except sqlite3.Error as error:
         msg = (
             f"cannot be read as GeoPackage ({' '.join(str(error).split())[:120]}); export it again"
         )
         raise InputError(msg) from error
-    views = [name for kind, name, _ in found if kind == "view" and name in told]
+    views = [name for name in views if is_own or name in told]
+    if len(told) > MOST_TABLES:
+        msg = (
+            f"has {len(told):,} tables, of which one is read; export the one you mean (ogr2ogr "
+            f"one.gpkg {path.name} TABLE)"
+        )
+        raise InputError(msg, count=len(told))
     if views:
         msg = (
             f"has layers that are views, which are not read: {len(views)} (first: "

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.machine import count_cores, find_memory, name_memory
-from umbra.options import check_types, option
+from umbra.options import check_types, option, read_text
 
 __all__ = ["CityOptions"]
 
@@ -64,6 +64,7 @@ class CityOptions:
 
     def __post_init__(self) -> None:
         check_types(self)
+        read_text("scheduler", self.scheduler)
         if self.workers is not None and self.scheduler is not None:
             msg = "workers= starts a cluster and scheduler= takes a running one; give one of them"
             raise InputError(msg, option="workers")
@@ -109,7 +110,7 @@ def _read_length(given: Any) -> float:
     except ValueError:
         length = 0.0
     if not 0 < length < math.inf:
-        msg = f"tiles= is a length, such as '1km' or '500m'; got '{given}'"
+        msg = f"tiles= is a length, such as '1km' or '500m'; got {show_value(given)}"
         raise InputError(msg, option="tiles")
     return length
 
@@ -124,7 +125,7 @@ def _read_memory(given: Any) -> float:
     if found and found[2]:
         size *= 2.0 ** _BYTES[found[2][0].lower()]
     if not size > 0:
-        msg = f"memory= is a size, such as '4GB' or '800MB'; got '{given}'"
+        msg = f"memory= is a size, such as '4GB' or '800MB'; got {show_value(given)}"
         raise InputError(msg, option="memory")
     if size < _LEAST:
         msg = f"memory='{given}' is too little; a process needs {_LEAST / 2**30:.2g} GB at least"

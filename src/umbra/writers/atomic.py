@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
+from umbra.options import read_path
 from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
 __all__ = [
@@ -35,7 +36,7 @@ _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+(.*)", re.DOTALL)
 
 def check_is_here(path: str | os.PathLike[str]) -> None:
     """Refuse the address of a store elsewhere, which would become a folder named ``s3:``."""
-    found = _ADDRESS.fullmatch(os.fspath(path))
+    found = _ADDRESS.fullmatch(str(read_path("out", path)))
     if found:
         msg = (
             f"out='{found[1]}://{found[2]}' is an address, and umbra writes to this machine's "

@@ -1,6 +1,7 @@
 """
 Further files of a study in tiles, made from its store tile by tile.
 
+    sealed_files.py  checksums of the files of tiles
     result.py   the store of a plan: axes, tiles, which of them are done, windows of arrays
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
     overview.py map.png and hours_lost.png, pictures of the whole

@@ -20,6 +20,7 @@ from umbra.sun import Site
 from umbra.tiles.pieces import SurfacePieces
 from umbra.writers.atomic import replace_file
 from umbra.writers.city.features import add_features
+from umbra.writers.city.sealed_files import SealedFiles
 from umbra.writers.city.surfaces import CitySurfaces, SurfaceRun, cut_runs
 from umbra.writers.glb import Glb, list_corners, make_legend, turn_up
 from umbra.writers.surfaces_glb import draw_facades, find_places, lay_out_facades
@@ -39,7 +40,7 @@ def write_models(
     """
     Write the surfaces of each tile as GLB files, and ``tileset.json`` over them.
 
-    A tile that was written after it was counted is left as it is.
+    A file that is as it was written of the same results is left as it is.
 
     Parameters
     ----------
@@ -54,16 +55,17 @@ def write_models(
     """
     folder = result.folder / _FOLDER
     written: list[Path] = []
-    for n, tile in enumerate(result.folders):
-        counted = tile.with_suffix(".json").stat().st_mtime_ns
-        pieces = SurfacePieces([tile])
-        for k, run in enumerate(cut_runs(pieces, MOST_SAMPLES, "sample")):
-            path = folder / f"tile_{tile.name}_{k}.glb"
-            if not path.exists() or path.stat().st_mtime_ns <= counted:
-                with replace_file(path) as beside:
-                    _write_run(result, pieces, run, beside)
-            written.append(path)
-        progress(n + 1, len(result.folders))
+    with SealedFiles(folder) as sealed:
+        for n, tile in enumerate(result.folders):
+            mark, pieces = tile.with_suffix(".json"), SurfacePieces([tile])
+            for k, run in enumerate(cut_runs(pieces, MOST_SAMPLES, "sample")):
+                path = folder / f"tile_{tile.name}_{k}.glb"
+                if not sealed.is_whole(path, mark):
+                    with replace_file(path) as beside:
+                        _write_run(result, pieces, run, beside)
+                    sealed.add(path, mark)
+                written.append(path)
+            progress(n + 1, len(result.folders))
     for path in set(folder.glob("tile_*.glb")) - set(written):  # of an earlier run
         path.unlink()
     tree = folder / _TREE

@@ -6,6 +6,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from umbra.writers.atomic import replace_file
 from umbra.writers.city.result import CityResult, StoredTile
+from umbra.writers.city.sealed_files import SealedFiles
 from umbra.writers.vectors.gis_files import find_crs, write_geotiff
 
 __all__ = ["write_rasters"]
@@ -20,7 +21,7 @@ def write_rasters(
     """
     Write a cloud-optimised GeoTIFF with overviews for each tile that is done, and ``hours.vrt``.
 
-    A tile that was written after it was counted is left as it is.
+    A file that is as it was written of the same results is left as it is.
 
     Parameters
     ----------
@@ -36,20 +37,18 @@ def write_rasters(
     done = list(result.find_done())
     folder = result.folder / _FOLDER
     written = []
-    for n, tile in enumerate(done):
-        path = folder / f"{tile.name}.tif"
-        if not _is_newer(path, result.marks[tile.number]):
-            _write_tile(result, tile, path)
-        written.append(path)
-        progress(n + 1, len(done))
+    with SealedFiles(folder) as sealed:
+        for n, tile in enumerate(done):
+            path, mark = folder / f"{tile.name}.tif", result.marks[tile.number]
+            if not sealed.is_whole(path, mark):
+                _write_tile(result, tile, path)
+                sealed.add(path, mark)
+            written.append(path)
+            progress(n + 1, len(done))
     virtual = result.folder / _VIRTUAL
     with replace_file(virtual) as beside, beside.open("w", encoding="utf-8") as file:
         file.writelines(_describe(result, done))
     return [virtual, *written]
-
-
-def _is_newer(path: Path, mark: Path) -> bool:
-    return path.exists() and path.stat().st_mtime_ns > mark.stat().st_mtime_ns
 
 
 def _write_tile(result: CityResult, tile: StoredTile, path: Path) -> None:

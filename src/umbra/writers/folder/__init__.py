@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.options import check_types, option
+from umbra.options import check_types, option, read_path, read_text
 from umbra.packages import require
 from umbra.writers.city import CITY_FORMATS
 from umbra.writers.formats import FORMATS
@@ -99,14 +99,19 @@ class Outputs:
             drawn = ",".join(name for name in self.formats if name in DRAWN)
             msg = f"write='{drawn}' asks for pictures, which are left out; choose one of both"
             raise InputError(msg, option="write", formats=self.formats)
-        if isinstance(self.rules, (str, Path)):
-            from umbra.study.rules import read_rules  # noqa: PLC0415
+        for name in ("title", "subtitle"):
+            read_text(name, getattr(self, name))
+        if self.rules is not None:
+            from umbra.study.rules import Rules, read_rules  # noqa: PLC0415
 
-            object.__setattr__(self, "rules", read_rules(Path(self.rules)))
-        if self.at:
+            if not isinstance(self.rules, Rules):
+                object.__setattr__(self, "rules", read_rules(read_path("rules", self.rules)))
+        if any(text.strip(" ,") for text in self.at):
             from umbra.sun.clock import check_stamps  # noqa: PLC0415
 
             check_stamps(self.at)
+        else:
+            object.__setattr__(self, "at", ())
 
     @property
     def endings(self) -> tuple[str, ...]:
