@@ -258,8 +258,7 @@ class ReceiverKind:
         Whether all lie in one level plane: it is drawn without shading and edges, and outlines
         of shadows are exact.
     lies_under_roofs : bool
-        Whether receivers lie under buildings, too: roofs are drawn over them, and receivers
-        under roofs do not count.
+        Whether receivers lie under roofs, too, which are drawn over them: these do not count.
     belongs_to_parts : bool
         Whether each receiver belongs to a part of the model, or to the ground.
     is_upright : bool
@@ -276,6 +275,8 @@ class ReceiverKind:
         Names of CSV files of samples, each with the dimension of its lines.
     what_counts : str
         Description of those with meaningful hours.
+    area_of : str
+        Words that follow the area of all neighbours in a picture.
     """
 
     name: ClassVar[str]
@@ -292,6 +293,7 @@ class ReceiverKind:
     has_roofs: ClassVar[bool] = False
     tables: ClassVar[dict[str, str]] = {}
     what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
+    area_of: ClassVar[str] = " of what is seen"
 
     def lay_out(self, request: Request) -> Receivers:
         """
