@@ -85,9 +85,10 @@ def test_the_picture_of_surfaces_has_the_hours_of_their_nearest_samples(block, m
     times = {**DAY, "masks": False, "date": "2026-06-05,2026-12-05"}
     options = StudyOptions(receivers="215/35", size=(140, 90), **times)
     study = run_options(block, VIENNA, StudyOptions(receivers="surfaces", spacing=0.7, **times))
-    monkeypatch.setattr(seen_module.ViewTile, "masks", None)  # no pixel is counted
-    monkeypatch.setattr(seen_module.ViewTile, "make_counter", None)
-    shown = show_samples(study, options)
+    with monkeypatch.context() as broken:
+        broken.setattr(seen_module.ViewTile, "masks", None)  # no pixel is counted
+        broken.setattr(seen_module.ViewTile, "make_counter", None)
+        shown = show_samples(study, options)
     samples, surface = study.samples, shown.laid.tile.sampled
     points = shown.laid.tile.places.points.reshape(*surface.shape, 3)
     seen = np.argwhere(surface >= 0)
