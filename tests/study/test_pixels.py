@@ -7,9 +7,9 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, moved, sheet, torus_knot, turned
 
 import umbra
+from umbra.rays.depth import GROUND
 from umbra.receivers import seen as seen_module
-from umbra.receivers.view import SurfacesFromAbove
-from umbra.study import StudyOptions, run_study
+from umbra.study import StudyOptions, run_study, show_samples
 from umbra.study import run as run_options
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -81,11 +81,28 @@ def test_hours_by_caster_are_what_rays_find(block, receivers, options, monkeypat
         assert float(counted[name].sum()) > 0
 
 
-def test_the_picture_of_samples_is_counted_as_they_are_and_not_in_frames(block, monkeypatch):
-    options = StudyOptions(receivers="215/35", size=(140, 90), **{**DAY, "masks": False})
-    frames = run_options(block, VIENNA, options)
-    monkeypatch.setattr(seen_module.ViewTile, "masks", None)  # no frame of any sun
-    picture = run_options(block, VIENNA, options, kind=SurfacesFromAbove())
-    differ = frames.shadow_hours != picture.shadow_hours
-    assert differ.sum() <= 5  # pixels on an edge of shadow
-    assert np.nanmax(frames.shadow_hours) > 8
+def test_the_picture_of_surfaces_has_the_hours_of_their_nearest_samples(block, monkeypatch):
+    times = {**DAY, "masks": False, "date": "2026-06-05,2026-12-05"}
+    options = StudyOptions(receivers="215/35", size=(140, 90), **times)
+    study = run_options(block, VIENNA, StudyOptions(receivers="surfaces", spacing=0.7, **times))
+    with monkeypatch.context() as broken:
+        broken.setattr(seen_module.ViewTile, "masks", None)  # no pixel is counted
+        broken.setattr(seen_module.ViewTile, "make_counter", None)
+        shown = show_samples(study, options)
+    samples, surface = study.samples, shown.laid.tile.sampled
+    points = shown.laid.tile.places.points.reshape(*surface.shape, 3)
+    seen = np.argwhere(surface >= 0)
+    assert len(seen) > 1000
+    for row, col in seen[:: len(seen) // 300]:
+        own = np.flatnonzero(samples.surface == surface[row, col])
+        away = np.linalg.norm(samples.points[own] - points[row, col], axis=1)
+        nearest = own[away <= away.min() + 1e-6]
+        assert shown.shadow_hours[row, col] in study.shadow_hours[nearest]
+        for day in (0, 1):
+            drawn = shown.more["shadow_hours_by_day"][1][day, row, col]
+            assert drawn in study.more["shadow_hours_by_day"][1][day, nearest]
+    counted = run_options(block, VIENNA, StudyOptions(receivers="215/35", size=(140, 90), **times))
+    ground = counted.more["part"][1] == GROUND
+    assert np.isfinite(shown.shadow_hours[ground]).all()
+    far = np.abs(shown.shadow_hours - counted.shadow_hours)[ground]
+    assert np.mean(far) < 0.25  # cells are not the pixels

@@ -7,9 +7,8 @@ import pytest
 from support.shapes import box
 
 from umbra.rays.depth import GROUND
-from umbra.receivers.view import SurfacesFromAbove
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import StudyOptions, make_preview, run, run_study
+from umbra.study import StudyOptions, make_preview, run, run_study, show_samples
 from umbra.sun import Site
 from umbra.writers.folder import Outputs
 from umbra.writers.folder.captions import describe
@@ -101,7 +100,8 @@ def make_picture(**options):
     parts = [Part(name, "", Mesh(*mesh)) for name, mesh in SHAPES.items()]
     day = {"date": "2026-06-21", "start": "10:00", "end": "14:00", "every": "1h", "cell": 0.25}
     chosen = StudyOptions(receivers="180/30", **day, **options)
-    return run(make_scene(parts), SITE, chosen, kind=SurfacesFromAbove())
+    scene, found = make_scene(parts), chosen.ask_hours("surfaces", on=chosen.on, spacing=0.25)
+    return show_samples(run(scene, SITE, found), chosen)
 
 
 def test_the_picture_of_surfaces_shows_all_with_the_hours_of_those_asked_for():
@@ -129,7 +129,8 @@ def test_asked_parts_are_drawn_even_where_others_are_looked_through():
 def test_the_picture_of_surfaces_says_whose_hours_it_shows():
     parts = [Part(name, "", Mesh(*mesh)) for name, mesh in SHAPES.items()]
     options = StudyOptions(date="2026-06-21", every="1h", receivers="180/30", cell=0.5, on=["tree"])
-    study = run(make_scene(parts), SITE, options, kind=SurfacesFromAbove())
+    found = options.ask_hours("surfaces", on=options.on, spacing=0.5)
+    study = show_samples(run(make_scene(parts), SITE, found), options)
     job = SimpleNamespace(scene=study.model.scene, study=study, options=options, outputs=Outputs())
     plan = describe(job, make_preview(study), range(1))
     assert "hours of tree alone" in plan.note

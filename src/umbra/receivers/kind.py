@@ -2,20 +2,18 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.casters.casting import Casting, prepare_casting
-from umbra.cpu.shares import Membership
 from umbra.errors import InputError
-from umbra.rays.face_tree import FaceTree
 from umbra.receivers.counted import Counted
+from umbra.receivers.tile import Counter, PieceShares, Tile
 from umbra.scene import Scene
-from umbra.scene.grid import Grid, Places
-from umbra.volume.adjacency import Caster
+from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.ground.level import Level
@@ -29,78 +27,6 @@ __all__ = [
 
 Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 """Arrays of a result by name, each with its dimensions."""
-
-
-class Counter(Protocol):
-    """Counter of suns' shadows on receivers."""
-
-    def add_weights(
-        self,
-        suns: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = ...,
-    ) -> None:
-        """Add the weights (n, k) of the suns that leave each receiver in shadow to its sums."""
-
-    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return for each sun the receivers in shadow, cast or attached."""
-
-
-class PieceShares(Protocol):
-    """Counter of the shadows of pieces of the casters, each as if it stood alone."""
-
-    def add_shares(
-        self,
-        suns: NDArray[np.float64],
-        weights: NDArray[np.float64],
-        membership: Membership,
-        cast: NDArray[np.float32],
-        sole: NDArray[np.float32],
-    ) -> None:
-        """Add at most eight suns to the hours of groups, see ``umbra.cpu.shares.add_shares``."""
-
-
-class Tile(Protocol):
-    """Some of a study's receivers, to be counted for any caster."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the receivers."""
-
-    @property
-    def casting(self) -> Casting:
-        """The casters of its scene."""
-
-    @property
-    def places(self) -> Places:
-        """The receivers as points."""
-
-    @property
-    def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over the casting faces."""
-
-    def make_counter(self) -> Counter:
-        """Return a counter of all casters and of attached shadow."""
-
-    def count_many(self, lights: int) -> Counter | None:
-        """Return a counter of all casters that pays for so many lights; None: the usual one."""
-
-    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
-        """Find the shadows of one caster alone: the receivers in reach, and their masks."""
-
-    def count_pieces(self, pieces: Sequence[Sequence[int]]) -> PieceShares | None:
-        """
-        Return a counter of all pieces of the casters at once, given as indices of parts.
-
-        None if it is as quick to find each by ``find_cast``.
-        """
-
-    def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
-        """Return the same receivers with other parts casting; all but canopies by default."""
-
-    def find_parts(self) -> NDArray[np.intp]:
-        """Return each receiver's part; -1 where it has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,8 +191,7 @@ class ReceiverKind:
         Whether all lie in one level plane: it is drawn without shading and edges, and outlines
         of shadows are exact.
     lies_under_roofs : bool
-        Whether receivers lie under buildings, too: roofs are drawn over them, and receivers
-        under roofs do not count.
+        Whether receivers lie under roofs, too, which are drawn over them: these do not count.
     belongs_to_parts : bool
         Whether each receiver belongs to a part of the model, or to the ground.
     is_upright : bool
@@ -285,6 +210,8 @@ class ReceiverKind:
         Names of the study's options that are given with it, besides those that name it.
     what_counts : str
         Description of those with meaningful hours.
+    area_of : str
+        Words that follow the area of all neighbours in a picture.
     """
 
     name: ClassVar[str]
@@ -302,6 +229,7 @@ class ReceiverKind:
     tables: ClassVar[dict[str, str]] = {}
     takes: ClassVar[tuple[str, ...]] = ()
     what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
+    area_of: ClassVar[str] = " of what is seen"
 
     def lay_out(self, request: Request) -> Receivers:
         """

@@ -155,6 +155,7 @@ class PlanKind(ReceiverKind):
     """Base of ground planes and topmost surfaces."""
 
     is_plan = True
+    area_of = ""
     formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "gif", "mp4")
     tile: ClassVar[type[PlanTile]]
 

@@ -21,7 +21,7 @@ from umbra.scene.derived import derive
 from umbra.volume.adjacency import make_caster, weld_vertices
 from umbra.volume.half_edges import find_roots
 
-__all__ = ["LEVEL", "Samples", "join_coplanar", "sample_surfaces"]
+__all__ = ["LEVEL", "Samples", "find_sources", "join_coplanar", "sample_surfaces"]
 
 _COS = 1.0 - 1e-6  # triangles within 0.08 degrees are coplanar
 LEVEL = 1e-6
@@ -203,7 +203,7 @@ def sample_surfaces(
         normals[largest],
         corners,
         owner.astype(np.int64),
-        _find_sources(scene, soup.part)[kept][order],
+        find_sources(scene, soup.part)[kept][order],
         triangle.astype(np.int64),
         axes,
         start,
@@ -212,7 +212,7 @@ def sample_surfaces(
     )
 
 
-def _find_sources(scene: Scene, part: NDArray[np.integer]) -> NDArray[np.int64]:
+def find_sources(scene: Scene, part: NDArray[np.integer]) -> NDArray[np.int64]:
     """Return the faces in ``scene.triangles()`` of the triangles of some whole parts."""
     first = np.cumsum([0, *(len(each.mesh.faces) for each in scene.parts)])
     _, begin, which = np.unique(part, return_index=True, return_inverse=True)

@@ -20,16 +20,18 @@ from umbra.cpu.patches import Patches
 from umbra.devices import DEFAULT, DEVICES
 from umbra.devices.device import FrameCounts
 from umbra.rays import VisibleSurface
-from umbra.rays.depth import NOTHING, DepthBuffer
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import add_masks
 from umbra.receivers.kind import Request, Tile, Variables
 from umbra.receivers.pixels import PixelCounter, make_pixel_patches, snap_to_faces
 from umbra.receivers.raster import Raster
+from umbra.receivers.samples import Samples, find_sources
 from umbra.receivers.single import MANY_SUNS
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid, Places
+from umbra.scene.mesh import ADDED_GROUND
 from umbra.volume.adjacency import Caster
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
@@ -61,9 +63,10 @@ class ViewModel(Casting):
         Parts of the proposed development, which are looked through: the ground below is theirs.
     asked : list of int, optional
         Visible parts that receive; all, and the ground, by default.
-    is_of_samples : bool
-        Whether the view is the picture of sampled surfaces, whose hours patches have counted: it
-        is counted in the same way, which takes a fraction of the time of a frame for each sun.
+    samples : Samples, optional
+        Samples whose picture the view is: it shows their surfaces alone, on the side that is
+        sampled, and the ground. Its shadows are counted by patches, as those of the samples are,
+        which takes a fraction of the time of a frame for each sun.
     """
 
     casters: list[int]
@@ -73,7 +76,7 @@ class ViewModel(Casting):
     lights: int = 0
     proposed: Sequence[int] = ()
     asked: list[int] | None = None
-    is_of_samples: bool = False
+    samples: Samples | None = None
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
         """Return the same receivers with other parts casting, visible or not."""
@@ -148,9 +151,44 @@ class ViewTile:
     @property
     def nothing(self) -> NDArray[np.bool_]:
         """Pixels without a visible surface that receives, (rows, cols) bool."""
+        nothing = ~self.is_asked
+        return nothing if self.model.samples is None else nothing | self.is_back
+
+    @property
+    def is_asked(self) -> NDArray[np.bool_]:
+        """Pixels with a visible surface of the parts that are asked for, (rows, cols) bool."""
         if self.model.asked is None:
-            return ~self.is_seen
-        return ~np.isin(self.frame.part[::-1], self.model.asked)
+            return self.is_seen
+        return np.isin(self.frame.part[::-1], self.model.asked)
+
+    @cached_property
+    def sampled(self) -> NDArray[np.intp]:
+        """Sampled surface that each pixel shows, (rows, cols); -1 for none, also for backs."""
+        model, samples = self.model, self.model.samples
+        assert samples is not None
+        sources = find_sources(model.scene, model.scene.triangles(model.shown).part)
+        surface = np.full(int(sources.max(initial=-1)) + 1, -1)
+        known = samples.source < len(surface)
+        surface[samples.source[known]] = samples.owner[known]
+        face = self.view.face[::-1]
+        found = np.append(surface[sources], -1)[np.maximum(face, -1)]  # -1 is the last
+        seen = np.flatnonzero(found >= 0)
+        normal = samples.surface_normal[found.flat[seen]]
+        facing = np.einsum("ij,ij->i", normal, self.frame.normal[::-1].reshape(-1, 3)[seen])
+        found.flat[seen[facing <= 0]] = -1
+        return found
+
+    @property
+    def is_ground(self) -> NDArray[np.bool_]:
+        """Pixels of a ground that is no part of the model, (rows, cols) bool."""
+        part, parts = self.frame.part[::-1], self.model.scene.parts
+        added = [k for k, one in enumerate(parts) if one.kind in ADDED_GROUND]
+        return (part == GROUND) | np.isin(part, added)
+
+    @property
+    def is_back(self) -> NDArray[np.bool_]:
+        """Pixels of surfaces asked for that have no samples on the side that is seen."""
+        return self.is_asked & (self.sampled < 0) & ~self.is_ground
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -184,7 +222,7 @@ class ViewTile:
         """Return a counter of all casters: of frames, or by patches if only some parts are seen."""
         model = self.model
         # z-pass needs all casters in the picture.
-        is_by_patches = model.is_of_samples or model.shown is not None
+        is_by_patches = model.samples is not None or model.shown is not None
         if not is_by_patches or self.camera.is_perspective or model.lights < MANY_SUNS:
             return self
         return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)

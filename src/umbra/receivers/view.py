@@ -13,6 +13,7 @@ from umbra.ground.choice import find_ground
 from umbra.ground.level import has_terrain
 from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.layout import Skyline, lay_out
+from umbra.receivers.samples import Samples
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid
@@ -162,7 +163,7 @@ class OrthographicKind(ReceiverKind):
     """Base of elevations and views from above."""
 
     is_chosen_by_name = False
-    is_of_samples: ClassVar[bool] = False
+    samples: Samples | None = None
     rows: ClassVar[str]
 
     def lay_out(self, request: Request) -> SeenRaster:
@@ -201,7 +202,7 @@ class OrthographicKind(ReceiverKind):
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
             lights=request.lights, proposed=request.find_proposed(), asked=asked,
-            is_of_samples=self.is_of_samples,
+            samples=self.samples,
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
@@ -271,9 +272,24 @@ class ViewFromAbove(OrthographicKind):
 
 
 class SurfacesFromAbove(ViewFromAbove):
-    """Picture of sampled surfaces: all parts, with hours only on those that ``on`` names."""
+    """
+    Picture of sampled surfaces: all parts, with hours only on those that ``on`` names.
 
-    is_of_samples = True
+    Parameters
+    ----------
+    samples : Samples
+    """
+
+    area_of = " of walls and roofs"
+
+    def __init__(self, samples: Samples) -> None:
+        self.samples = samples
+
+    def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
+        """Describe where the hours were counted."""
+        told = f"walls and roofs: samples {facts['spacing_m']:g} m apart"
+        cell = facts.get("ground_cell_m")
+        return told if cell is None else f"{told} · ground: cells of {cell:g} m"
 
     def find_drawn(self, request: Request) -> tuple[list[int] | None, list[int] | None]:
         """Return what is seen of all parts, and the parts asked for."""

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from umbra.study.options import StudyOptions
     from umbra.study.preview import FinerHours, Preview, count_finer, make_preview, refine_preview
     from umbra.study.result import Study, split_dates, tell_dates
+    from umbra.study.shown_samples import show_samples
     from umbra.study.study import run, run_study
 
 _HOMES = {
@@ -19,6 +20,7 @@ _HOMES = {
     "refine_preview": "preview",
     "run": "study",
     "run_study": "study",
+    "show_samples": "shown_samples",
     "split_dates": "result",
     "tell_dates": "result",
 }
@@ -33,6 +35,7 @@ __all__ = [
     "refine_preview",
     "run",
     "run_study",
+    "show_samples",
     "split_dates",
     "tell_dates",
 ]

@@ -155,10 +155,17 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         proposed=proposed,
         looks_through=proposed is not None,
         nothing=nothing if nothing.any() else None,
-        nothing_name="no surface here" if study.kind.is_plan else "not asked",
+        nothing_name=_name_nothing(study, options),
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
     )
+
+
+def _name_nothing(study: Study, options: StudyOptions) -> str:
+    """Name what is grey in the pictures, for the key."""
+    if study.kind.is_plan:
+        return "no surface here"
+    return "not asked" if options.on else "back of a surface"
 
 
 def tell_place(study: Study) -> str:
@@ -266,7 +273,8 @@ def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
     x, y, _ = _find_axes(study, view)
     heights = view.heights.astype(np.float32)
     smooth = replace(plan, x=x, y=y, building_height=heights)
-    if len(view.x) <= len(study.x):
+    has_own = "spacing_m" in study.facts  # hours are those of samples
+    if len(view.x) <= len(study.x) and not has_own:
         return smooth
     size = f" of {smooth.cell[0]:.3g} m" if study.kind.has_scale else ""
     return replace(smooth, note=f"{plan.note} · shadows in cells{size}")

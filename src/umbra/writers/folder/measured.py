@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.view import SurfacesFromAbove
-from umbra.study import Preview, make_preview, run
+from umbra.study import Preview, make_preview
 from umbra.study.measures import Quantity
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe, list_few
-from umbra.writers.folder.pictures import TILT, find_sunny_side, lay_out_points
+from umbra.writers.folder.pictures import lay_out_points
 from umbra.writers.measured import find_end
 from umbra.writers.pixels import resample
 from umbra.writers.plan import Plan, find_map_size
@@ -26,6 +25,7 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     Parameters
     ----------
     job : FolderJob
+        Of surfaces, as ``look_at_surfaces`` returns it.
     plan : Plan, optional
         Of a raster's pictures, if it is made already.
 
@@ -39,8 +39,6 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     kind = job.study.kind
     if not kind.is_raster and job.study.samples is None:
         return _draw_points(job)
-    if not kind.is_raster:
-        job, plan = _look_at_surfaces(job), None
     if plan is None:
         plan = _describe(job, make_preview(job.study))
     names = []
@@ -74,18 +72,6 @@ def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
             of_loss = one.of_loss(list_few(job.options.proposed))
             found.append((of_loss, np.asarray(lost[1], np.float32)))
     return found
-
-
-def _look_at_surfaces(job: FolderJob) -> FolderJob:
-    """Measure what a view of sampled surfaces shows."""
-    options = job.options.ask_hours(
-        f"{find_sunny_side(job.study)}/{TILT}",
-        measure=tuple(one.name for one in job.options.measures),
-        sky_directions=job.options.sky_directions,
-        proposed=job.options.proposed,
-    )
-    study = run(job.scene, job.study.site, options, kind=SurfacesFromAbove())
-    return replace(job, study=study, options=options)
 
 
 def _draw_points(job: FolderJob) -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
-from umbra.receivers.view import SurfacesFromAbove
+from umbra.receivers.seen import ViewTile
 from umbra.receivers.zenith import find_surface
 from umbra.scene.grid import Grid
 from umbra.study import (
@@ -22,7 +22,7 @@ from umbra.study import (
     count_finer,
     make_preview,
     refine_preview,
-    run,
+    show_samples,
     split_dates,
     tell_dates,
 )
@@ -59,6 +59,7 @@ __all__ = [
     "draw_surfaces",
     "find_sunny_side",
     "lay_out_points",
+    "look_at_surfaces",
 ]
 
 _MATTERS = 0.5  # hours lost that the picture must include, at any distance
@@ -99,7 +100,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     if words:
         what += words
         limit += f" on at least one of {len(study.period.days)} dates"
-    of = "" if study.kind.is_plan else " of what is seen"
+    of = study.kind.area_of
     shown, plan = find_maps(study, plan)
     maps = []
     for one in shown:
@@ -272,22 +273,34 @@ def find_sunny_side(study: Study) -> int:
     return 325 if study.site is not None and study.site.latitude < 0 else 215
 
 
-def draw_surfaces(job: FolderJob) -> list[str]:
-    """Draw the model with its hours in shadow, seen from above on the sunny side."""
-    site, options = job.study.site, job.options
-    azimuth = find_sunny_side(job.study)
-    asked = {"proposed": options.proposed, "under": options.under}
-    options = options.ask_hours(f"{azimuth}/{TILT}", **asked)
-    job = replace(
-        job, study=run(job.scene, site, options, kind=SurfacesFromAbove()), options=options
-    )
-    if options.on and not np.isfinite(job.study.shadow_hours).any():
+def look_at_surfaces(job: FolderJob) -> FolderJob:
+    """Return the same job with the model as it is seen from above on the sunny side."""
+    options = job.options
+    asked = {
+        name: getattr(options, name)
+        for name in ("proposed", "under", "exact", "measure", "sky_directions")
+    }
+    options = options.ask_hours(f"{find_sunny_side(job.study)}/{TILT}", **asked)
+    study = show_samples(job.study, options, is_drawn=job.only != "profile")
+    tile: ViewTile = study.laid.tile  # type: ignore[attr-defined]
+    if options.on and tile.nothing.all():
         job.say(
             f"note: nothing of {list_few(options.on)} is seen in the pictures, from azimuth "
-            f"{azimuth}°; study.nc has its hours, and receivers='north' or another side shows them"
+            f"{find_sunny_side(job.study)}°; study.nc has its hours, and receivers='north' or "
+            "another side shows them"
         )
-    if "assumption" in job.study.facts:  # of the ground that only the picture shows
-        job.say(f"note: {job.study.facts['assumption']}")
+    if backs := tile.is_back.mean():
+        job.say(
+            f"note: {100 * backs:.2g} % of the pictures shows backs of surfaces, in grey: samples "
+            "lie on a surface's outward side, by its winding"
+        )
+    if "assumption" in study.facts:  # of the ground that only the picture shows
+        job.say(f"note: {study.facts['assumption']}")
+    return replace(job, study=study, options=options)
+
+
+def draw_surfaces(job: FolderJob) -> list[str]:
+    """Draw the model with its hours in shadow, as ``look_at_surfaces`` shows it."""
     return draw_pictures(job, Sheets.of(job))
 
 

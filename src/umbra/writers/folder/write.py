@@ -24,6 +24,7 @@ from umbra.writers.folder.pictures import (
     draw_pictures,
     draw_plan_of_points,
     draw_surfaces,
+    look_at_surfaces,
 )
 from umbra.writers.plan import Plan, name_hours
 from umbra.writers.typeface import note_missing
@@ -230,8 +231,7 @@ def note_cut(job: FolderJob) -> None:
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
-    pictures = _draw_points(job) if job.outputs.pictures and job.study.has_hours else []
-    pictures += draw_measures(job) if job.outputs.pictures else []
+    pictures = _draw_points(job) if job.outputs.pictures else []
     if job.study.samples is None and job.study.has_hours:
         _note_buried(job)
     return pictures, _write_files(job, describe_points(job))
@@ -239,7 +239,11 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
 
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
-    return draw_plan_of_points(job) if job.study.samples is None else draw_surfaces(job)
+    draw_hours = draw_plan_of_points
+    if job.study.samples is not None:
+        job, draw_hours = look_at_surfaces(job), draw_surfaces
+    names = draw_hours(job) if job.study.has_hours else []
+    return names + (draw_measures(job) if job.only is None else [])
 
 
 def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
