@@ -104,7 +104,7 @@ class CityPlan:
             aside = np.array([grid.dx, grid.dy])
             seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
                                   np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
-            scene = near.read(seen)
+            scene = near.read(seen).with_words(self.place.catalogue)
             soup = scene.triangles()
             if roles.season is not None:
                 soup = scene.pick(~scene.spread(roles.find_canopies))
@@ -125,8 +125,8 @@ class CityPlan:
         is_ground = np.array([part.kind in ADDED_GROUND for part in scene.parts], np.bool_)
         ground, top = (
             find_surface(
-                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor, threads,
-                has_end=True,
+                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor - 1.0,
+                threads, has_end=True,  # the lowest foot lies on the floor itself
             )
             for some in (is_ground[soup.part], ~is_ground[soup.part])
         )  # fmt: skip
