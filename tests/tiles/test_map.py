@@ -104,9 +104,7 @@ def test_lost_hours_have_the_colours_of_loss(files, tmp_path, monkeypatch):
 
 
 def test_roofs_over_a_ground_through_the_feet_are_buildings(tmp_path, drawn):
-    houses = {
-        f"h{i}": box((i * 20, 0, i * 4), (i * 20 + 10, 10, i * 4 + 9 + i)) for i in range(4)
-    }
+    houses = {f"h{i}": box((i * 20, 0, i * 4), (i * 20 + 10, 10, i * 4 + 9 + i)) for i in range(4)}
     file = save_obj(tmp_path / "slope.obj", houses)
     site = umbra.Site(48.2, 16.37, "Europe/Vienna")
     made = umbra.city_study(

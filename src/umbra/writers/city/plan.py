@@ -98,7 +98,7 @@ class CityPlan:
         south, west = tile.rows.start, tile.cols.start
         heights = np.zeros((tile.rows.stop - south, tile.cols.stop - west))
         cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))
-        floor = self.job.frame.ground - self.place.origin[2]
+        floor = self.job.frame.floor
         for rows, cols in lattice.cut(cells, lattice.block):
             grid = lattice.find_window(rows, cols)
             aside = np.array([grid.dx, grid.dy])
@@ -125,8 +125,8 @@ class CityPlan:
         is_ground = np.array([part.kind in ADDED_GROUND for part in scene.parts], np.bool_)
         ground, top = (
             find_surface(
-                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor - 1.0,
-                threads, has_end=True,  # the lowest foot lies on the floor itself
+                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor, threads,
+                has_end=True,
             )
             for some in (is_ground[soup.part], ~is_ground[soup.part])
         )  # fmt: skip
