@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses, write_city
+from support.model_files import save_obj
+from support.shapes import box
 
 import umbra
 from umbra.writers.city import overview
@@ -85,3 +87,39 @@ def test_several_dates_are_shown_as_means_and_dates_given_as_objects_are_read_ba
     assert made.dataset.shadow_hours.attrs["long_name"] == "hours in shadow, sum of 2 dates"
     assert plan.building_height is None
     assert plan.appearance is not None
+
+
+def test_lost_hours_have_the_colours_of_loss(files, tmp_path, monkeypatch):
+    ramps, make = [], overview.make_hours_sheet
+
+    def see(*args, **more):
+        ramps.append(more.get("ramp", "shade"))
+        return make(*args, **more)
+
+    monkeypatch.setattr(overview, "make_hours_sheet", see)
+    options = {**DAY, "cell": 4.0, "extent": EXTENT, "proposed": "* 1"}
+    made = umbra.city_study(files, out=tmp_path / "out", tiles=60, **options)
+    made.write("map")
+    assert ramps == ["shade", "loss"]
+
+
+def test_roofs_over_a_ground_through_the_feet_are_buildings(tmp_path, drawn):
+    houses = {f"h{i}": box((i * 20, 0, i * 4), (i * 20 + 10, 10, i * 4 + 9 + i)) for i in range(4)}
+    file = save_obj(tmp_path / "slope.obj", houses)
+    site = umbra.Site(48.2, 16.37, "Europe/Vienna")
+    made = umbra.city_study(
+        file, site, out=tmp_path / "out", tiles="30m", reading={"up": "z"}, date="2026-03-21",
+        every="1h", cell=1.0, extent=(-10, -10, 80, 20),
+    )  # fmt: skip
+    made.write("map")
+    [(plan, day)] = drawn
+    assert "through the feet of 4 buildings" in plan.note
+    dark = day.find_dark()  # north of each house no sun comes at the equinox
+    assert dark.any()
+    hours = made.dataset.shadow_hours.values
+    np.testing.assert_array_equal(dark, (hours >= 8) & ~plan.is_building)
+    expected = np.zeros((30, 90))
+    for i in range(4):  # each stands on ground that is level at its foot
+        expected[10:20, 10 + i * 20 : 20 + i * 20] = 9 + i
+    np.testing.assert_array_equal(plan.is_building, expected > 0)
+    np.testing.assert_allclose(plan.building_height, expected, atol=1e-6)

@@ -1,5 +1,7 @@
 """Colours that are told apart: by anyone, in grey print, and from those of another meaning."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -9,11 +11,12 @@ from support.vision import VISIONS, see, to_cielab, to_oklab
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
+from umbra.writers.edges import find_relief
 from umbra.writers.folder import Outputs
 from umbra.writers.folder.write import write_study
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import NO_SUN, shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.profile import MOST_SWATCHES, find_tints
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -97,3 +100,18 @@ def study_options(date, ask):
     from umbra.study import StudyOptions  # noqa: PLC0415
 
     return StudyOptions(date=date, ground=0.0, **ask)
+
+
+@pytest.mark.parametrize("has_relief", [False, True])
+def test_roofs_cover_the_hours_of_the_ground_below_them_also_on_a_slope(has_relief):
+    heights = np.zeros(PLAN.shape, np.float32)
+    heights[10:20, 10:20] = 5.0
+    plan = replace(PLAN, building_height=heights)
+    if has_relief:  # as a ground that is no plane has
+        plan = replace(plan, appearance=find_relief(heights, 1.0, find_map_size(plan)))
+    sheet = make_hours_sheet(plan, [DayMap(heights * 8 / 5, dark_from=8.0)], 8.0)
+    pixels = sheet.leaf.render()[::-1] / 255
+    x, y, w, h = sheet.maps[0].map_box
+    middle = pixels[round((y + 0.5 * h) * DOTS_PER_INCH), round((x + 0.375 * w) * DOTS_PER_INCH)]
+    assert np.ptp(middle) < 0.03
+    assert middle.min() > 0.6

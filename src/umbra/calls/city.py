@@ -162,7 +162,8 @@ def run_city(
         with lock_run(folder, said.append), open_engine(city.workers, city.scheduler) as own:
             found = prepare_city(files, site, options, city, folder, reading, reads)
             study = run_job(found.job, found.describe, engine or own, progress)
-            study = replace(study, notes=(*said, *found.notes, *study.notes))
+            assumed = [str(study.facts[one]) for one in ("assumption",) if one in study.facts]
+            study = replace(study, notes=(*said, *found.notes, *assumed, *study.notes))
             write(study)
             return study
     except OSError as error:

@@ -72,6 +72,13 @@ class Ground:
         return any(part.kind in ADDED_GROUND for part in self.scene.parts)
 
     @property
+    def lowest(self) -> float:
+        """Its lowest height: land of a file may lie below every foot [m]."""
+        scene = self.scene
+        added = (part.bounds[0, 2] for part in scene.parts if part.kind in ADDED_GROUND)
+        return min([self.level, *(float(z + scene.origin[2]) for z in added)])
+
+    @property
     def name(self) -> str:
         """What the ground is, for the foot of a picture: ``ground at z = 36.2 m``."""
         if self.surface is not None:
@@ -158,7 +165,7 @@ def _find(scene: Scene, asked: Asked, hanging: tuple[int, ...]) -> Ground:
     bases = measure_bases(some)
     level = settle_level(bases)
     if is_file(asked):
-        found, notes = add_file_ground(scene, str(asked), scene.bounds())
+        found, notes = add_file_ground(scene, str(asked), scene.bounds(), bases.boxes)
         return Ground(
             found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
             notes=tuple(notes),

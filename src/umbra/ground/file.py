@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.camera import GROUND_COLOR
-from umbra.scene.mesh import GIVEN
+from umbra.scene.mesh import GIVEN, find_standing
 
 __all__ = ["add_file_ground"]
 
 
 def add_file_ground(
-    scene: Scene, name: str, bounds: NDArray[np.float64]
+    scene: Scene, name: str, bounds: NDArray[np.float64], boxes: NDArray[np.float64]
 ) -> tuple[Scene, list[str]]:
     """
     Add the land of a file to a model.
@@ -28,13 +28,16 @@ def add_file_ground(
         Of the file, in the model's coordinate reference system or one that says which it is.
     bounds : (2, 3) float64
         Of the model [m].
+    boxes : (n, 2, 3) float64
+        Bounds of the plan of each object, both at the height of its base [m].
 
     Returns
     -------
     scene : Scene
         With the land as its last part.
     notes : list of str
-        Whether the model floats over the land, or is sunk in it.
+        What reading the file assumed; whether the model floats over the land, is sunk in it, or
+        stands beyond it.
 
     Raises
     ------
@@ -56,8 +59,9 @@ def add_file_ground(
     if land.crs and scene.crs and not is_same_plan(land.crs, scene.crs):
         (part,) = bring_to((part,), land.crs, scene.crs, is_high_in_metres=True)
     _check_place(bounds, part, name)
-    own = [_shift(one, scene) for one in scene.parts]
-    notes = find_gaps("model", own, Path(name).name, [part])
+    short = Path(name).name
+    notes = [*land.notes, *find_gaps("model", boxes, short, [part])]
+    notes += _tell_beyond(boxes, short, part)
     vertices = part.mesh.vertices - scene.origin
     part = replace(
         part, mesh=Mesh(vertices, part.mesh.faces), material=Material(color=GROUND_COLOR)
@@ -66,10 +70,20 @@ def add_file_ground(
     return replace(scene, parts=(*scene.parts, part), sources=sources), notes
 
 
-def _shift(part: Part, scene: Scene) -> Part:
-    """Return a part in the model's own coordinates."""
-    soup = replace(scene, parts=(part,)).triangles()
-    return replace(part, mesh=Mesh(soup.vertices + scene.origin, soup.faces), transform=None)
+def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]:
+    """Report buildings under whose middle there is none of the land."""
+    from umbra.readers.terrain import find_ground  # noqa: PLC0415 (it loads all formats)
+
+    boxes = boxes[find_standing(boxes)]
+    beyond = ~find_ground([part], boxes[:, :, :2].mean(1))[1] if len(boxes) else np.zeros(0)
+    if not beyond.any():
+        return []
+    count = f"{int(beyond.sum()):,} of {len(boxes):,}"
+    told = (
+        f"{count} buildings stand where '{name}' has no land, and no hours are counted there; "
+        "give a terrain that holds the model and its shadows, or ground='feet'"
+    )
+    return [told]
 
 
 def _check_place(bounds: NDArray[np.float64], part: Part, name: str) -> None:

@@ -31,6 +31,7 @@ from umbra.readers.terrain import (
     find_ground,
     find_overlaps,
     find_relief,
+    measure_boxes,
     stand_on,
 )
 from umbra.scene import Light, Part, Scene
@@ -180,7 +181,7 @@ def _check_together(
         model = layer.model
         is_set = model.crowns or (model.is_afloat and bearing and bearing.model.is_terrain)
         if bearing and parts and layer is not bearing and not (model.is_terrain or is_set):
-            notes += find_gaps(layer.name, parts, bearing.name, ground)
+            notes += find_gaps(layer.name, measure_boxes(parts)[1], bearing.name, ground)
     trees = {layer.name for layer in layers if layer.model.crowns is not None}
     return notes + find_overlaps({n: parts for n, parts in groups.items() if n not in trees})
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.scene import Part, Scene, Triangles
 from umbra.scene.mesh import find_standing
 
-__all__ = ["find_gaps", "find_ground", "find_overlaps", "find_relief", "stand_on"]
+__all__ = ["find_gaps", "find_ground", "find_overlaps", "find_relief", "measure_boxes", "stand_on"]
 
 RASTER, TIN = "Raster", "TINRelief"
 """Kinds of parts that are a terrain."""
@@ -90,15 +90,26 @@ FLOATS, SUNK = 1.0, 3.0  # [m]; tolerances above and, for cellars, below the ter
 MOST = 100  # most boxes of a class and cell that each box is compared with
 
 
-def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[Part]) -> list[str]:
+def find_gaps(
+    name: str, boxes: NDArray[np.float64], ground: str, terrain: Sequence[Part]
+) -> list[str]:
     """
     Return whether a layer floats over a terrain or is sunk in it.
 
     True if most objects that stand on no other have their base above all the terrain below
     their corners, or far below all of it.
+
+    Parameters
+    ----------
+    name : str
+        Of the layer.
+    boxes : (n, 2, 3) float64
+        Bounds of its objects [m].
+    ground : str
+        Name of the terrain.
+    terrain : sequence of Part
     """
-    boxes = _boxes(parts)[1]
-    boxes = boxes[find_standing(boxes)] if len(boxes) else boxes.reshape(0, 2, 3)
+    boxes = boxes[find_standing(boxes)]
     corners = np.stack([boxes[:, i, 0] for i in (0, 0, 1, 1)], 1)
     across = np.stack([boxes[:, i, 1] for i in (0, 1, 0, 1)], 1)
     height, inside = find_ground(terrain, np.stack([corners, across], 2).reshape(-1, 2))
@@ -121,7 +132,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
 
 def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     """Find objects of one layer that occupy the place of another's."""
-    boxes = {name: _boxes(parts) for name, parts in layers.items()}
+    boxes = {name: measure_boxes(parts) for name, parts in layers.items()}
     notes = []
     for one, other in combinations(boxes, 2):
         (names, a), (others, b) = boxes[one], boxes[other]
@@ -136,7 +147,7 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     return notes
 
 
-def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
+def measure_boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
     """Return the names of objects and their bounding boxes (n, 2, 3)."""
     found: dict[str, NDArray[np.float64]] = {}
     for part in parts:
@@ -146,7 +157,7 @@ def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
                 other = found[part.name]
                 box = np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
             found[part.name] = box
-    return list(found), np.array(list(found.values()))
+    return list(found), np.array(list(found.values())).reshape(-1, 2, 3)
 
 
 def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:

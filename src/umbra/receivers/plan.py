@@ -194,7 +194,7 @@ class PlanKind(ReceiverKind):
         cast = request.prepare()
         model = PlanModel(
             scene, cast.soup, cast.caster, request.threads, level - origin[2], self.tile,
-            canopy=request.canopy, has_end=has_end,
+            canopy=request.canopy, has_end=has_end, lowest=ground.lowest - origin[2],
         )  # fmt: skip
         is_stated = request.options.extent is not None
         boxes = derive(scene, "standing", None, lambda: _find_standing(scene))

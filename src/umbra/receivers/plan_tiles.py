@@ -41,11 +41,14 @@ class PlanModel(Casting):
         Whether the plane or the topmost surface receives.
     has_end : bool
         Whether there is no ground plane, so that only the visible parts receive.
+    lowest : float
+        z of the lowest place of a ground that was added, local frame [m].
     """
 
     ground: float
     tile: "type[PlanTile]"
     has_end: bool = field(default=False, kw_only=True)
+    lowest: float = field(default=np.inf, kw_only=True)
 
     def make_tile(self, grid: Grid) -> "PlanTile":
         """Make the receivers of a raster of the local frame."""
@@ -80,7 +83,7 @@ class PlanModel(Casting):
     @property
     def floor(self) -> float:
         """Height above which parts are visible; just below the plane if there is no plane."""
-        return self.ground - self.has_end
+        return min(self.ground, self.lowest) - self.has_end
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +250,7 @@ class PlanTile:
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)
         crowns = model.scene.triangles(model.canopy.parts)
-        return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
+        return find_surface(crowns, self.grid, model.floor, model.threads).face >= 0
 
     def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
         """Find the cells in which some parts are topmost, (rows, cols)."""

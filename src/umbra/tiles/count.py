@@ -244,7 +244,7 @@ def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:
     assert isinstance(kind, PlanKind)
     model = PlanModel(
         scene, soup, caster, job.threads, job.frame.ground - place.origin[2], kind.tile,
-        canopy=canopy, has_end=job.frame.has_end,
+        canopy=canopy, has_end=job.frame.has_end, lowest=job.frame.lowest - place.origin[2],
     )  # fmt: skip
     return WindowRaster(
         kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=grid.x, y=grid.y,

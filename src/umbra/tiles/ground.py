@@ -82,7 +82,7 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
     surface, name = None, ""
     notes: list[str] = []
     if is_file(asked):
-        found, notes = add_file_ground(nowhere, str(asked), bounds)
+        found, notes = add_file_ground(nowhere, str(asked), bounds, bases.boxes)
         name = Path(str(asked)).name
     elif asked is None and catalogue.terrain.holds(bounds):
         return CityGround(Ground(nowhere, level.low, is_plane=False, assumed=level), is_added=False)

@@ -56,6 +56,8 @@ class CityFrame:
         Of all files, in the city's own coordinates [m].
     ground : float
         z of the ground plane, in the city's own coordinates [m].
+    lowest : float
+        z of the lowest place of the ground, in the city's own coordinates [m].
     has_end : bool
         Whether only the visible parts receive.
     is_added : bool
@@ -65,13 +67,14 @@ class CityFrame:
     origin: tuple[float, float, float]
     bounds: tuple[tuple[float, ...], tuple[float, ...]]
     ground: float
+    lowest: float
     has_end: bool
     is_added: bool = False
 
     @property
     def floor(self) -> float:
         """Height below which nothing receives, local frame [m]."""
-        return self.ground - self.origin[2] - self.has_end
+        return min(self.ground, self.lowest) - self.origin[2] - self.has_end
 
 
 @dataclass(frozen=True)

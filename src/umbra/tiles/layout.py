@@ -59,7 +59,8 @@ def find_frame(catalogue: Catalogue, kind: ReceiverKind, ground: CityGround) -> 
     has_end = kind.is_plan and not kind.is_level and not ground.known.is_plane
     box = tuple(map(tuple, catalogue.bounds.tolist()))
     origin = tuple(find_origin(catalogue).tolist())
-    return CityFrame(origin, box, ground.level, has_end, ground.is_added)  # type: ignore[arg-type]
+    ends = ground.level, ground.known.lowest
+    return CityFrame(origin, box, *ends, has_end, ground.is_added)  # type: ignore[arg-type]
 
 
 def lay_out_lattice(

@@ -119,10 +119,10 @@ def fill_hours(
     image[is_missing] = MISSING
     if shade is not None:
         image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
+    if plan.roofs_cover:
+        cover_with_roofs(image, plan, panel.map_size)
     if plan.appearance is not None:
         draw_appearance(image, plan.appearance, panel.map_size)
-    elif plan.roofs_cover:
-        cover_with_roofs(image, plan, panel.map_size)
     hatch_covers(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
 
@@ -135,7 +135,7 @@ def fill_hours(
     blocked = np.isnan(hours)
     if plan.appearance is not None:
         blocked |= plan.appearance.find_breaks(plan.shape)
-    elif plan.roofs_cover:  # under a roof the ground's hours mean nothing
+    if plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     if blocked.shape != traced.shape:
         blocked = (resample(blocked, traced.shape) > HALF) | np.isnan(traced)

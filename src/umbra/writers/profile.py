@@ -124,10 +124,11 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     plan, labels = panel.plan, day.labels
     # Where a roof lies over shadows, or surfaces meet, an outline is not that of a shadow.
     roofs = hidden = None
-    if plan.appearance is not None:
-        hidden = plan.appearance.find_breaks(plan.shape)
-    elif plan.roofs_cover and plan.building_height is not None:
+    if plan.roofs_cover and plan.building_height is not None:
         roofs = hidden = plan.is_building
+    if plan.appearance is not None:
+        breaks = plan.appearance.find_breaks(plan.shape)
+        hidden = breaks if roofs is None else breaks | roofs
     outlines: dict[int, Lines] = {}
     tracer = Tracer(panel, hidden)
     passing = _trace_named(tracer, day.shadows, _find_named(labels), outlines)
@@ -136,10 +137,11 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
         image[resample(plan.nothing, panel.map_size) > HALF] = MISSING
     if plan.appearance is not None:
         image *= 1 - SHADE * plan.appearance.find_shade(panel.map_size)[..., None]
-        draw_appearance(image, plan.appearance, panel.map_size)
-    elif plan.roofs_cover:
+    if plan.roofs_cover:
         cover_with_roofs(image, plan, panel.map_size)
-    else:
+    if plan.appearance is not None:
+        draw_appearance(image, plan.appearance, panel.map_size)
+    elif not plan.roofs_cover:
         grey, coverage = shade_roofs(plan, panel.map_size)
         image *= (1 - coverage * (1 - grey))[..., None]
     hatch_covers(image, plan, panel.map_size)

@@ -15,6 +15,7 @@ from umbra.writers.city.result import CityResult
 from umbra.writers.folder.captions import find_mean
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.measured import find_end, make_measure_sheet
+from umbra.writers.pixels import Ramp
 from umbra.writers.plan import DayMap, Plan, find_map_size, name_hours
 from umbra.writers.sheet import Sheet
 
@@ -62,15 +63,14 @@ def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
     what = f"{name_hours('shadow')}{words}" if words else ""
     end = result.up_hours / divisor
     drawn = _Drawing(result, told, times, roofs)
-    paths = [drawn.draw(hours / np.float32(divisor), "map.png", what, end)]
+    paths = [drawn.draw(hours / np.float32(divisor), "map.png", what, end, dark_from=end)]
     if _LOST in result.bands:
         lost, *_ = shrink_hours(result, _LOST, plan=told)
         lost /= np.float32(divisor)
         most = float(np.nanmax(lost, initial=0.0))
         if most > 0:
-            paths.append(
-                drawn.draw(lost, f"{_LOST}.png", f"hours of sun lost to the proposal{words}", most)
-            )
+            what = f"hours of sun lost to the proposal{words}"
+            paths.append(drawn.draw(lost, f"{_LOST}.png", what, most, ramp="loss"))
     return paths
 
 
@@ -94,13 +94,22 @@ class _Drawing:
     times: int
     roofs: NDArray[np.float32] | None
 
-    def draw(self, hours: NDArray[np.float32], name: str, what: str, most: float) -> Path:
-        """Draw hours on squares."""
+    def draw(
+        self,
+        hours: NDArray[np.float32],
+        name: str,
+        what: str,
+        most: float,
+        dark_from: float = math.inf,
+        ramp: Ramp = "shade",
+    ) -> Path:
+        """Draw hours on squares, those of a place without any sun from ``dark_from`` on."""
         plan, hatched = self._lay_out(hours.shape)
         sheet = make_hours_sheet(
-            plan, [DayMap(hours, hatched=hatched)], most, what,
+            plan, [DayMap(hours, hatched=hatched, dark_from=dark_from)], most, what,
             hatch="tiles not counted" if self.result.missing else "",
             has_lines=self.times == 1,  # around means lines would show noise
+            ramp=ramp,
         )  # fmt: skip
         return self._save(sheet, name)
 

@@ -102,13 +102,13 @@ class CityPlan:
         south, west = tile.rows.start, tile.cols.start
         heights = np.zeros((tile.rows.stop - south, tile.cols.stop - west))
         cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))
-        floor = self.job.frame.ground - self.place.origin[2]
+        floor = self.job.frame.floor
         for rows, cols in lattice.cut(cells, lattice.block):
             grid = lattice.find_window(rows, cols)
             aside = np.array([grid.dx, grid.dy])
             seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
                                   np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
-            scene = near.read(seen)
+            scene = near.read(seen).with_words(self.place.catalogue)
             soup = scene.triangles()
             if roles.season is not None:
                 soup = scene.pick(~scene.spread(roles.find_canopies))

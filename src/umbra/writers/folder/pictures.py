@@ -319,7 +319,7 @@ def lay_out_points(job: FolderJob) -> Plan:
     west, south = (float(v) for v in low - room + cell / 2 - origin[:2])
     grid = Grid(west, south, cell, cell, cols, rows)
     soup = study.model.soup
-    level = find_ground(study.model.scene, job.options.ground).level - origin[2]
+    level = find_ground(study.model.scene, job.options.ground).lowest - origin[2]
     surface, floor = find_surface(soup, grid, level), level
     own = study.model.scene.list_own()
     if own is not None:  # over the ground that was added
