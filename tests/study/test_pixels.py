@@ -8,6 +8,7 @@ from support.shapes import box, city, moved, sheet, torus_knot, turned
 
 import umbra
 from umbra.rays.depth import GROUND
+from umbra.rays.hidden import find_hidden
 from umbra.receivers import seen as seen_module
 from umbra.study import StudyOptions, run_study, show_samples
 from umbra.study import run as run_options
@@ -89,12 +90,18 @@ def test_the_picture_of_surfaces_has_the_hours_of_their_nearest_samples(block, m
         broken.setattr(seen_module.ViewTile, "masks", None)  # no pixel is counted
         broken.setattr(seen_module.ViewTile, "make_counter", None)
         shown = show_samples(study, options)
-    samples, surface = study.samples, shown.laid.tile.sampled
+    samples, tile = study.samples, shown.laid.tile
+    surface = tile.sampled
+    # Of samples that lie in no other body, as far as the view tells.
+    toward = -np.asarray(tile.camera.axes()[2])[None]
+    hidden = find_hidden(tile.tree, samples.points, samples.normals, toward)[0].astype(bool)
+    hidden &= np.bincount(samples.surface, ~hidden)[samples.surface] > 0
+    assert hidden.any()
     points = shown.laid.tile.places.points.reshape(*surface.shape, 3)
     seen = np.argwhere(surface >= 0)
     assert len(seen) > 1000
     for row, col in seen[:: len(seen) // 300]:
-        own = np.flatnonzero(samples.surface == surface[row, col])
+        own = np.flatnonzero((samples.surface == surface[row, col]) & ~hidden)
         away = np.linalg.norm(samples.points[own] - points[row, col], axis=1)
         nearest = own[away <= away.min() + 1e-6]
         assert shown.shadow_hours[row, col] in study.shadow_hours[nearest]

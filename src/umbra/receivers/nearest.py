@@ -10,7 +10,10 @@ __all__ = ["find_nearest"]
 
 
 def find_nearest(
-    samples: Samples, points: NDArray[np.float64], surface: NDArray[np.intp]
+    samples: Samples,
+    points: NDArray[np.float64],
+    surface: NDArray[np.intp],
+    preferred: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
     """
     Find the sample nearest to each point among those of the point's surface.
@@ -22,18 +25,22 @@ def find_nearest(
         In the scene's local frame [m].
     surface : (n,) int
         Surface on which each lies; -1 for none.
+    preferred : (m,) bool
+        Samples to choose from, where a surface has any of them.
 
     Returns
     -------
     nearest : (n,) int64
         Index of the sample; -1 for points on no surface.
     """
-    first = np.searchsorted(samples.surface, np.arange(len(samples.part) + 1))
     square = np.zeros((len(samples.points), 2), np.int64)
     _find_squares(
         samples.points, samples.surface, samples.axes, samples.start, samples.spacing, square
     )
     order = np.lexsort((square[:, 0], square[:, 1], samples.surface))
+    has_any = np.bincount(samples.surface, preferred, len(samples.part)) > 0
+    order = order[(preferred | ~has_any[samples.surface])[order]]
+    first = np.searchsorted(samples.surface[order], np.arange(len(samples.part) + 1))
     nearest = np.full(len(points), -1)
     _find(
         points, surface, first, order, square[order], samples.axes, samples.start,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.rays.hidden import find_hidden
 from umbra.receivers.nearest import find_nearest
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.view import SurfacesFromAbove
@@ -64,7 +65,10 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
     nothing = tile.nothing
     facts = {**study.facts, **laid.facts, "receivers": kind.name}
     surface = np.where(nothing, -1, tile.sampled).ravel()
-    nearest = find_nearest(samples, tile.places.points, surface)
+    # What is seen lies in no other body; a sample that is hidden from the view may.
+    toward = -np.asarray(tile.camera.axes()[2], np.float64)[None]
+    hidden = find_hidden(tile.tree, samples.points, samples.normals, toward, study.model.threads)[0]
+    nearest = find_nearest(samples, tile.places.points, surface, hidden == 0)
     pixels = np.flatnonzero(tile.is_ground & (tile.sampled < 0) & ~nothing)
     ground = None
     if len(pixels):

@@ -178,7 +178,7 @@ def tell_place(study: Study) -> str:
 def tell_times(study: Study, options: StudyOptions, which: range) -> str:
     """Describe some of a study's dates, and its clock times with their offsets from UTC."""
     period = study.period
-    if not period.days:
+    if not which:
         return ""
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Preview, make_preview
+from umbra.study import make_preview
 from umbra.study.measures import Quantity
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe, list_few
@@ -39,8 +39,7 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     kind = job.study.kind
     if not kind.is_raster and job.study.samples is None:
         return _draw_points(job)
-    if plan is None:
-        plan = _describe(job, make_preview(job.study))
+    plan = _describe(job, plan)
     names = []
     for one, values in _list_drawn(job):
         shown = values if values.shape == plan.shape else resample(values, plan.shape)
@@ -49,14 +48,18 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     return names
 
 
-def _describe(job: FolderJob, preview: Preview) -> Plan:
-    """Describe the picture of a raster without hours, with the appearance of its surfaces."""
-    plan = describe(job, preview, range(0))
-    if job.outputs.endings and not job.study.kind.is_level:
+def _describe(job: FolderJob, plan: Plan | None) -> Plan:
+    """Describe the maps of measures; those of no sun have no dates."""
+    study = replace(job.study, has_hours=False)
+    needs_sun = any(one.needs_sun for one in job.options.measures)
+    days = range(len(study.period.days) if needs_sun else 0)
+    drawn = describe(replace(job, study=study), make_preview(study), days)
+    appearance = None if plan is None else plan.appearance
+    if appearance is None and job.outputs.endings and not study.kind.is_level:
         from umbra.writers.edges import find_appearance  # noqa: PLC0415
 
-        plan = replace(plan, appearance=find_appearance(job.study, find_map_size(plan)))
-    return plan
+        appearance = find_appearance(study, find_map_size(drawn))
+    return replace(drawn, appearance=appearance)
 
 
 def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
