@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.casters.casting import prepare_casting
-from umbra.devices import check_device
+from umbra.devices import check_device, find_device
+from umbra.devices.by_points import PointDevice
 from umbra.errors import InputError, check_type, show_value
 from umbra.options import read_texts
 from umbra.packages import require
@@ -47,6 +48,7 @@ def count(
     of: Literal["shadow", "light"] = "shadow",
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
+    device: str = "auto",
     threads: int | None = None,
     **options: Any,
 ) -> Any:
@@ -71,11 +73,13 @@ def count(
         Whether to count hidden or visible lights.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not.
+    device : str
+        Device that counts, as in `umbra.shadow_study`; what it cannot count, the CPU does.
     threads : int, optional
         All cores by default.
     **options
         Options of named receivers, as in `umbra.shadow_study`: ``ground``, ``extent``, ``cell``,
-        ``size``, ``spacing``, ``on``, ``points``, ``eye``.
+        ``size``, ``spacing``, ``on``, ``points``, ``eye``; and ``canopy``, ``transmissivity``.
 
     Returns
     -------
@@ -104,10 +108,13 @@ def count(
         raise InputError(msg, option="of")
     lights = check_lights(directions, "directions")
     sums = None if weights is None else _check_weights(weights, len(lights))
-    threads = check_device("cpu", threads)
+    threads = check_device(device, threads)
     lights[:, :3] -= lights[:, 3:] * scene.origin
     if isinstance(receivers, str):
-        asked = {"receivers": receivers, "cast": cast, "no_cast": no_cast, "threads": threads}
+        asked = {
+            "receivers": receivers, "cast": cast, "no_cast": no_cast, "threads": threads,
+            "device": device,
+        }  # fmt: skip
         return _count_named(scene, lights, sums, of, {**asked, **options})
     if options:
         name = next(iter(options))
@@ -119,12 +126,16 @@ def count(
     if points.shape[1] > _PLACE:
         normals[:] = points[:, _PLACE:]
     chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
-    tree = prepare_casting(scene, scene.select(*chosen), threads).tree
+    casting, own = prepare_casting(scene, scene.select(*chosen), threads), find_device(device)
+    triangles = casting.caster.vertices[casting.caster.faces]
     block = max(int(_WORK / (9 * len(lights))), 1)
     found = []
     for first in range(0, len(places), block):
         some = slice(first, first + block)
-        masks = find_hidden(tree, places[some], normals[some], lights, threads)
+        if isinstance(own, PointDevice):
+            masks = own.ask(triangles, places[some], normals[some], lights)
+        else:
+            masks = find_hidden(casting.tree, places[some], normals[some], lights, threads)
         counted = (masks == (of == "shadow")).T
         found.append(counted if sums is None else counted @ sums)
     return np.concatenate(found)

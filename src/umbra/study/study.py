@@ -7,20 +7,24 @@ the period less the night. The profile is drawn at the steps' ends.
 
 import functools
 import inspect
+import math
+import warnings
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.casters import Canopy
 from umbra.casters.casting import select_casters
+from umbra.devices import DEFAULT, StudyCounters
 from umbra.errors import InputError, find_similar
-from umbra.ground.choice import find_ground
 from umbra.lights import Lights
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
+from umbra.receivers.tile import Counter, Tile
 from umbra.scene import Scene
 from umbra.study.counters import RayCounter
 from umbra.study.loop import add_up
@@ -121,8 +125,9 @@ def count_lights(
     """
     Add the weights of the lights that each receiver does not see.
 
-    Directions above the horizon are counted like suns; lamps, and lights that shine upward,
-    by rays.
+    Directions above the horizon are counted like suns, on the options' device; lamps, and lights
+    that shine upward, by rays. Canopies hide the share of a light that they do not transmit, with
+    leaves.
 
     Parameters
     ----------
@@ -140,29 +145,47 @@ def count_lights(
     Raises
     ------
     InputError
-        If an option is wrong, or a canopy is chosen.
+        If an option is wrong.
     """
-    if options.canopy:
-        msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"
-        raise InputError(msg, option="canopy")
-    scene = find_ground(scene, options.ground).scene
+    scene = settle_ground(scene, options).scene
     kind = find_kind(options.receivers, scene, options.ground)
     threads = choose_threads(options.threads)
     suns, others = lights.split()
     casters = select_casters(scene, options.cast, options.no_cast)
+    canopy = Canopy.of(scene, casters, options.canopy, options.transmissivity, options.leaf_on)
     request = Request(
-        scene, options, casters, threads, lights=len(suns), find_reaching=lambda: suns.directions
-    )
+        scene, options, casters, threads, canopy, lights=len(suns),
+        find_reaching=lambda: suns.directions,
+    )  # fmt: skip
     laid = kind.lay_out(request)
     sums = np.zeros((lights.weights.shape[1], *laid.shape), np.float32)
-    for where, make_tile in laid.make_tiles(request):
-        tile = make_tile()
-        inside = where if isinstance(where, tuple) else (where,)
-        if len(suns):
-            sums[:, *inside] += add_up(tile.make_counter(), tile.shape, suns)
-        if len(others):
-            sums[:, *inside] += add_up(RayCounter(tile, threads), tile.shape, others)
+    device = DEFAULT if canopy else options.device
+    cells = math.prod(laid.shape)
+    with StudyCounters(device, casters, suns.directions[:, :3], cells) as counters:
+        for where, make_tile in laid.make_tiles(request):
+            tile = make_tile()
+            inside = where if isinstance(where, tuple) else (where,)
+            found = _add_hidden(tile, suns, others, counters.make(tile))
+            if canopy is not None:
+                dark = _add_hidden(tile.with_casters(), suns, others)
+                found = dark + np.float32(1 - canopy.season.with_leaves) * (found - dark)
+            sums[:, *inside] += found
+        laid.facts["device"] = counters.device
+        if counters.note:
+            warnings.warn(counters.note, stacklevel=2)
     nothing = laid.finish()
     if nothing is not None:
         sums[:, nothing] = np.nan
     return laid, sums
+
+
+def _add_hidden(
+    tile: Tile, suns: Lights, others: Lights, counter: Counter | None = None
+) -> NDArray[np.float32]:
+    """Add up on a tile the weights of the suns, and of all other lights, that are hidden."""
+    found = np.zeros((suns.weights.shape[1], *tile.shape), np.float32)
+    if len(suns):
+        found += add_up(counter or tile.make_counter(), tile.shape, suns)
+    if len(others):
+        found += add_up(RayCounter(tile, tile.casting.threads), tile.shape, others)
+    return found
