@@ -19,7 +19,7 @@ help:
 	@echo "make study     a shadow study of an example city quarter, from nothing to pictures"
 	@echo "make test      every test"
 	@echo "make fuzz      edited views for a minute, then small files that ask for much, then damaged ones of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
-	@echo "make lint      ruff (rules and format) and mypy"
+	@echo "make lint      ruff (rules and format), mypy and import-linter"
 	@echo "make docs      the documentation, in docs/_build/html"
 	@echo "make wheel     the wheel and the source archive, in $(OUT)/dist, installed alone and tried on the example"
 	@echo "make bench     the benchmarks at small sizes (umbra bench NAME: in full)"
@@ -104,6 +104,7 @@ lint: $(VENV)/.lint
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --no-cache
 
 docs: $(VENV)/.docs
 	$(VENV)/bin/sphinx-build -W --keep-going -q -b html docs docs/_build/html

@@ -12,6 +12,8 @@ The names below are the public face; they load what they need on first use.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from umbra.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from umbra.calls.arguments import make_camera
     from umbra.calls.city import city_study
@@ -44,8 +46,6 @@ if TYPE_CHECKING:
     from umbra.scene.making import pose
     from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun, sun_light
-
-__version__ = "0.2.0"
 
 _HOMES = {
     "Camera": "umbra.scene",

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError, find_similar, show_value
-from umbra.ground.asked import check_ground
+from umbra.ground_option import check_ground
 
 __all__ = [
     "Option", "check_types", "list_options", "option", "read_flag", "read_length", "read_names",

@@ -163,7 +163,7 @@ def _find_needed(point: "EntryPoint") -> str:
     from packaging.requirements import Requirement  # noqa: PLC0415
     from packaging.utils import canonicalize_name  # noqa: PLC0415
 
-    from umbra import __version__  # noqa: PLC0415 - the package's face loads nothing
+    from umbra.version import __version__  # noqa: PLC0415
 
     for text in (point.dist.requires or ()) if point.dist is not None else ():
         wanted = Requirement(text)

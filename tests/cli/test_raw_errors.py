@@ -15,9 +15,9 @@ from support.shapes import box
 
 import umbra
 from umbra import machine as kernel_cache
+from umbra.folders.atomic import replace_file
 from umbra.lights import make_period
 from umbra.sun.clock import check_steps, make_steps
-from umbra.writers.atomic import replace_file
 
 VIENNESE = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 

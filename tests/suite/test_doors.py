@@ -20,7 +20,7 @@ DOORS = {
         "study.chunked", "tiles.cluster", "tiles.workers", "writers.painter",
     },
     # The page's server; the machine's name in a lock file.
-    "socket": {"web.server", "writers.unfinished_folder"},
+    "socket": {"web.server", "folders.unfinished_folder"},
     "http": {"web.server"},
     "webbrowser": {"web.server"},
     "distributed": {"tiles.cluster"},

@@ -171,7 +171,7 @@ def test_a_run_and_a_study_of_one_scene_do_not_share_a_folder(runs, tmp_path):
         umbra.Site(52.0, 4.4, "Europe/Amsterdam"), date="2026-12-21", every="3h",
         receivers="ground", cell=2.0,
     )  # fmt: skip
-    from umbra.writers.atomic import replace_results  # noqa: PLC0415
+    from umbra.folders.atomic import replace_results  # noqa: PLC0415
 
     def write_too(_job, _tiles):
         with pytest.raises(umbra.InputError, match=r"another run \(process"):

@@ -9,7 +9,7 @@ from support.shapes import box
 
 import umbra
 from umbra.cli import main
-from umbra.writers.atomic import check_is_here
+from umbra.folders.atomic import check_is_here
 
 ADDRESSES = ["s3://bucket/x", "gs://b/x", "https://example.org/x", "file:///tmp/x", "az+v2://x"]
 DAY = {"date": "2026-09-18", "start": "11:00", "end": "13:00", "every": "1h"}

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from umbra.errors import InputError
+from umbra.folders.atomic import KEPT, replace_results
+from umbra.folders.unfinished_folder import LOCK, PREFIX, SEAL
 from umbra.writers import unfinished_folder
-from umbra.writers.atomic import KEPT, replace_results
-from umbra.writers.unfinished_folder import LOCK, PREFIX, SEAL
 
 NAMES = ("study.nc", "hours.png")
 
@@ -41,7 +41,7 @@ def start(folder, code):
     script = f"""
     import sys, time
     from pathlib import Path
-    from umbra.writers.atomic import replace_results
+    from umbra.folders.atomic import replace_results
     with replace_results({str(folder)!r}) as unfinished:
         {code}
         print("ready", flush=True)
@@ -245,7 +245,7 @@ def test_ctrl_c_during_the_moves_waits_for_them_and_tells_the_truth(tmp_path, mo
 
 STEPS = """
 import os, sys
-from umbra.writers.atomic import replace_results
+from umbra.folders.atomic import replace_results
 folder, at, number = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 steps = None
 
@@ -300,7 +300,7 @@ def test_of_runs_that_begin_at_once_no_two_write(tmp_path):
     code = """
     import sys
     from umbra.errors import InputError
-    from umbra.writers.atomic import replace_results
+    from umbra.folders.atomic import replace_results
     sys.stdin.readline()
     try:
         with replace_results(sys.argv[1]) as unfinished:

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from umbra.cli.terminal import echo, echo_json, echo_path
-from umbra.writers.atomic import replace_file
+from umbra.folders.atomic import replace_file
 from umbra_benchmarks.report import BenchmarkRun
 
 __all__ = ["command"]

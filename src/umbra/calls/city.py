@@ -3,7 +3,7 @@
 import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +16,12 @@ from umbra.sun.site import Site, find_site
 from umbra.tiles.options import CityOptions
 
 if TYPE_CHECKING:
-    from umbra.tiles.run import CityStudy, Engine
+    import xarray as xr
 
-__all__ = ["city_study", "run_city"]
+    from umbra.tiles.job import CityJob
+    from umbra.tiles.run import CityRun, Engine
+
+__all__ = ["CityStudy", "city_study", "run_city"]
 
 _SITE, _READING = (
     [
@@ -29,6 +32,73 @@ _SITE, _READING = (
     for call in (find_site, read)
 )
 """Names of what a site and the reading of files are given."""
+
+
+@dataclass(frozen=True)
+class CityStudy:
+    """
+    A study in tiles, in its folder.
+
+    Parameters
+    ----------
+    run : CityRun
+    notes : tuple of str
+        Losses and assumptions, one line each.
+    """
+
+    run: "CityRun"
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"CityStudy('{self.folder}', {len(self.job.tiles()):,} tiles)"
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the results."""
+        return self.run.folder
+
+    @property
+    def job(self) -> "CityJob":
+        """What was counted."""
+        return self.run.job
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Attributes of the result."""
+        return self.run.facts
+
+    @property
+    def dataset(self) -> "xr.Dataset":
+        """The result as a dataset of the store, whose arrays are read where they are used."""
+        return self.run.dataset
+
+    def write(self, *formats: str) -> list[Path]:
+        """
+        Write further files beside the store, with one tile in memory at a time.
+
+        Parameters
+        ----------
+        *formats : str
+            Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
+            ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
+            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``, ``'cityjson'``:
+            the city's CityJSON files with hours. All but the last by default.
+
+        Returns
+        -------
+        paths : list of Path
+
+        Raises
+        ------
+        InputError
+            If a format is unknown, or needs a package that is not installed, or a run uses the
+            folder.
+        """
+        from umbra.tiles.run import lock_run  # noqa: PLC0415
+        from umbra.writers.city import write_city_files  # noqa: PLC0415
+
+        with lock_run(self.folder):
+            return write_city_files(self.folder, formats)
 
 
 def city_study(
@@ -149,11 +219,11 @@ def run_city(
     ``reads`` is called with the number of files read, ``write`` with the complete study, while no
     other run may use its folder.
     """
+    from umbra.folders.atomic import is_full  # noqa: PLC0415
     from umbra.tiles.cluster import open_engine  # noqa: PLC0415
     from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
     from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
     from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
-    from umbra.writers.atomic import is_full  # noqa: PLC0415
 
     check_zarr()
     check_folder(folder)
@@ -161,9 +231,9 @@ def run_city(
     try:
         with lock_run(folder, said.append), open_engine(city.workers, city.scheduler) as own:
             found = prepare_city(files, site, options, city, folder, reading, reads)
-            study = run_job(found.job, found.describe, engine or own, progress)
-            assumed = [str(study.facts[one]) for one in ("assumption",) if one in study.facts]
-            study = replace(study, notes=(*said, *found.notes, *assumed, *study.notes))
+            run = run_job(found.job, found.describe, engine or own, progress)
+            assumed = [str(run.facts["assumption"])] if "assumption" in run.facts else []
+            study = CityStudy(run, (*said, *found.notes, *assumed, *run.notes))
             write(study)
             return study
     except OSError as error:

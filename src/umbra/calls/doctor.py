@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from umbra import __version__
 from umbra.cache import LIMIT, find_doubt, find_folder, measure
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.target import Target
 from umbra.machine import HOME, count_cores, make_command
 from umbra.packages import write_install
+from umbra.version import __version__
 
 __all__ = ["examine", "probe", "tell"]
 

@@ -97,7 +97,7 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     for text in said:
         warnings.warn(text, stacklevel=3)
     if options.out is not None:
-        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+        from umbra.folders.atomic import replace_file  # noqa: PLC0415
         from umbra.writers.pixels import write_png  # noqa: PLC0415
 
         with replace_file(Path(options.out)) as beside:

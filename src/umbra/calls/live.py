@@ -14,10 +14,10 @@ from umbra.calls.ground import stand_scene
 from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError
+from umbra.folders.atomic import replace_file
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.sun import Site
-from umbra.writers.atomic import replace_file
 from umbra.writers.live import clear_ground, find_face_surfaces, make_hours
 
 if TYPE_CHECKING:
@@ -129,8 +129,8 @@ def _draw_poster(scene: Scene, site: Site | None, options: ViewOptions) -> str:
 
 def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str:
     """Make the page of a scene; parameters as in `make_config`."""
-    from umbra import __version__  # noqa: PLC0415
     from umbra.scene import pose  # noqa: PLC0415
+    from umbra.version import __version__  # noqa: PLC0415
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.page import make_page  # noqa: PLC0415
 

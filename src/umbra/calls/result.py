@@ -46,7 +46,7 @@ class DrawnSheet:
 
     def save(self, path: str | Path) -> None:
         """Write it as a PNG file; an existing file is replaced."""
-        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+        from umbra.folders.atomic import replace_file  # noqa: PLC0415
 
         with replace_file(path) as beside:
             beside.write_bytes(self.png)
@@ -184,7 +184,7 @@ class ShadowStudy:
         -------
         path : Path
         """
-        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+        from umbra.folders.atomic import replace_file  # noqa: PLC0415
 
         with TemporaryDirectory() as folder, replace_file(Path(path)) as beside:
             written = self.write(folder, report=True, **picture)

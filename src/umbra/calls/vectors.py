@@ -58,7 +58,7 @@ class VectorDrawing:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write it as SVG or PDF, by the file's ending; an existing file is replaced."""
-        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+        from umbra.folders.atomic import replace_file  # noqa: PLC0415
 
         file = Path(path)
         with replace_file(file) as beside:

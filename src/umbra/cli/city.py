@@ -17,7 +17,7 @@ from umbra.tiles.options import CityOptions
 from umbra.writers.folder import Outputs
 
 if TYPE_CHECKING:
-    from umbra.tiles.run import CityStudy
+    from umbra.calls.city import CityStudy
 
 __all__ = ["study_city"]
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import click
 
-from umbra import __version__
 from umbra.cli.interrupt import stand_by
 from umbra.cli.terminal import echo, echo_json
 from umbra.errors import InputError, UmbraError, find_similar
 from umbra.machine import find_kernel_cache, pass_over_settings
+from umbra.version import __version__
 
 __all__ = ["main"]
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from umbra.ground.asked import FEET, LEVEL
+from umbra.ground_option import FEET, LEVEL
 from umbra.options import Option, list_options, read_length
 from umbra.registry import list_added
 
@@ -72,7 +72,7 @@ class NewPath(click.Path):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Parse text; refuse an address and an empty name."""
-        from umbra.writers.atomic import check_is_here  # noqa: PLC0415  (the help writes nothing)
+        from umbra.folders.atomic import check_is_here  # noqa: PLC0415  (the help writes nothing)
 
         if value == "":
             self.fail("the name is empty; name what is to be written", param, ctx)

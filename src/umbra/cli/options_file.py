@@ -14,12 +14,12 @@ from typing import Any
 
 import click
 
-from umbra import __version__
 from umbra.cli.options import HeadedOption
 from umbra.cli.reading import read_values
 from umbra.errors import InputError, find_similar
-from umbra.ground.asked import is_file
+from umbra.ground_option import is_file
 from umbra.options import read_length
+from umbra.version import __version__
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 

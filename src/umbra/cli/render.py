@@ -82,7 +82,7 @@ def command(
     from umbra.calls.arguments import check_picture_memory  # noqa: PLC0415
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
     from umbra.calls.vectors import draw_seen  # noqa: PLC0415
-    from umbra.writers.atomic import replace_file  # noqa: PLC0415
+    from umbra.folders.atomic import replace_file  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 

@@ -74,7 +74,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         options = take_record(StudyOptions, given)
         study_city(files, out, options, city, outputs, say, quiet=quiet, as_json=as_json)
         return
-    from umbra.writers.atomic import replace_results  # noqa: PLC0415
+    from umbra.folders.atomic import replace_results  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
 
     # The painter's child starts first: it loads its libraries while this process loads the rest.

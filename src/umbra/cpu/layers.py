@@ -18,7 +18,7 @@ from umbra.scene import Camera, Light
 from umbra.soft import AreaLight
 
 if TYPE_CHECKING:
-    from umbra.devices.device import FrameCounts
+    from umbra.soft.frames import FrameCounts
 
 __all__ = ["blend_layers", "follow_lights", "see_behind"]
 

@@ -10,8 +10,9 @@ from contextlib import AbstractContextManager, nullcontext
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from umbra.devices.device import CountingDevice, FrameCounts, TileCounters
+from umbra.devices.device import CountingDevice, TileCounters
 from umbra.errors import UmbraError
+from umbra.soft.frames import FrameCounts
 
 if TYPE_CHECKING:
     from umbra.gl.context import Device

@@ -11,8 +11,9 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
-from umbra.devices.device import CountingDevice, FrameCounts, TileCounters, blame
+from umbra.devices.device import CountingDevice, TileCounters, blame
 from umbra.errors import UmbraError
+from umbra.soft.frames import FrameCounts
 
 if TYPE_CHECKING:
     import numpy as np

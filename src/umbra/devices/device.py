@@ -1,24 +1,18 @@
 """Interfaces of a device: counters of a study's tiles, counters of frames, method names."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from umbra.errors import InputError
-from umbra.methods import METHODS, Methods, Softness
+from umbra.methods import METHODS, Methods
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from umbra.scene import Scene
+    from umbra.soft.frames import FrameCounts
 
-    from umbra.rays import VisibleSurface
-    from umbra.rays.depth import DepthBuffer
-    from umbra.rays.transmission import Transmitters
-    from umbra.scene import Camera, Light, Scene
-    from umbra.soft import AreaLight
-
-__all__ = ["CountingDevice", "FrameCounts", "TileCounters", "blame"]
+__all__ = ["CountingDevice", "TileCounters", "blame"]
 
 
 def blame(name: str, error: Exception) -> InputError:
@@ -28,48 +22,6 @@ def blame(name: str, error: Exception) -> InputError:
         "it, or leave device= out"
     )
     return InputError(msg, option="device", device=name)
-
-
-class FrameCounts(Protocol):
-    """Counter of shadows in frames of a scene; ``transmitters`` are its transmitting triangles."""
-
-    scene: "Scene"
-    transmitters: "Transmitters | None"
-    moved: float
-    """How far casters of the counts so far are off at most, as coarser meshes [m]."""
-
-    def see(self, camera: "Camera") -> "tuple[DepthBuffer, VisibleSurface]":
-        """Find the visible surface; transmitting parts are drawn, except in their holes."""
-
-    def look(self, camera: "Camera", before: "DepthBuffer | None" = None) -> "DepthBuffer":
-        """
-        Find the visible face and depth of each pixel: the first half of ``see``.
-
-        ``before`` is the layer in front: only faces behind it are drawn.
-        """
-
-    def locate(self, view: "DepthBuffer", camera: "Camera") -> "VisibleSurface":
-        """Find the visible points of a view of this camera: the second half."""
-
-    def count(
-        self, view: "DepthBuffer", camera: "Camera", light: "Light", method: str = "auto"
-    ) -> "NDArray[np.signedinteger]":
-        """Count the shadow volumes that hold each visible point, (rows, cols)."""
-
-    def transmit(
-        self, view: "DepthBuffer", camera: "Camera", light: "Light"
-    ) -> "tuple[NDArray[np.float32], NDArray[np.int32]]":
-        """Find the light that transmitting parts leave, and what hides it: `Sight.transmit`."""
-
-    def find_visibility(
-        self,
-        view: "DepthBuffer",
-        camera: "Camera",
-        lights: "Sequence[AreaLight]",
-        method: str,
-        softness: Softness | None = None,
-    ) -> "list[NDArray[np.float32]]":
-        """Find the share of each area light that each visible point sees, (rows, cols) each."""
 
 
 class TileCounters(ABC):
@@ -142,7 +94,7 @@ class CountingDevice(ABC):
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
         detail: float = 0.0,
-    ) -> AbstractContextManager[FrameCounts]:
+    ) -> "AbstractContextManager[FrameCounts]":
         """
         Make a counter of frames of a scene.
 

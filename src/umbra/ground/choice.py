@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.ground.asked import FEET, LEVEL, Asked, check_ground, is_file
 from umbra.ground.file import add_file_ground
 from umbra.ground.level import (
     GAP,
@@ -24,6 +23,7 @@ from umbra.ground.level import (
     settle_level,
 )
 from umbra.ground.surface import AWAY, FeetSurface, make_surface
+from umbra.ground_option import FEET, LEVEL, Asked, check_ground, is_file
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
@@ -126,7 +126,7 @@ def find_ground(scene: Scene, ground: Asked = None, hanging: Sequence[int] = ())
     scene : Scene
         With or without a surface that this function added.
     ground : float or str, optional
-        As asked for, see `umbra.ground.asked.check_ground`; None chooses.
+        As asked for, see `umbra.ground_option.check_ground`; None chooses.
     hanging : sequence of int, optional
         Indices of parts that stand on no ground, such as crowns of trees: they tell nothing of
         its height. The scene that is returned keeps the ground that was found without them.

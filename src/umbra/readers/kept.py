@@ -11,10 +11,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from umbra import __version__
 from umbra.readers.content import FileContent
 from umbra.readers.model import ReadChoices
 from umbra.scene import Scene
+from umbra.version import __version__
 
 if TYPE_CHECKING:
     from umbra.cache import Beside

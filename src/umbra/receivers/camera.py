@@ -1,7 +1,7 @@
 """Pixels of a camera's picture as receivers."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,6 @@ from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.receivers.view import PIXEL_BYTES
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
-
-if TYPE_CHECKING:
-    from umbra.study import Study
 
 __all__ = ["CameraPicture"]
 
@@ -65,7 +62,7 @@ class CameraPicture(ReceiverKind):
             x=grid.x, y=grid.y, ground=level, grid=grid, tile=tile,
         )  # fmt: skip
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the camera."""
         facts = study.facts
         eye, target = (
@@ -95,7 +92,7 @@ class CameraPicture(ReceiverKind):
         toward = math.degrees(math.atan2(way[0], way[1]))
         return true_north - toward, abs(way[2]) / math.hypot(level, way[2])
 
-    def find_counted(self, study: "Study") -> None:
+    def find_counted(self, study: Any) -> None:
         """Count none: a pixel has no area."""
 
 

@@ -17,8 +17,6 @@ from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.ground.level import Level
-    from umbra.study.options import StudyOptions
-    from umbra.study.result import Study
 
 __all__ = [
     "Counter", "PieceShares", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
@@ -64,7 +62,7 @@ class Request:
     """
 
     scene: Scene
-    options: "StudyOptions"
+    options: Any
     casters: list[int]
     threads: int
     canopy: Canopy | None = None
@@ -166,7 +164,7 @@ class Receivers:
         """Return positions found by counting, as results."""
         return {}
 
-    def sum_up(self, study: "Study") -> Variables:
+    def sum_up(self, study: Any) -> Variables:
         """Return the results of whole surfaces and parts."""
         return {}
 

@@ -22,7 +22,6 @@ from umbra.scene.numbers import read_array
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
-    from umbra.study.result import Study
 
 __all__ = ["PlacedKind", "PlacedReceivers", "PlacedSamples"]
 
@@ -123,7 +122,7 @@ class PlacedKind(SampleKind):
             raise InputError(msg, option="receivers")
         return found
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the samples."""
         return f"the places of '{self.name}'"
 
@@ -136,12 +135,12 @@ class PlacedKind(SampleKind):
             "; the others are judged from both sides of a surface" if free else ""
         )
 
-    def find_counted(self, study: "Study") -> Counted:
+    def find_counted(self, study: Any) -> Counted:
         """Weight each point by its area, or count it once."""
         which = np.isfinite(study.shadow_hours)
-        if study.laid.areas is None:  # type: ignore[attr-defined]
+        if study.laid.areas is None:
             return Counted(which, np.ones(which.shape), "points", "points")
-        return Counted(which, study.laid.areas, "m²", self.name)  # type: ignore[attr-defined]
+        return Counted(which, study.laid.areas, "m²", self.name)
 
 
 @dataclass(eq=False, kw_only=True)
@@ -156,7 +155,7 @@ class PlacedReceivers(SingleReceivers):
 
     areas: NDArray[np.float64] | None = None
 
-    def sum_up(self, study: "Study") -> Variables:
+    def sum_up(self, study: Any) -> Variables:
         """Return names and areas, if any."""
         found: Variables = {"name": (DIMS, np.array(self.names))} if self.names else {}
         return found if self.areas is None else {**found, "area": (DIMS, self.areas)}

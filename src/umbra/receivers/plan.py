@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,6 @@ from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 from umbra.scene.mesh import find_standing
-
-if TYPE_CHECKING:
-    from umbra.study import Study
 
 __all__ = ["GroundPlane", "GroundSurface", "PlanKind", "PlanRaster", "TopmostSurface"]
 
@@ -282,11 +279,11 @@ class GroundPlane(PlanKind):
             return {"assumption": told}
         return check_stated(scene, level) if assumed is None else assumed.describe(level)
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the ground plane."""
         return f"the level ground at z = {study.ground:.6g} m, including under buildings"
 
-    def find_open(self, study: "Study") -> NDArray[np.bool_]:
+    def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the cells under no roof."""
         return study.heights <= study.ground + _LEVEL
 
@@ -307,11 +304,11 @@ class GroundSurface(PlanKind):
         """Return the height of the ground."""
         return laid.receiver_heights
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the surface."""
         return f"the {study.facts['ground']}, except under buildings"
 
-    def find_open(self, study: "Study") -> NDArray[np.bool_]:
+    def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the cells under no roof."""
         laid: Any = study.laid
         return study.heights <= laid.receiver_heights
@@ -355,6 +352,6 @@ class TopmostSurface(PlanKind):
         )
         return {"assumption": told, "assumed_ground_share": float(bare)}
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the topmost surface."""
         return f"the topmost surface: roofs, terrain; {study.facts['ground']}"

@@ -8,7 +8,7 @@ import csv
 import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,9 +23,6 @@ from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.scene.numbers import read_array
-
-if TYPE_CHECKING:
-    from umbra.study.result import Study
 
 __all__ = [
     "GivenPoints",
@@ -68,7 +65,7 @@ class SampledSurfaces(SampleKind):
             samples=samples,
         )  # fmt: skip
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the sampled surfaces, and their outward side."""
         surfaces, parts = len(study.more["surface_part"][1]), len(study.more["part"][1])
         return (
@@ -85,7 +82,7 @@ class SampledSurfaces(SampleKind):
             "its middle"
         )
 
-    def find_counted(self, study: "Study") -> Counted:
+    def find_counted(self, study: Any) -> Counted:
         """Weight each sample by its area."""
         which = np.isfinite(study.shadow_hours)
         return Counted(which, np.asarray(study.more["area"][1]), "m²", "sampled surfaces")
@@ -97,7 +94,7 @@ class SurfaceSamples(SingleReceivers):
 
     samples: Samples = field(kw_only=True)
 
-    def sum_up(self, study: "Study") -> Variables:
+    def sum_up(self, study: Any) -> Variables:
         """Return the results of each surface and of each part."""
         samples, scene = self.samples, self.casting.scene
         labels, owner = np.unique(np.array(scene.labels())[samples.part], return_inverse=True)
@@ -164,7 +161,7 @@ class GivenPoints(PlacedKind):
         normals = given[:, 3:] if given.shape[1] == 6 else None
         return PlacedSamples(given[:, :3], normals, names=options.names or ())
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the points."""
         return "the given points"
 

@@ -18,7 +18,6 @@ from umbra.casters.casting import Casting
 from umbra.cpu.patch_pieces import PieceCounter, PieceEdges
 from umbra.cpu.patches import Patches
 from umbra.devices import DEFAULT, DEVICES
-from umbra.devices.device import FrameCounts
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
@@ -32,6 +31,7 @@ from umbra.receivers.single import MANY_SUNS
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid, Places
 from umbra.scene.mesh import ADDED_GROUND
+from umbra.soft.frames import FrameCounts
 from umbra.volume.adjacency import Caster
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from umbra.receivers.samples import Samples
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid
-
-if TYPE_CHECKING:
-    from umbra.study import Study
 
 __all__ = [
     "COMPASS",
@@ -223,7 +220,7 @@ class OrthographicKind(ReceiverKind):
         """Return the view's tilt downward as an attribute [degrees]."""
         return {}
 
-    def describe_receivers(self, study: "Study") -> str:
+    def describe_receivers(self, study: Any) -> str:
         """Describe the view."""
         facts = study.facts
         azimuth, tilt = facts["view_azimuth_deg"], facts.get("view_tilt_deg")

@@ -54,7 +54,7 @@ class Exchange:
         InputError
             If an array has another shape, or a face names a vertex that does not exist.
         """
-        from umbra import make_scene  # noqa: PLC0415
+        from umbra.scene.making import make_scene  # noqa: PLC0415
 
         return make_scene(_list_array_parts(vertices, faces, parts, name), **facts)
 
@@ -65,7 +65,7 @@ class Exchange:
 
         Facts as in `from_arrays`. Raises InputError if it is neither, or has no triangles.
         """
-        from umbra import make_scene  # noqa: PLC0415
+        from umbra.scene.making import make_scene  # noqa: PLC0415
 
         return make_scene(_list_trimesh_parts(mesh), **facts)
 
@@ -76,7 +76,7 @@ class Exchange:
 
         Facts as in `from_arrays`. Raises InputError if it is no dataset, or has no faces.
         """
-        from umbra import make_scene  # noqa: PLC0415
+        from umbra.scene.making import make_scene  # noqa: PLC0415
 
         return make_scene(_list_pyvista_parts(data), **facts)
 
@@ -99,7 +99,7 @@ class Exchange:
         InputError
             If it is no GeoDataFrame, or has no heights.
         """
-        from umbra import read  # noqa: PLC0415
+        from umbra.readers import read  # noqa: PLC0415
 
         if not hasattr(table, "geometry") or not hasattr(table, "to_json"):
             msg = f"this is no GeoDataFrame but a {type(table).__name__}"

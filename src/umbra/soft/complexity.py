@@ -45,7 +45,7 @@ from umbra.soft.wedges import ASIDE, find_axes
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
-    from umbra.cpu.frame import FrameCounter
+    from umbra.soft.frames import VolumeCounts
 
 __all__ = ["MOST", "SPOTS", "EdgeTable", "find_edges", "find_open", "make_spots", "visibility"]
 
@@ -101,7 +101,7 @@ class LightFrame(NamedTuple):
 
 
 def visibility(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,
@@ -214,7 +214,7 @@ def _make_planes_again(caster: Caster, vertices: NDArray[np.float64]) -> NDArray
 
 
 def _cover(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,

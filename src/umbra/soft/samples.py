@@ -17,7 +17,7 @@ from umbra.scene import Camera
 from umbra.soft import AreaLight
 
 if TYPE_CHECKING:
-    from umbra.cpu.frame import FrameCounter
+    from umbra.soft.frames import VolumeCounts
 
 __all__ = ["SAMPLES", "visibility"]
 
@@ -26,7 +26,7 @@ SAMPLES = Softness.samples
 
 
 def visibility(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,

@@ -20,7 +20,7 @@ from umbra.soft.coverage import add_wedges, make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
 if TYPE_CHECKING:
-    from umbra.cpu.frame import FrameCounter
+    from umbra.soft.frames import VolumeCounts
 
 __all__ = ["ASIDE", "find_axes", "find_coverage", "visibility"]
 
@@ -29,7 +29,7 @@ ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 
 
 def visibility(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,
@@ -41,7 +41,7 @@ def visibility(
 
 
 def find_coverage(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,
@@ -63,7 +63,7 @@ def find_coverage(
 
 
 def _cover(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,

@@ -33,7 +33,7 @@ from umbra.volume.adjacency import Caster, make_planes
 from umbra.volume.silhouette import find_silhouettes
 
 if TYPE_CHECKING:
-    from umbra.cpu.frame import FrameCounter
+    from umbra.soft.frames import VolumeCounts
 
 __all__ = [
     "GAP",
@@ -52,7 +52,7 @@ GAP = Softness.gap
 
 
 def visibility(
-    counter: "FrameCounter",
+    counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,
     camera: Camera,
@@ -111,7 +111,7 @@ class Layers:
     sunk: NDArray[np.float64]
 
     @classmethod
-    def of(cls, counter: "FrameCounter", light: Light) -> "Layers":
+    def of(cls, counter: "VolumeCounts", light: Light) -> "Layers":
         """Prepare a counter's caster for a light."""
         caster, place = counter.caster, light.local(counter.scene.origin)
         centers, axes, radii = find_growth(caster, place, caster.vertices, place)
@@ -194,7 +194,7 @@ def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
     return parted, keys // width
 
 
-def _find_components(counter: "FrameCounter", view: DepthBuffer) -> NDArray[np.int32]:
+def _find_components(counter: "VolumeCounts", view: DepthBuffer) -> NDArray[np.int32]:
     """Return the visible component of each pixel, (rows, cols) int32; -1 for none."""
     caster, part = counter.caster, counter.triangles.part
     of_face = np.full(len(part), -1, np.int32)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-import umbra
 from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT, StudyCounters, check_device
@@ -33,6 +32,7 @@ from umbra.study.loop import (
 from umbra.study.measures import Asked
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
+from umbra.version import __version__
 
 __all__ = ["Result", "Setup", "find_period", "settle_ground"]
 
@@ -318,7 +318,7 @@ class Setup:
         """Return the attributes of a result, without None."""
         scene, site = self.scene, self.site
         facts: dict[str, object] = {
-            "umbra_version": umbra.__version__,
+            "umbra_version": __version__,
             "command": "umbra.shadow_study",
             "source": "; ".join(f"{s.name} sha256:{s.sha256}" for s in scene.sources),
             "device": DEFAULT,

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import umbra
 from umbra.errors import InputError, UmbraError
 from umbra.packages import require
 from umbra.tiles.count import TileRecord, count_tile
@@ -24,6 +23,7 @@ from umbra.tiles.job import CityJob
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.run import count_serially
 from umbra.tiles.workers import WorkerEngine
+from umbra.version import __version__
 
 if TYPE_CHECKING:
     from umbra.tiles.run import Engine
@@ -120,8 +120,8 @@ class ClusterEngine:
                 msg = f"worker {address} has no umbra that can count tiles ({found}); install it"
                 raise InputError(msg, option="scheduler", worker=address)
             version, sees = found
-            if version != umbra.__version__:
-                msg = f"worker {address} has umbra {version}, not {umbra.__version__}; install it"
+            if version != __version__:
+                msg = f"worker {address} has umbra {version}, not {__version__}; install it"
                 raise InputError(msg, option="scheduler", worker=address)
             if not sees:
                 msg = (
@@ -134,7 +134,7 @@ class ClusterEngine:
 
 def _introduce(folder: str) -> tuple[str, bool]:
     """Return a worker's version of umbra, and whether it sees a folder."""
-    return umbra.__version__, Path(folder).is_dir()
+    return __version__, Path(folder).is_dir()
 
 
 @contextmanager

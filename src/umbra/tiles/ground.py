@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.ground.asked import is_file
 from umbra.ground.choice import Ground, choose_feet, make_parts
 from umbra.ground.file import add_file_ground
 from umbra.ground.level import Level, settle_level
+from umbra.ground_option import is_file
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, add_scene

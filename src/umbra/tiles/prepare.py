@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import orjson
 
-from umbra import __version__
 from umbra.errors import InputError
 from umbra.machine import choose_threads
 from umbra.options import list_options
@@ -33,6 +32,7 @@ from umbra.tiles.options import CityOptions
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
+from umbra.version import __version__
 
 __all__ = ["Preparation", "find_city_site", "prepare_city"]
 

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from umbra.errors import InputError, UmbraError
+from umbra.folders.atomic import NO_LOCKS
+from umbra.folders.unfinished_folder import UnfinishedFolder
 from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
@@ -23,13 +25,11 @@ from umbra.tiles.neighbours import join_neighbours
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.sealed import refuse_links, write_json
 from umbra.tiles.store import FORMAT, CityStore
-from umbra.writers.atomic import NO_LOCKS
-from umbra.writers.unfinished_folder import UnfinishedFolder
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CityStudy", "Engine", "Outcome", "count_serially", "lock_run", "run_job"]
+__all__ = ["CityRun", "Engine", "Outcome", "count_serially", "lock_run", "run_job"]
 
 Outcome = tuple[CityTile, TileRecord | BaseException]
 """A tile and its record, or the reason why it failed."""
@@ -39,9 +39,9 @@ _FAILED = "failed.json"
 
 
 @dataclass(frozen=True)
-class CityStudy:
+class CityRun:
     """
-    A study in tiles, in its folder.
+    A run of tiles that is done, in its folder.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class CityStudy:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"CityStudy('{self.folder}', {len(self.job.tiles()):,} tiles)"
+        return f"CityRun('{self.folder}', {len(self.job.tiles()):,} tiles)"
 
     @property
     def dataset(self) -> "xr.Dataset":
@@ -67,33 +67,6 @@ class CityStudy:
         import xarray as xr  # noqa: PLC0415  (half a second)
 
         return xr.open_zarr(str(self.job.store), zarr_format=FORMAT)
-
-    def write(self, *formats: str) -> list[Path]:
-        """
-        Write further files beside the store, with one tile in memory at a time.
-
-        Parameters
-        ----------
-        *formats : str
-            Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
-            ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
-            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``, ``'cityjson'``:
-            the city's CityJSON files with hours. All but the last by default.
-
-        Returns
-        -------
-        paths : list of Path
-
-        Raises
-        ------
-        InputError
-            If a format is unknown, or needs a package that is not installed, or a run uses the
-            folder.
-        """
-        from umbra.writers.city import write_city_files  # noqa: PLC0415
-
-        with lock_run(self.folder):
-            return write_city_files(self.folder, formats)
 
 
 def count_serially(job: CityJob, tiles: Sequence[CityTile]) -> Iterator[Outcome]:
@@ -110,7 +83,7 @@ def run_job(
     finish: Callable[[Mapping[int, Mapping[str, Any]]], Mapping[str, Any]],
     engine: Engine = count_serially,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
-) -> CityStudy:
+) -> CityRun:
     """
     Count the tiles of a job that are not done, and finish its store.
 
@@ -170,7 +143,7 @@ def run_job(
         )
     elif is_changed and not left and place.kind.is_plan:
         notes.append(f"the metadata of '{job.store}' were damaged and made anew")
-    return CityStudy(folder, job, facts, tuple(notes))
+    return CityRun(folder, job, facts, tuple(notes))
 
 
 def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict[str, Any]]:

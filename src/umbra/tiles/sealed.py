@@ -12,7 +12,7 @@ from typing import Any
 import orjson
 
 from umbra.errors import InputError
-from umbra.writers.atomic import replace_file
+from umbra.folders.atomic import replace_file
 
 __all__ = ["read_sealed", "refuse_links", "sum_up", "write_json", "write_sealed"]
 

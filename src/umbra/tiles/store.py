@@ -16,12 +16,12 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.folders.atomic import check_folder_name, check_is_here, replace_file
 from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
-from umbra.writers.atomic import check_folder_name, check_is_here, replace_file
 
 __all__ = ["FORMAT", "CityStore", "check_zarr"]
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from umbra.devices import DEVICES
 from umbra.errors import InputError, UmbraError
+from umbra.folders.atomic import replace_file
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
@@ -32,7 +33,6 @@ from umbra.window.panel import PanelState, draw_panel
 from umbra.window.profile import HOURS
 from umbra.window.screen import Screen
 from umbra.window.view import ViewState
-from umbra.writers.atomic import replace_file
 from umbra.writers.pixels import write_png
 
 __all__ = ["PANEL", "Viewer", "show"]

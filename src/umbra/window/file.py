@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.folders.atomic import replace_file
 from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.daylight import ProfilePeriod, Sun
 from umbra.window.view import Viewpoint, ViewState
-from umbra.writers.atomic import replace_file
 
 __all__ = ["from_json", "load_view", "save_view", "to_json"]
 

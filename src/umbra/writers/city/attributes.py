@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.writers.atomic import replace_file
+from umbra.folders.atomic import replace_file
 from umbra.writers.city.surfaces import CitySurfaces, SurfaceRun, read_triangles
 from umbra.writers.cityjson_hours import (
     MeasuredObject,

@@ -15,10 +15,10 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from umbra.folders.atomic import replace_file
 from umbra.receivers.samples import Samples
 from umbra.sun import Site
 from umbra.tiles.pieces import SurfacePieces
-from umbra.writers.atomic import replace_file
 from umbra.writers.city.features import add_features
 from umbra.writers.city.sealed_files import SealedFiles
 from umbra.writers.city.surfaces import CitySurfaces, SurfaceRun, cut_runs

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.folders.atomic import replace_file
 from umbra.study.measures import Quantity
-from umbra.writers.atomic import replace_file
 from umbra.writers.city.plan import CityPlan
 from umbra.writers.city.result import CityResult
 from umbra.writers.folder.captions import find_mean

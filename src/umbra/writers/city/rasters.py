@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-from umbra.writers.atomic import replace_file
+from umbra.folders.atomic import replace_file
 from umbra.writers.city.result import CityResult, StoredTile
 from umbra.writers.city.sealed_files import SealedFiles
 from umbra.writers.vectors.gis_files import find_crs, write_geotiff

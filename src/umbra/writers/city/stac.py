@@ -8,7 +8,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from umbra.writers.atomic import replace_file
+from umbra.folders.atomic import replace_file
 from umbra.writers.city.result import CityResult
 from umbra.writers.vectors.gis_files import find_crs, make_to_wgs84
 

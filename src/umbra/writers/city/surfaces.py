@@ -10,11 +10,11 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from umbra.folders.atomic import replace_file
 from umbra.tiles.assembly import name_objects
 from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.sealed import read_sealed
-from umbra.writers.atomic import replace_file
 from umbra.writers.city.result import make_damage, open_store, read_array
 from umbra.writers.vectors.surface_table import (
     ROWS,

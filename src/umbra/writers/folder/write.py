@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from umbra.errors import InputError, write_for_shell
+from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
 from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions
-from umbra.writers.atomic import replace_file, replace_results
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.measured import draw_measures

@@ -17,8 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
+from umbra.folders.unfinished_folder import UnfinishedFolder, lock_folder
 from umbra.options import read_path
-from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
 __all__ = [
     "NO_LOCKS",
