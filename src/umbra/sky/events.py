@@ -13,10 +13,11 @@ from numba import njit
 
 from umbra.kernels import borrowing, inner
 from umbra.sky.gather import find_azimuths
+from umbra.sky.skyline import find_highest
 
 __all__ = ["find_events", "find_spans"]
 
-_SAME = 1e-14
+_SAME = 1e-13
 """Sine of an angle between two azimuths that are one."""
 
 
@@ -54,7 +55,7 @@ def find_spans(seen):
 
 
 @njit(cache=True, nogil=True)
-def find_events(seen, normal, every):
+def find_events(seen, normal, every, skyline):
     """
     Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
 
@@ -76,6 +77,7 @@ def find_events(seen, normal, every):
     if normal[0] != 0.0 or normal[1] != 0.0:
         count = _add_event(events, count, normal[1], -normal[0])
         count = _add_event(events, count, -normal[1], normal[0])
+    pair = np.empty((2, 3))
     e = m = 0
     for i in range(n):
         for k in range(seen.size[i]):
@@ -83,6 +85,9 @@ def find_events(seen, normal, every):
                 continue
             after = k + 1 if k + 1 < seen.size[i] else 0
             a, b = seen.corners[i, k], seen.corners[i, after]
+            pair[0], pair[1] = a, b
+            if find_highest(skyline, pair, 2) < 0.0:
+                continue
             count = _add_event(events, count, a[0], a[1])
             count = _add_event(events, count, b[0], b[1])
             turn = a[0] * b[1] - a[1] * b[0]

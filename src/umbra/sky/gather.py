@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.kernels import borrowing
-from umbra.sky.skyline import is_box_hidden, is_face_hidden
+from umbra.sky.skyline import find_highest, is_box_hidden
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
 
@@ -38,6 +38,8 @@ class SeenFaces(NamedTuple):
     edge : (n, CORNERS) int32
         Edge from corner k to k + 1: its number, ``HORIZON`` or ``PLANE``.
     face : (n,) int32
+    slope : (n,) float64
+        No less than the tangent of the highest altitude.
     sides : (n_edges,) uint8
         Bits 1 and 2: whether an edge has faces on its one and its other side.
     """
@@ -46,6 +48,7 @@ class SeenFaces(NamedTuple):
     size: NDArray[np.int32]
     edge: NDArray[np.int32]
     face: NDArray[np.int32]
+    slope: NDArray[np.float64]
     sides: NDArray[np.uint8]
 
 
@@ -83,7 +86,7 @@ def gather_faces(casters, p, normal, least, skyline):
     corners = np.empty((room, CORNERS, 3))
     size = np.empty(room, np.int32)
     edge = np.empty((room, CORNERS), np.int32)
-    face = np.empty(room, np.int32)
+    face, slope = np.empty(room, np.int32), np.empty(room)
     sides = np.zeros(casters.n_edges, np.uint8)
     one, two = np.empty((CORNERS + 1, 3)), np.empty((CORNERS + 1, 3))
     keys, other = np.empty(CORNERS + 1, np.int32), np.empty(CORNERS + 1, np.int32)
@@ -108,7 +111,8 @@ def gather_faces(casters, p, normal, least, skyline):
             height = planes[f, 0] * one[0, 0] + planes[f, 1] * one[0, 1] + planes[f, 2] * one[0, 2]
             if abs(height) <= planes[f, 3]:
                 continue
-            if is_face_hidden(skyline, one):
+            highest = find_highest(skyline, one)
+            if highest < 0.0:
                 continue
             m = _cut(one, keys, 3, level, HORIZON, two, other)
             m = _cut(two, other, m, normal, PLANE, one, keys)
@@ -122,9 +126,9 @@ def gather_faces(casters, p, normal, least, skyline):
                 for j in range(3):
                     corners[n, k, j] = one[k, j]
             size[n] = m
-            face[n] = f
+            face[n], slope[n] = f, highest
             n += 1
-    return SeenFaces(corners[:n], size[:n], edge[:n], face[:n], sides)
+    return SeenFaces(corners[:n], size[:n], edge[:n], face[:n], slope[:n], sides)
 
 
 @borrowing

@@ -62,6 +62,8 @@ def cut_edge(a, b, dx, dy):
     up = a[2] + share * (b[2] - a[2])
     along = max(along, 0.0)
     length = math.sqrt(along * along + up * up)
+    if length == 0.0:  # an edge through the zenith, at its end on the other side
+        return 1.0, 0.0
     return along / length, up / length
 
 

@@ -15,7 +15,7 @@ def see(casters, p, normal, least):
     skyline = find_skyline(casters.strips, casters.strip_boxes, p)
     seen = gather_faces(casters, p, normal, least, skyline)
     every = np.zeros(seen.edge.shape, np.bool_)
-    events = find_events(seen, normal, every)
+    events = find_events(seen, normal, every, skyline)
     spans, owner = find_spans(seen)
     return seen, find_pieces(seen, normal, events, spans, owner, skyline)
 

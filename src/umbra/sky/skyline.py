@@ -13,7 +13,7 @@ from numba import njit
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["BINS", "STRIPS", "find_bin", "find_skyline", "is_box_hidden", "is_face_hidden"]
+__all__ = ["BINS", "STRIPS", "find_bin", "find_highest", "find_skyline", "is_box_hidden"]
 
 BINS = 1024
 """Bins of the turn."""
@@ -80,26 +80,31 @@ def is_box_hidden(skyline, box, p):
 
 
 @borrowing
-def is_face_hidden(skyline, corners):
-    """Return whether a face, given by 3 corners relative to the point, lies below its skyline."""
+def find_highest(skyline, corners, n=3):
+    """
+    Bound the tangent of the altitude of a convex polygon from above; -1 if it is hidden.
+
+    Given by ``n`` corners relative to the point; hidden is what lies below the point's skyline.
+    """
     slope = 0.0
     middle = find_bin(corners[0, 0], corners[0, 1])
     least = most = 0.0
-    for k in range(3):
+    for k in range(n):
         x, y, z = corners[k, 0], corners[k, 1], corners[k, 2]
         along = math.hypot(x, y)
         if along == 0.0:
-            return False
+            return math.inf
         slope = max(slope, z / along)
         turn = find_bin(x, y) - middle
         turn -= BINS * round(turn / BINS)
         least, most = min(least, turn), max(most, turn)
     if most - least > _QUARTER:
-        return False
-    half = (most - least) * (4.0 / BINS)
-    slope *= (1.0 + _CLEAR) / math.cos(half)
+        return math.inf
+    # An arc rises above its ends by the cosine of half its angle, at most this:
+    slope *= (1.0 + _CLEAR) / math.cos((most - least) * (4.0 / BINS))
     first = math.floor(middle + least - _MEET) + BINS
-    return _is_hidden(skyline, first, math.floor(middle + most + _MEET) + BINS, slope)
+    is_hidden = _is_hidden(skyline, first, math.floor(middle + most + _MEET) + BINS, slope)
+    return -1.0 if is_hidden else slope
 
 
 @njit(cache=True, nogil=True)

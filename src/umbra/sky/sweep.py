@@ -82,7 +82,7 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
     under, over = np.empty(room, np.int32), np.empty(room, np.int32)
     count = 0
     n_spans = owner.size
-    active = np.empty(n_spans + 1, np.int32)
+    active, cut = np.empty(n_spans + 1, np.int32), np.empty(n_spans + 1, np.int32)
     low, high = np.empty(n_faces + 1), np.empty(n_faces + 1)
     low_code, high_code = np.empty(n_faces + 1, np.int32), np.empty(n_faces + 1, np.int32)
     stamp = np.full(n_faces + 1, -1, np.int64)
@@ -100,37 +100,36 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
             active[n_active] = waiting
             n_active += 1
             waiting += 1
-        # Of each face its interval of this meridian; the list stays almost sorted by it.
-        kept = 0
+        top, code = skyline[int(find_bin(dx, dy)) % BINS], HORIZON
+        # Of each face its interval of this meridian, sorted by where they start.
+        kept = n_cut = 0
         for q in range(n_active):
             span = active[q]
             if spans[span, 1] < angle:
                 continue
+            active[kept] = span
+            kept += 1
             i = owner[span]
-            if stamp[i] == s:
+            if seen.slope[i] <= top or stamp[i] == s:
                 continue
             stamp[i] = s
             one, two, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
+            if two <= top:
+                continue
             low[i], high[i] = one, two
             low_code[i], high_code[i] = i << 3 | p, (i << 3 | r if r >= 0 else ZENITH)
-            active[kept] = span
-            at = kept
-            while at > 0 and low[owner[active[at - 1]]] > one:
-                active[at] = active[at - 1]
+            at = n_cut
+            while at > 0 and low[cut[at - 1]] > one:
+                cut[at] = cut[at - 1]
                 at -= 1
-            active[at] = span
-            kept += 1
+            cut[at] = i
+            n_cut += 1
         n_active = kept
         low[n_faces], high[n_faces] = find_slope(normal, dx, dy)
         has_plane = low[n_faces] < math.inf
-        top, code = skyline[int(find_bin(dx, dy)) % BINS], HORIZON
         q = 0
         while top < math.inf:
-            i = -1
-            if q < n_active:
-                i = owner[active[q]]
-                if low[i] == math.inf:
-                    i = -1
+            i = cut[q] if q < n_cut else -1
             if has_plane and (i < 0 or low[n_faces] <= low[i]):
                 i = n_faces
                 has_plane = False
