@@ -34,7 +34,9 @@ class SkyCasters(NamedTuple):
     planes : (n_faces, 4) float64
         Unit normal, and the distance within which a point lies on the face's plane [m].
     part : (n_faces,) int32
-        Index in ``Scene.parts``.
+        Number of the object that a face belongs to.
+    is_between : (n_edges,) bool
+        Whether faces of several objects meet in an edge.
     boxes : (n_blocks, 6) float64
         Lowest and highest corner of each ``BLOCK`` faces.
     strips, strip_boxes : (n, 8) and (m, 6) float64
@@ -47,20 +49,30 @@ class SkyCasters(NamedTuple):
     edges: NDArray[np.int32]
     planes: NDArray[np.float64]
     part: NDArray[np.int32]
+    is_between: NDArray[np.bool_]
     boxes: NDArray[np.float64]
     strips: NDArray[np.float64]
     strip_boxes: NDArray[np.float64]
     n_edges: int
 
 
-def find_sky_casters(scene: Scene, parts: Sequence[int] | None = None) -> SkyCasters:
-    """Return the casters of some parts (indices; all by default) in the scene's frame, made once."""
+def find_sky_casters(
+    scene: Scene, parts: Sequence[int] | None = None
+) -> tuple[SkyCasters, list[str]]:
+    """
+    Return the casters of some parts (indices; all by default) in the scene's frame, made once.
+
+    And the names of the objects that ``SkyCasters.part`` numbers.
+    """
     chosen = tuple(range(len(scene.parts)) if parts is None else parts)
 
-    def make() -> SkyCasters:
+    def make() -> tuple[SkyCasters, list[str]]:
         soup = scene.triangles(chosen)
         farthest = float(np.abs(scene.bounds()).max(initial=0.0))
-        return make_sky_casters(soup.vertices, soup.faces, soup.part, farthest)
+        names = list(dict.fromkeys(labels := scene.labels()))
+        number = {name: k for k, name in enumerate(names)}
+        objects = np.array([number[label] for label in labels], np.int32)
+        return make_sky_casters(soup.vertices, soup.faces, objects[soup.part], farthest), names
 
     return derive(scene, "sky casters", chosen, make)
 
@@ -100,11 +112,24 @@ def make_sky_casters(
     strips = find_strips(vertices, welded, edges, planes, n_edges)
     strip_low = np.minimum(strips[:, :3], strips[:, 3:6])
     strip_high = np.maximum(strips[:, :3], strips[:, 3:6])
+    part = np.ascontiguousarray(part[kept], np.int32)
     return SkyCasters(
-        vertices, welded, edges, planes, np.ascontiguousarray(part[kept], np.int32),
+        vertices, welded, edges, planes, part, _find_between(edges, part, n_edges),
         _bound(corners.min(1), corners.max(1), BLOCK), strips,
         _bound(strip_low, strip_high, STRIPS), n_edges,
     )  # fmt: skip
+
+
+def _find_between(
+    edges: NDArray[np.int32], part: NDArray[np.int32], n_edges: int
+) -> NDArray[np.bool_]:
+    """Return the edges in which faces of several objects meet."""
+    number, owner = edges.ravel() >> 1, np.repeat(part, 3)
+    first = np.full(n_edges, -1, np.int32)
+    first[number] = owner  # any one of them
+    found = np.zeros(n_edges, np.bool_)
+    found[number[first[number] != owner]] = True
+    return found
 
 
 def _bound(

@@ -55,17 +55,18 @@ def find_spans(seen):
 
 
 @njit(cache=True, nogil=True)
-def find_events(seen, normal, every, skyline):
+def find_events(seen, normal, is_asked, skyline):
     """
     Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
 
-    ``every`` (n_faces, CORNERS) says which edges of faces count, besides the silhouette.
+    ``is_asked`` (n_edges,) says which edges count besides the silhouette, ``skyline`` (BINS,) below
+    which none does.
     """
     n = seen.size.size
     n_edges = 0
     for i in range(n):
         for k in range(seen.size[i]):
-            n_edges += _is_asked(seen, every, i, k)
+            n_edges += _counts(seen, is_asked, i, k)
     ends = np.empty((n_edges, 2, 3))
     turns = np.empty((n_edges, 3))
     spans = np.empty((2 * n_edges, 2))
@@ -81,12 +82,12 @@ def find_events(seen, normal, every, skyline):
     e = m = 0
     for i in range(n):
         for k in range(seen.size[i]):
-            if not _is_asked(seen, every, i, k):
+            if not _counts(seen, is_asked, i, k):
                 continue
             after = k + 1 if k + 1 < seen.size[i] else 0
             a, b = seen.corners[i, k], seen.corners[i, after]
             pair[0], pair[1] = a, b
-            if find_highest(skyline, pair, 2) < 0.0:
+            if find_highest(skyline, pair, 2, True) < 0.0:
                 continue
             count = _add_event(events, count, a[0], a[1])
             count = _add_event(events, count, b[0], b[1])
@@ -126,9 +127,9 @@ def find_events(seen, normal, every, skyline):
 
 
 @borrowing
-def _is_asked(seen, every, i, k):
+def _counts(seen, is_asked, i, k):
     key = seen.edge[i, k]
-    return key >= 0 and (seen.sides[key] != 3 or every[i, k])
+    return key >= 0 and (seen.sides[key] != 3 or is_asked[key])
 
 
 @borrowing

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.kernels import borrowing
-from umbra.sky.skyline import find_highest, is_box_hidden
+from umbra.sky.skyline import find_highest, find_layer, is_box_hidden
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
 
@@ -63,14 +63,25 @@ def _is_box_out(box, p, normal):
     return most <= 0.0
 
 
+@borrowing
+def _find_distance(corners):
+    """Return a horizontal distance below which nothing of a triangle lies: that of its box."""
+    square = 0.0
+    for j in range(2):
+        low = min(corners[0, j], corners[1, j], corners[2, j])
+        high = max(corners[0, j], corners[1, j], corners[2, j])
+        square += max(low, -high, 0.0) ** 2
+    return math.sqrt(square)
+
+
 @njit(cache=True, nogil=True)
-def gather_faces(casters, p, normal, least, skyline):
+def gather_faces(casters, p, normal, least, skylines, reaches):
     """
     Find the faces that can cover sky before a plane.
 
     ``casters`` is a ``SkyCasters``, ``p`` the point and ``normal`` its plane's unit normal, (3,).
-    Faces that come less than ``least`` [m] before the plane are left out, and those below the
-    ``skyline`` (BINS,) of ``find_skyline``.
+    Faces that come less than ``least`` [m] before the plane are left out, and those below one of
+    the ``skylines`` (k, BINS), if they are farther away than its ``reaches`` (k,) [m], rising.
     """
     vertices, faces, edges = casters.vertices, casters.faces, casters.edges
     planes, boxes = casters.planes, casters.boxes
@@ -79,7 +90,7 @@ def gather_faces(casters, p, normal, least, skyline):
     is_out = np.zeros(n_blocks, np.bool_)
     for block in range(n_blocks):
         is_out[block] = _is_box_out(boxes[block], p, normal) or is_box_hidden(
-            skyline, boxes[block], p
+            skylines, reaches, boxes[block], p
         )
         if not is_out[block]:
             room += _BLOCK
@@ -111,7 +122,8 @@ def gather_faces(casters, p, normal, least, skyline):
             height = planes[f, 0] * one[0, 0] + planes[f, 1] * one[0, 1] + planes[f, 2] * one[0, 2]
             if abs(height) <= planes[f, 3]:
                 continue
-            highest = find_highest(skyline, one)
+            layer = find_layer(reaches, _find_distance(one))
+            highest = find_highest(skylines[max(layer, 0)], one, 3, layer >= 0)
             if highest < 0.0:
                 continue
             m = _cut(one, keys, 3, level, HORIZON, two, other)

@@ -3,13 +3,12 @@
 import math
 
 from umbra.kernels import inlined
-from umbra.sky.gather import CORNERS, HORIZON, PLANE
 
-__all__ = ["NOTHING", "ZENITH", "cut_edge", "cut_face", "cut_plane", "find_slope"]
+
+__all__ = ["ZENITH", "cut_edge", "cut_face", "cut_plane", "find_slope"]
 
 ZENITH = -3
 """What bounds a piece of sky that reaches the zenith."""
-NOTHING = -4
 
 
 @inlined

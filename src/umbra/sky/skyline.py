@@ -13,7 +13,10 @@ from numba import njit
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["BINS", "STRIPS", "find_bin", "find_highest", "find_skyline", "is_box_hidden"]
+__all__ = [
+    "BINS", "STRIPS", "find_bin", "find_highest", "find_layer", "find_skyline", "find_skylines",
+    "is_box_hidden",
+]  # fmt: skip
 
 BINS = 1024
 """Bins of the turn."""
@@ -58,13 +61,23 @@ def _is_hidden(skyline, first, last, slope):
 
 
 @borrowing
-def is_box_hidden(skyline, box, p):
-    """Return whether a box (6,) lies below the skyline of a point."""
+def find_layer(reaches, near):
+    """Return the layer of skylines of what is nearer than a distance; -1 for none."""
+    layer = reaches.size - 1
+    while layer >= 0 and reaches[layer] > near:
+        layer -= 1
+    return layer
+
+
+@borrowing
+def is_box_hidden(skylines, reaches, box, p):
+    """Return whether a box (6,) lies below the skyline of what is nearer to a point."""
     low_x, low_y, high_x, high_y = box[0] - p[0], box[1] - p[1], box[3] - p[0], box[4] - p[1]
     near_x = max(low_x, -high_x, 0.0)
     near_y = max(low_y, -high_y, 0.0)
     near = math.hypot(near_x, near_y)
-    if near == 0.0:
+    layer = find_layer(reaches, near)
+    if near == 0.0 or layer < 0:
         return False
     slope = (box[5] - p[2]) / near * (1.0 + _CLEAR)
     middle = find_bin((low_x + high_x) / 2, (low_y + high_y) / 2)
@@ -76,15 +89,17 @@ def is_box_hidden(skyline, box, p):
     if most - least > _QUARTER:
         return False
     first = math.floor(middle + least - _MEET) + BINS
-    return _is_hidden(skyline, first, math.floor(middle + most + _MEET) + BINS, slope)
+    last = math.floor(middle + most + _MEET) + BINS
+    return _is_hidden(skylines[layer], first, last, slope)
 
 
 @borrowing
-def find_highest(skyline, corners, n=3):
+def find_highest(skyline, corners, n, may_hide):
     """
     Bound the tangent of the altitude of a convex polygon from above; -1 if it is hidden.
 
-    Given by ``n`` corners relative to the point; hidden is what lies below the point's skyline.
+    Given by ``n`` corners relative to the point; hidden is what lies below the point's skyline,
+    if it ``may_hide`` this.
     """
     slope = 0.0
     middle = find_bin(corners[0, 0], corners[0, 1])
@@ -103,12 +118,31 @@ def find_highest(skyline, corners, n=3):
     # An arc rises above its ends by the cosine of half its angle, at most this:
     slope *= (1.0 + _CLEAR) / math.cos((most - least) * (4.0 / BINS))
     first = math.floor(middle + least - _MEET) + BINS
-    is_hidden = _is_hidden(skyline, first, math.floor(middle + most + _MEET) + BINS, slope)
-    return -1.0 if is_hidden else slope
+    last = math.floor(middle + most + _MEET) + BINS
+    return -1.0 if may_hide and _is_hidden(skyline, first, last, slope) else slope
 
 
 @njit(cache=True, nogil=True)
-def find_skyline(strips, boxes, p):
+def find_skylines(strips, boxes, p, nearest):
+    """
+    Find the skylines of what is nearer than some distances, ``nearest`` and its doubles.
+
+    Returns them, (n, BINS), and the distances (n,) [m].
+    """
+    far = nearest
+    for b in range(boxes.shape[0]):
+        for k in range(2):
+            far = max(far, abs(boxes[b, k] - p[k]), abs(boxes[b, 3 + k] - p[k]))
+    n = 1 + int(math.ceil(math.log2(far / nearest)))
+    skylines, reaches = np.zeros((n, BINS)), np.zeros(n)
+    for k in range(n):
+        reaches[k] = nearest * 2.0**k
+        skylines[k] = find_skyline(strips, boxes, p, reaches[k])
+    return skylines, reaches
+
+
+@njit(cache=True, nogil=True)
+def find_skyline(strips, boxes, p, farthest=math.inf):
     """
     Find up to which slope each bin is covered from the horizon on, (BINS,), 0 where unknown.
 
@@ -119,8 +153,11 @@ def find_skyline(strips, boxes, p):
     boxes : (m, 6) float64
         Around each ``STRIPS`` of them.
     p : (3,) float64
+    farthest : float
+        Only strips within this horizontal distance [m].
     """
-    skyline = np.zeros(BINS)
+    alone, always = np.zeros((1, BINS)), np.zeros(1)
+    skyline = alone[0]
     # Of each bin what covers it from its first side to a place, and from a place to its last side.
     first_part, last_part = np.zeros((BINS, 2)), np.zeros((BINS, 2))
     last_part[:, 0] = 1.0
@@ -129,10 +166,14 @@ def find_skyline(strips, boxes, p):
         x = max(boxes[b, 0] - p[0], p[0] - boxes[b, 3], 0.0)
         y = max(boxes[b, 1] - p[1], p[1] - boxes[b, 4], 0.0)
         distance[b] = x * x + y * y if boxes[b, 5] > p[2] else np.inf
+        far_x = max(abs(boxes[b, 0] - p[0]), abs(boxes[b, 3] - p[0]))
+        far_y = max(abs(boxes[b, 1] - p[1]), abs(boxes[b, 4] - p[1]))
+        if math.hypot(far_x, far_y) > farthest:
+            distance[b] = np.inf
     for b in np.argsort(distance):
         if distance[b] == np.inf:
             break
-        if is_box_hidden(skyline, boxes[b], p):
+        if is_box_hidden(alone, always, boxes[b], p):
             continue
         for s in range(b * STRIPS, min(strips.shape[0], (b + 1) * STRIPS)):
             _add_strip(strips[s], p, skyline, first_part, last_part)

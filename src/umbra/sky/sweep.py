@@ -17,15 +17,14 @@ from numpy.typing import NDArray
 
 from umbra.kernels import borrowing
 from umbra.sky.gather import HORIZON, PLANE
-from umbra.sky.meridians import NOTHING, ZENITH, cut_edge, cut_face, cut_plane, find_slope
+from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
 from umbra.sky.skyline import BINS, find_bin
 from umbra.sky.tensors import add_arc
 
-__all__ = ["Pieces", "find_pieces", "integrate"]
+__all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
 
 _GAP = 1e-12
 """Free gaps between faces up to this angle are rounding [radians]."""
-_EDGES = 8  # codes of an edge: face * _EDGES + edge
 
 
 class Pieces(NamedTuple):
@@ -54,7 +53,7 @@ class Pieces(NamedTuple):
 
 
 @borrowing
-def _place(seen, code, normal, dx, dy):
+def place_bound(seen, code, normal, dx, dy):
     """Return the unit vector (along, up) of a bound on a meridian."""
     if code == HORIZON:
         return 1.0, 0.0
@@ -141,10 +140,10 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
                 if count == which.size:
                     which, below, above, under, over = _grow(which, below, above, under, over)
                 which[count], under[count], over[count] = s, code, bound
-                below[count, 0], below[count, 1] = _place(seen, code, normal, ax, ay)
-                below[count, 2], below[count, 3] = _place(seen, code, normal, bx, by)
-                above[count, 0], above[count, 1] = _place(seen, bound, normal, ax, ay)
-                above[count, 2], above[count, 3] = _place(seen, bound, normal, bx, by)
+                below[count, 0], below[count, 1] = place_bound(seen, code, normal, ax, ay)
+                below[count, 2], below[count, 3] = place_bound(seen, code, normal, bx, by)
+                above[count, 0], above[count, 1] = place_bound(seen, bound, normal, ax, ay)
+                above[count, 2], above[count, 3] = place_bound(seen, bound, normal, bx, by)
                 count += 1
             if i < 0:
                 break
