@@ -39,8 +39,8 @@ def add_shares(seen, casters, normal, events, moments, bands):
     """
     Add the moments of what each object takes, (n_objects, 7).
 
-    Returns how many bands there are; those for which there is room are written to ``bands`` (m, 9):
-    the object, the slice, the lower edge at both meridians (along, up), and the upper.
+    Returns how many bands there are; those for which there is room are written to ``bands``
+    (m, 10): the object, the slice, the lower edge at both meridians (along, up), and the upper.
     """
     spans, owner = find_spans(seen)
     n_faces, n_spans = seen.size.size, owner.size
@@ -114,10 +114,9 @@ def add_shares(seen, casters, normal, events, moments, bands):
                     add_arc(a0, a1, b0, b1, ax, ay, bx, by, -1.0, moments[last])
                 if count < bands.shape[0]:
                     row = bands[count]
-                    row[0] = last * 1.0
-                    row[1], row[2], row[3], row[4] = c0, c1, d0, d1
-                    row[5], row[6], row[7], row[8] = a0, a1, b0, b1
-                    bands[count, 0] += 2.0**24 * s
+                    row[0], row[1] = last, s
+                    row[2], row[3], row[4], row[5] = c0, c1, d0, d1
+                    row[6], row[7], row[8], row[9] = a0, a1, b0, b1
                 count += 1
             last, code = label, bound
     return count

@@ -16,7 +16,7 @@ from umbra.sky.skyline import BINS, find_skyline, find_skylines
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import find_open, sum_up
 
-__all__ = ["PointSkies", "find_seen", "measure_sky", "trace_free_sky"]
+__all__ = ["PointSkies", "find_seen", "measure_sky", "trace_bands", "trace_free_sky"]
 
 _NEAREST = 8.0
 """Distance within which walls hide what is behind them, and its doubles [m]."""
@@ -129,7 +129,20 @@ def _share(casters, points, normals, shares):
         seen = find_seen(casters, points[i], normals[i])
         events = find_events(seen, normals[i], casters.is_between, np.zeros(BINS))
         moments = np.zeros((shares.shape[1], 7))
-        bands = np.empty((0, 9))
+        bands = np.empty((0, 10))
         add_shares(seen, casters, normals[i], events, moments, bands)
         for k in range(shares.shape[1]):
             shares[i, k] = max(sum_up(moments[k], normals[i])[1], 0.0)
+
+
+def trace_bands(
+    casters: SkyCasters, p: NDArray[np.float64], normal: NDArray[np.float64], objects: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the bands of ``add_shares`` that objects take before a plane, and the events."""
+    seen = find_seen(casters, p, normal)
+    events = find_events(seen, normal, casters.is_between, np.zeros(BINS))
+    moments = np.zeros((objects, 7))
+    count = add_shares(seen, casters, normal, events, moments, np.empty((0, 10)))
+    bands = np.zeros((count, 10))
+    add_shares(seen, casters, normal, events, moments, bands)
+    return bands, events

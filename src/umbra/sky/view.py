@@ -16,7 +16,7 @@ from umbra.sky.gather import SeenFaces
 from umbra.sky.heights import find_heights
 from umbra.sky.nearest import find_hits
 from umbra.sky.outlines import Outline, trace_outlines
-from umbra.sky.points import find_seen, measure_sky, trace_free_sky
+from umbra.sky.points import find_seen, measure_sky, trace_bands, trace_free_sky
 from umbra.sun import Site, find_sun, parse_dates
 from umbra.sun.local_time import Date
 
@@ -100,6 +100,10 @@ class SkyView:
     def _seen(self) -> SeenFaces:
         """Faces before the plane."""
         return find_seen(self.casters, self.local, self.normal)
+
+    def trace_bands(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return what each object takes, as bands between meridians; see ``points.trace_bands``."""
+        return trace_bands(self.casters, self.local, self.normal, len(self.names))
 
     @cached_property
     def _around(self) -> SeenFaces:
