@@ -132,9 +132,7 @@ def _find_between(
     return found
 
 
-def _bound(
-    low: NDArray[np.float64], high: NDArray[np.float64], size: int
-) -> NDArray[np.float64]:
+def _bound(low: NDArray[np.float64], high: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     """Return the boxes (m, 6) around each ``size`` boxes of corners (n, 3)."""
     firsts = np.arange(0, len(low), size)
     if not len(firsts):
@@ -142,10 +140,8 @@ def _bound(
     return np.hstack([np.minimum.reduceat(low, firsts), np.maximum.reduceat(high, firsts)])
 
 
-def _number_edges(
-    faces: NDArray[np.int32], n_vertices: int
-) -> tuple[NDArray[np.int32], int]:
-    """Number the edges of faces by their vertices; bit 0 says that the face goes downward."""
+def _number_edges(faces: NDArray[np.int32], n_vertices: int) -> tuple[NDArray[np.int32], int]:
+    """Make codes of the faces' edges: numbered by vertices, bit 0 where the face goes downward."""
     tail = faces.astype(np.int64)
     head = tail[:, [1, 2, 0]]
     key = np.minimum(tail, head) * max(n_vertices, 1) + np.maximum(tail, head)

@@ -31,9 +31,7 @@ def find_heights(seen, toward):
     for k in range(toward.shape[0]):
         n = 0
         for i in range(n_faces):
-            one, two, _, _ = cut_face(
-                seen.corners[i], seen.size[i], toward[k, 0], toward[k, 1]
-            )
+            one, two, _, _ = cut_face(seen.corners[i], seen.size[i], toward[k, 0], toward[k, 1])
             if one < math.inf:
                 low[n], high[n] = one, two
                 n += 1

@@ -4,9 +4,9 @@ import math
 
 from umbra.kernels import inlined
 
-
 __all__ = ["ZENITH", "cut_edge", "cut_face", "cut_plane", "find_slope"]
 
+_UPRIGHT = 1e-13  # vertical part of a normal
 ZENITH = -3
 """What bounds a piece of sky that reaches the zenith."""
 
@@ -51,7 +51,7 @@ def cut_face(corners, n, dx, dy):
 
 @inlined
 def cut_edge(a, b, dx, dy):
-    """Return the unit vector (along, up) where the edge from a to b, rows of 3, meets a meridian."""
+    """Return the unit vector (along, up) where the edge from a to b meets a meridian."""
     u = dx * a[1] - dy * a[0]
     v = dx * b[1] - dy * b[0]
     share = 0.0
@@ -85,7 +85,7 @@ def find_slope(normal, dx, dy):
     Nothing: the first is infinite.
     """
     ahead = normal[0] * dx + normal[1] * dy
-    if abs(normal[2]) < 1e-13:
+    if abs(normal[2]) < _UPRIGHT:
         return (0.0, math.inf) if ahead <= 0.0 else (math.inf, math.inf)
     slope = -ahead / normal[2]
     if normal[2] > 0.0:

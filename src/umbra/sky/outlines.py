@@ -79,10 +79,10 @@ def trace_outlines(
 def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.float64]]]:
     """List the edges between nodes: an event and the number of an altitude on its meridian."""
     turn = len(pieces.events) - 1
-    ends = {}  # by event: altitudes of the pieces before and after it
-    for which, (s, b, a) in enumerate(
-        zip(pieces.slice, pieces.below, pieces.above, strict=True)
-    ):
+    ends: dict[
+        int, list[tuple[int, int, float, float]]
+    ] = {}  # by event: altitudes of the pieces before and after it
+    for which, (s, b, a) in enumerate(zip(pieces.slice, pieces.below, pieces.above, strict=True)):
         for k in range(2):
             bottom = math.atan2(b[2 * k + 1], b[2 * k])
             top = max(math.atan2(a[2 * k + 1], a[2 * k]), bottom)
@@ -112,8 +112,9 @@ def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.floa
             if at[0] < 0:
                 place[at] = place[event, q] = np.array([0.0, 0.0, 1.0])
                 node.update({key: at for key, value in node.items() if value == (event, q)})
-        zenith = {(event, q): (-1, 0) for q in range(int(number.max()) + 1)
-                  if place[event, q][2] == 1.0}
+        zenith = {
+            (event, q): (-1, 0) for q in range(int(number.max()) + 1) if place[event, q][2] == 1.0
+        }
         for q, up in enumerate(rise[:-1]):
             pair = [zenith.get((event, e), (event, e)) for e in (q, q + 1)]
             if up > 0:

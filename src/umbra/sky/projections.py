@@ -10,6 +10,9 @@ __all__ = ["PROJECTIONS", "Projection", "find_projection"]
 PROJECTIONS = ("stereographic", "equidistant", "orthographic", "waldram")
 
 
+_LEVEL = 1e-6  # sine of a tilt
+
+
 class Projection:
     """
     Maps directions to a picture whose round ones lie in the unit circle.
@@ -76,6 +79,6 @@ def find_projection(name: str, normal: NDArray[np.float64], north: float) -> Pro
         advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(PROJECTIONS)}"
         msg = f"there is no projection '{name}'; {advice}"
         raise InputError(msg, projection=name)
-    level = np.hypot(normal[0], normal[1]) < 1e-6
+    level = np.hypot(normal[0], normal[1]) < _LEVEL
     facing = None if level else float(np.arctan2(normal[0], normal[1]))
     return Projection(name, facing, float(np.radians(north)))

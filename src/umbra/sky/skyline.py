@@ -133,7 +133,7 @@ def find_skylines(strips, boxes, p, nearest):
     for b in range(boxes.shape[0]):
         for k in range(2):
             far = max(far, abs(boxes[b, k] - p[k]), abs(boxes[b, 3 + k] - p[k]))
-    n = 1 + int(math.ceil(math.log2(far / nearest)))
+    n = 1 + math.ceil(math.log2(far / nearest))
     skylines, reaches = np.zeros((n, BINS)), np.zeros(n)
     for k in range(n):
         reaches[k] = nearest * 2.0**k

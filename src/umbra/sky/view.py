@@ -24,6 +24,8 @@ __all__ = ["SkyView", "SunSpell"]
 
 _LOOK = 20_000_000  # between looks at the sun: shorter gaps are not found [us]
 _CLOSE = 250_000  # [us]
+_SAME = 1e-6  # [degrees]
+_MOST = 36_000  # azimuths of a horizon
 _LEVEL = np.array([0.0, 0.0, 1.0])
 
 
@@ -138,7 +140,7 @@ class SkyView:
             If the step does not divide the turn.
         """
         count = round(360.0 / step) if np.isfinite(step) and step > 0 else 0
-        if not 1 <= count <= 36_000 or abs(count * step - 360.0) > 1e-6:
+        if not 1 <= count <= _MOST or abs(count * step - 360.0) > _SAME:
             msg = f"a step of {step:g} degrees does not divide the turn of 360; give 1, or 7.5"
             raise InputError(msg, step=step)
         azimuth = np.arange(count) * 360.0 / count

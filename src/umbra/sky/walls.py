@@ -102,7 +102,7 @@ def _decompose(vertices, faces, planes, order, starts):
         low, high = np.empty(some.size), np.empty(some.size)
         for s in range(marks.size - 1):
             middle = (marks[s] + marks[s + 1]) / 2
-            top, bottom, edge_a, edge_b = _find_top(vertices, faces, some, place, middle, low, high)
+            _, bottom, edge_a, edge_b = _find_top(vertices, faces, some, place, middle, low, high)
             if edge_a < 0:
                 continue
             if n == room:

@@ -27,6 +27,9 @@ _NAMED = 10  # obstructions in colours of their own
 _FINE = np.radians(1.5)  # of arcs drawn as straight pieces
 _MARGIN, _ROUND, _LEGEND = 0.55, 5.4, 2.35  # [inch]
 _WIDE, _HIGH = 7.2, 4.1  # of a Waldram diagram [inch]
+_JUMP = 1.5  # between neighbours of a path, over the cut of a diagram [inch]
+_LOW = 0.02  # sine of an altitude below which no hour is named
+_SHOWN = 0.0005  # share that is told
 _SOLAR_TILTS = np.radians(np.linspace(-23.44, 23.44, 25))
 
 
@@ -95,7 +98,7 @@ def draw_sky(view: SkyView, name: str, dates: Sequence[dt.date]) -> SkyPicture:
     rows = min(len(shares), _NAMED) + (len(shares) > _NAMED)
     foot = 0.62 if projection.is_round else 0.7 + 0.19 * ((rows + 2) // 2)
     lines = [line for fact in facts for line in wrap(fact, SMALL, width - 2 * _MARGIN)]
-    height = foot + size[1] + 0.45 + 0.16 * len(lines) + 0.75
+    height = foot + size[1] + 0.35 + 0.16 * len(lines) + 0.55
     leaf = Leaf(width, height)
     chart = _Chart.at(leaf, projection, (_MARGIN, foot), size)
     top = height - 0.42
@@ -107,7 +110,7 @@ def draw_sky(view: SkyView, name: str, dates: Sequence[dt.date]) -> SkyPicture:
         chart.write(_MARGIN, top - 0.2 - 0.16 * k, line, color=QUIET)
     colors = {key: _COLORS[k] for k, (key, _) in enumerate(shares[:_NAMED])}
     _draw_obstructions(chart, view, colors)
-    _draw_grid(chart, view)
+    _draw_grid(chart)
     if dates:
         _draw_suns(chart, view, dates)
     if projection.is_round:
@@ -126,7 +129,8 @@ def _tell_facts(view: SkyView, projection: Projection, dates: Sequence[dt.date])
         plane = f"plane facing {facing:.1f}°, {tilt:.0f}° from level"
     kind = {
         "stereographic": "stereographic", "equidistant": "equidistant",
-        "orthographic": "orthographic", "waldram": "Waldram diagram: equal areas give equal light",
+        "orthographic": "orthographic", "waldram": "Waldram diagram: equal areas give a "
+        f"{'level' if projection.facing is None else 'vertical'} plane equal light",
     }[projection.name]  # fmt: skip
     yield f"At {x:.2f}, {y:.2f}, {z:.2f} m · {plane} · {kind}"
     if projection.is_round:
@@ -209,7 +213,7 @@ def _split_turn(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return points + 1e-7 * (middle - points)
 
 
-def _draw_grid(chart: _Chart, view: SkyView) -> None:
+def _draw_grid(chart: _Chart) -> None:
     projection = chart.projection
     north = projection.north
     if projection.is_round:
@@ -242,7 +246,7 @@ def _draw_grid(chart: _Chart, view: SkyView) -> None:
             for a in range(10, 90, 10)
         ]
         chart.rule(droop, _GRID, 0.6)
-        marks = [(a, f"{a:+d}°" if a else "0°", facing) for a in range(-90, 91, 15)]
+        marks = [(a, f"{a:+d}°" if a else "0°", facing) for a in (-90, *range(-60, 61, 15), 90)]
     else:
         marks = [(a, f"{a}°", north) for a in range(0, 360, 30)]
     for azimuth, word, zero in marks:
@@ -250,7 +254,7 @@ def _draw_grid(chart: _Chart, view: SkyView) -> None:
         line = chart.spot_angles(np.full(2, turn), np.array([0.0, np.pi / 2]))
         chart.rule([line], _GRID, 0.4)
         chart.write(line[0, 0], line[0, 1] - 0.15, word, 6.5, ha="center", color=QUIET)
-    for altitude in range(0, 91, 10):
+    for altitude in (0, 10, 20, 30, 40, 50, 60, 70, 90):
         x, y = chart.spot_angles(np.array(angle[1] + (facing or 0)), np.radians(altitude * 1.0))
         chart.write(_MARGIN - 0.05, y, f"{altitude}°", 6.5, ha="right", va="center", color=QUIET)
 
@@ -260,11 +264,15 @@ def _draw_suns(chart: _Chart, view: SkyView, dates: Sequence[dt.date]) -> None:
     site = view.need_site()
     zone = ZoneInfo(site.zone)
     year = dates[0].year
-    half = [dt.date(year, 1, 1) + dt.timedelta(days=d) for d in range(0, 366, 5)]
+    days = [dt.date(year, 1, 1) + dt.timedelta(days=d) for d in range(0, 366, 5)]
     for hour in range(24):
-        noon = [dt.datetime.combine(day, dt.time(hour), zone) for day in half]
-        toward = find_sun(site, [when.astimezone(dt.UTC) for when in noon]).direction
-        chart.rule(list(_list_lines(chart, toward)), _SUN, 0.35)
+        times = [dt.datetime.combine(day, dt.time(hour), zone) for day in days]
+        toward = find_sun(site, [when.astimezone(dt.UTC) for when in times]).direction
+        # Where the clock is changed the line goes on at another place.
+        shift = [when.utcoffset() != times[0].utcoffset() for when in times]
+        cut = np.flatnonzero(np.diff(shift)) + 1
+        for some in np.split(np.arange(len(times)), cut):
+            chart.rule(list(_list_lines(chart, toward[some])), _SUN, 0.35)
     for lines in _list_solar(chart, view):
         chart.rule([lines], _SOLAR, 0.5).set_linestyle((0, (3, 3)))
     for day in dates:
@@ -286,7 +294,7 @@ def _list_lines(
     is_there = (toward[:, 2] > 0) & np.isfinite(spots).all(1)
     if kept is not None:
         is_there &= kept
-    apart = np.linalg.norm(np.diff(spots, axis=0), axis=1) > 1.5
+    apart = np.linalg.norm(np.diff(spots, axis=0), axis=1) > _JUMP
     cut = np.flatnonzero((np.diff(is_there.astype(int)) != 0) | apart) + 1
     for piece in np.split(np.arange(len(toward)), cut):
         if len(piece) > 1 and is_there[piece[0]]:
@@ -317,8 +325,12 @@ def _mark_hours(chart: _Chart, view: SkyView, day: dt.date) -> None:
     toward = find_sun(site, [when.astimezone(dt.UTC) for when in hours]).direction
     spots = chart.spot(toward)
     named = False
+
+    def inside(x: float) -> bool:
+        return chart.projection.is_round or abs(x - chart.start[0]) < 0.97 * chart.scale[0]
+
     for hour, (x, y) in enumerate(spots):
-        if toward[hour, 2] <= 0.02 or not np.isfinite(x):
+        if toward[hour, 2] <= _LOW or not np.isfinite(x) or not inside(x):
             continue
         dot = 0.028 * np.column_stack([np.cos(np.arange(12) / 1.91), np.sin(np.arange(12) / 1.91)])
         chart.fill([dot + (x, y)], _SUN, "white", 0.3)
@@ -344,7 +356,7 @@ def _list_parts(
         at = y - 0.2 - 0.19 * (k // columns)
         box = np.array([[0, -0.01], [0.14, -0.01], [0.14, 0.1], [0, 0.1]]) + (left, at)
         chart.fill([box], color, INK, 0.3)
-        shown = f"{100 * share:.1f} %" if share >= 0.0005 else "< 0.1 %"
+        shown = f"{100 * share:.1f} %" if share >= _SHOWN else "< 0.1 %"
         chart.write(left + 0.65, at, shown, SMALL, ha="right")
         most = round((wide - 0.8) / 0.062)
         short = name if len(name) <= most else name[: most // 2 - 1] + "…" + name[-(most // 2) :]
