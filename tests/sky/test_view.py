@@ -65,7 +65,7 @@ def judge(mesh, point, normal, n=400):
 def test_rays_and_outlines_agree(make, seed):
     mesh = make(seed)
     rng = np.random.default_rng(seed)
-    scene = umbra.make_scene({"all": mesh})
+    scene = umbra.make_scene(*mesh)
     for normal in (np.array([0, 0, 1.0]), np.array([0.6, -0.8, 0]), rng.normal(size=3)):
         unit = normal / np.linalg.norm(normal)
         point = np.append(rng.integers(-12, 12, 2) + (0.25, 0.125), 0.0)
@@ -108,12 +108,14 @@ def test_strips_of_a_wall_with_a_gap():
 def gate():
     tower = box((-4, 10, 0), (4, 12, 20))
     beam = box((-30, 8, 6), (30, 9, 7))
-    return umbra.make_scene({"tower": tower, "beam": beam})
+    return umbra.make_scene([umbra.Part("tower", "", umbra.Mesh(*tower)), umbra.Part("beam", "", umbra.Mesh(*beam))])
 
 
 def test_names_behind_edges_and_holes(gate):
     view = umbra.sky_view(gate, (0, 0, 0))
-    assert list(view.blocked_by) == ["beam", "tower"]
+    shares = list(view.blocked_by.values())
+    assert set(view.blocked_by) == {"beam", "tower"}
+    assert shares == sorted(shares, reverse=True)
     assert sum(view.blocked_by.values()) + view.sky_component / 100 == pytest.approx(1, abs=1e-12)
     names = [set(outline.part) for outline in view.outlines]
     assert {None, "beam", "tower"} in names
@@ -130,7 +132,7 @@ def test_names_behind_edges_and_holes(gate):
 
 
 def test_floating_plate_is_a_hole():
-    scene = umbra.make_scene({"plate": box((-1, 2, 5), (1, 4, 5.5))})
+    scene = umbra.make_scene(*box((-1, 2, 5), (1, 4, 5.5)), name="plate")
     view = umbra.sky_view(scene, (0, 0, 0))
     assert sorted({*outline.part} for outline in view.outlines if "plate" in outline.part) == [
         {"plate"}
@@ -152,7 +154,7 @@ def test_horizon(gate):
 
 def test_sun_and_what_it_goes_behind():
     tower = box((-4, -12, 0), (4, -10, 20))
-    view = umbra.sky_view(umbra.make_scene({"tower": tower}), (0, 0, 0), site=SITE)
+    view = umbra.sky_view(umbra.make_scene(*tower, name="tower"), (0, 0, 0), site=SITE)
     first, second = view.sun("2026-03-20")
     assert (first.out_of, first.behind) == ("horizon", "tower")
     assert (second.out_of, second.behind) == ("tower", "horizon")
@@ -162,13 +164,13 @@ def test_sun_and_what_it_goes_behind():
             toward = umbra.find_sun(SITE, instant + np.timedelta64(seconds, "s")).direction
             is_free = view.name_hits(toward) == [None]
             assert is_free == ((seconds < 0) == (when is first.end))
-    wall = umbra.sky_view(umbra.make_scene({"tower": tower}), (0, 0, 0), (0, 1, 0), SITE)
+    wall = umbra.sky_view(umbra.make_scene(*tower, name="tower"), (0, 0, 0), (0, 1, 0), SITE)
     spells = wall.sun("2026-06-21")
     assert [(one.out_of, one.behind) for one in spells] == [
         ("horizon", "own plane"), ("own plane", "horizon")
     ]  # fmt: skip
     with pytest.raises(InputError):
-        umbra.sky_view(umbra.make_scene({"tower": tower}), (0, 0, 0)).sun("2026-03-20")
+        umbra.sky_view(umbra.make_scene(*tower, name="tower"), (0, 0, 0)).sun("2026-03-20")
 
 
 @pytest.mark.parametrize("projection", ["stereographic", "equidistant", "orthographic", "waldram"])

@@ -77,8 +77,8 @@ def add_shares(seen, casters, normal, events, moments, bands):
             low[i], high[i] = one, two
             cut[n_cut] = i
             n_cut += 1
-            marks[m], codes[m] = one, i << 3 | p
-            marks[m + 1], codes[m + 1] = two, (i << 3 | r if r >= 0 else ZENITH)
+            marks[m], codes[m] = one, _find_code(seen, i, p)
+            marks[m + 1], codes[m + 1] = two, _find_code(seen, i, r)
             m += 2
         n_active = kept
         behind_from, behind_to = find_slope(normal, dx, dy)
@@ -120,6 +120,14 @@ def add_shares(seen, casters, normal, events, moments, bands):
                 count += 1
             last, code = label, bound
     return count
+
+
+@borrowing
+def _find_code(seen, i, k):
+    """Return the code of an edge; where a face is cut, its neighbours go on along the cut."""
+    if k < 0:
+        return ZENITH
+    return seen.edge[i, k] if seen.edge[i, k] < 0 else i << 3 | k
 
 
 @borrowing

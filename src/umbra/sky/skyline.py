@@ -212,7 +212,7 @@ def _add_strip(strip, p, skyline, first_part, last_part):
             along = math.hypot(bx, by)
             top, low = bz / along, level / along
         b = (column - 1) % BINS
-        slope = min(before_top, top)
+        slope = min(before_top, top) * (1.0 - _CLEAR)  # so that the wall itself is above it
         if slope > skyline[b] and max(before_low, low) * _CURVED <= skyline[b]:
             from_, to = 0.0, 1.0
             if column == first:
