@@ -108,7 +108,9 @@ def test_strips_of_a_wall_with_a_gap():
 def gate():
     tower = box((-4, 10, 0), (4, 12, 20))
     beam = box((-30, 8, 6), (30, 9, 7))
-    return umbra.make_scene([umbra.Part("tower", "", umbra.Mesh(*tower)), umbra.Part("beam", "", umbra.Mesh(*beam))])
+    return umbra.make_scene(
+        [umbra.Part("tower", "", umbra.Mesh(*tower)), umbra.Part("beam", "", umbra.Mesh(*beam))]
+    )
 
 
 def test_names_behind_edges_and_holes(gate):

@@ -1,5 +1,7 @@
 """``umbra.sky_view``: the sky above a place."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 
