@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
+    from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
     from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
@@ -80,6 +81,7 @@ _HOMES = {
     "shadow_polygons": "umbra.calls.counts",
     "shadow_study": "umbra.calls.study",
     "show": "umbra.calls.window",
+    "sky_view": "umbra.calls.sky",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
     "sun_light": "umbra.sun",
@@ -119,6 +121,7 @@ __all__ = [
     "shadow_polygons",
     "shadow_study",
     "show",
+    "sky_view",
     "sphere_light",
     "spot_light",
     "sun_light",

@@ -23,6 +23,7 @@ COMMANDS = {
     "doctor": "Show which devices work on this machine.",
     "inspect": "Show what a file contains.",
     "render": "Draw a picture with exact shadows.",
+    "sky": "Show the sky above a place, and what obstructs it.",
     "study": "Compute the hours of shadow around buildings.",
     "view": "Show a model in a window.",
 }

@@ -1,0 +1,93 @@
+"""``umbra.sky_view``: the sky above a place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from umbra.errors import InputError, check_type
+from umbra.receivers.points import check_points
+from umbra.scene import Scene
+from umbra.sky.casters import find_sky_casters
+from umbra.sky.view import SkyView
+from umbra.sun import Site, find_site
+
+__all__ = ["find_known_site", "sky_view", "view_skies"]
+
+
+def sky_view(
+    scene: Scene,
+    point: ArrayLike,
+    normal: ArrayLike | None = None,
+    site: Site | None = None,
+    *,
+    cast: Sequence[str] = (),
+    no_cast: Sequence[str] = (),
+) -> SkyView:
+    """
+    Find the sky that a point sees, exactly: by its outlines, without a ray or a patch.
+
+    Parameters
+    ----------
+    scene : Scene
+    point : (3,) float
+        In the model's own coordinates [m].
+    normal : (3,) float, optional
+        Of the plane that is judged, of any length; level and looking up by default.
+    site : Site, optional
+        For the sun, and for true north; by default the file's, if it says one.
+    cast, no_cast : sequences of str
+        Shell patterns of the parts that obstruct, and of those that do not; all do by default.
+
+    Returns
+    -------
+    view : SkyView
+
+    Raises
+    ------
+    InputError
+        If the point or the normal are not three finite numbers, or a pattern matches no part.
+
+    Examples
+    --------
+    >>> view = umbra.sky_view(umbra.read("town.obj"), (3, 4, 1.6), (0, -1, 0))  # doctest: +SKIP
+    >>> view.sky_component  # doctest: +SKIP
+    27.31
+    """
+    check_type("scene", scene, Scene)
+    place = np.asarray(point, np.float64).ravel()
+    toward = np.array([0.0, 0.0, 1.0] if normal is None else normal, np.float64).ravel()
+    if place.shape != (3,) or toward.shape != (3,):
+        msg = "a point and its normal are three numbers each, such as point=(3, 4, 1.6)"
+        raise InputError(msg, point=point)
+    return view_skies(scene, np.hstack([place, toward])[None], site, cast, no_cast)[0]
+
+
+def view_skies(
+    scene: Scene,
+    points: ArrayLike,
+    site: Site | None = None,
+    cast: Sequence[str] = (),
+    no_cast: Sequence[str] = (),
+) -> list[SkyView]:
+    """Find the skies of several points, (n, 3) or with normals (n, 6), as ``sky_view``."""
+    given = check_points(points)
+    if given.shape[1] == 3:
+        given = np.hstack([given, np.tile([0.0, 0.0, 1.0], (len(given), 1))])
+    casters, names = find_sky_casters(scene, scene.select(cast, no_cast))
+    known = find_known_site(scene) if site is None else site
+    first = SkyView(casters, names, given[0, :3], given[0, 3:], given[0, :3], known)
+    return [
+        replace(first, local=row[:3] - scene.origin, normal=row[3:].copy(), point=row[:3].copy())
+        for row in given
+    ]
+
+
+def find_known_site(scene: Scene) -> Site | None:
+    """Return the file's site, or None where it says none."""
+    if scene.latitude is None or scene.longitude is None:
+        return None
+    return find_site(scene)

@@ -1,0 +1,177 @@
+"""
+The free sky of a point as pieces between meridians: the sweep.
+
+Between two neighbouring events the edges that can bound the free sky keep their order, so the faces
+on one meridian there, as intervals of altitude, tell which edges bound what is free in the whole
+slice. A piece is what lies between a lower and an upper edge in one slice. Intervals are united as
+they lie, so coincident walls, T-junctions and faces wound in any way are no cases of their own, and
+rounding can only move an edge by itself, never lose a piece.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.kernels import borrowing
+from umbra.sky.gather import HORIZON, PLANE
+from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
+from umbra.sky.skyline import BINS, find_bin
+from umbra.sky.tensors import add_arc
+
+__all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
+
+_GAP = 1e-12
+"""Free gaps between faces up to this angle are rounding [radians]."""
+
+
+class Pieces(NamedTuple):
+    """
+    Pieces of the free sky, each between two meridians.
+
+    Parameters
+    ----------
+    slice : (n,) int32
+        Number of the slice: between events k and k + 1.
+    below, above : (n, 4) float64
+        Horizontal and vertical part of the unit vectors of the edge below, and above, at the first
+        and at the second meridian.
+    under, over : (n,) int32
+        What bounds it: ``face << 3 | edge`` of the seen faces, ``HORIZON``, ``PLANE``, ``ZENITH``.
+    events : (n_events, 2) float64
+        Unit vectors of the azimuths, counter-clockwise from -x round to -x.
+    """
+
+    slice: NDArray[np.int32]
+    below: NDArray[np.float64]
+    above: NDArray[np.float64]
+    under: NDArray[np.int32]
+    over: NDArray[np.int32]
+    events: NDArray[np.float64]
+
+
+@borrowing
+def place_bound(seen, code, normal, dx, dy):
+    """Return the unit vector (along, up) of a bound on a meridian."""
+    if code == HORIZON:
+        return 1.0, 0.0
+    if code == ZENITH:
+        return 0.0, 1.0
+    if code == PLANE:
+        return cut_plane(normal, dx, dy)
+    i, k = code >> 3, code & 7
+    after = k + 1 if k + 1 < seen.size[i] else 0
+    return cut_edge(seen.corners[i, k], seen.corners[i, after], dx, dy)
+
+
+@njit(cache=True, nogil=True)
+def find_pieces(seen, normal, events, spans, owner, skyline):
+    """
+    Find the pieces of the free upper sky before a plane.
+
+    ``seen`` is a ``SeenFaces``, ``events`` from ``find_events``, ``spans`` and ``owner`` from
+    ``find_spans``, ``skyline`` (BINS,) from ``find_skyline``.
+    """
+    n_faces = seen.size.size
+    room = 2 * events.shape[0] + 16
+    which = np.empty(room, np.int32)
+    below, above = np.empty((room, 4)), np.empty((room, 4))
+    under, over = np.empty(room, np.int32), np.empty(room, np.int32)
+    count = 0
+    n_spans = owner.size
+    active, cut = np.empty(n_spans + 1, np.int32), np.empty(n_spans + 1, np.int32)
+    low, high = np.empty(n_faces + 1), np.empty(n_faces + 1)
+    low_code, high_code = np.empty(n_faces + 1, np.int32), np.empty(n_faces + 1, np.int32)
+    stamp = np.full(n_faces + 1, -1, np.int64)
+    low_code[n_faces] = high_code[n_faces] = PLANE
+    n_active = 0
+    waiting = 0
+    angle = -math.pi
+    for s in range(events.shape[0] - 1):
+        ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
+        dx, dy = ax + bx, ay + by
+        length = math.hypot(dx, dy)
+        dx, dy = dx / length, dy / length
+        angle = math.atan2(dy, dx)
+        while waiting < n_spans and spans[waiting, 0] <= angle:
+            active[n_active] = waiting
+            n_active += 1
+            waiting += 1
+        top, code = skyline[int(find_bin(dx, dy)) % BINS], HORIZON
+        # Of each face its interval of this meridian, sorted by where they start.
+        kept = n_cut = 0
+        for q in range(n_active):
+            span = active[q]
+            if spans[span, 1] < angle:
+                continue
+            active[kept] = span
+            kept += 1
+            i = owner[span]
+            if seen.slope[i] <= top or stamp[i] == s:
+                continue
+            stamp[i] = s
+            one, two, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
+            if two <= top:
+                continue
+            low[i], high[i] = one, two
+            low_code[i], high_code[i] = i << 3 | p, (i << 3 | r if r >= 0 else ZENITH)
+            at = n_cut
+            while at > 0 and low[cut[at - 1]] > one:
+                cut[at] = cut[at - 1]
+                at -= 1
+            cut[at] = i
+            n_cut += 1
+        n_active = kept
+        low[n_faces], high[n_faces] = find_slope(normal, dx, dy)
+        has_plane = low[n_faces] < math.inf
+        q = 0
+        while top < math.inf:
+            i = cut[q] if q < n_cut else -1
+            if has_plane and (i < 0 or low[n_faces] <= low[i]):
+                i = n_faces
+                has_plane = False
+            elif i >= 0:
+                q += 1
+            start = low[i] if i >= 0 else math.inf
+            bound = low_code[i] if i >= 0 else ZENITH
+            if start == math.inf or start - top > _GAP * (1.0 + start * top):
+                if count == which.size:
+                    which, below, above, under, over = _grow(which, below, above, under, over)
+                which[count], under[count], over[count] = s, code, bound
+                below[count, 0], below[count, 1] = place_bound(seen, code, normal, ax, ay)
+                below[count, 2], below[count, 3] = place_bound(seen, code, normal, bx, by)
+                above[count, 0], above[count, 1] = place_bound(seen, bound, normal, ax, ay)
+                above[count, 2], above[count, 3] = place_bound(seen, bound, normal, bx, by)
+                count += 1
+            if i < 0:
+                break
+            if high[i] > top:
+                top, code = high[i], high_code[i]
+    return Pieces(which[:count], below[:count], above[:count], under[:count], over[:count], events)
+
+
+@njit(cache=True, nogil=True)
+def _grow(which, below, above, under, over):
+    n = which.size
+    more = np.empty(2 * n, np.int32)
+    more[:n] = which
+    lower, upper = np.empty((2 * n, 4)), np.empty((2 * n, 4))
+    lower[:n], upper[:n] = below, above
+    codes, others = np.empty(2 * n, np.int32), np.empty(2 * n, np.int32)
+    codes[:n], others[:n] = under, over
+    return more, lower, upper, codes, others
+
+
+@njit(cache=True, nogil=True)
+def integrate(pieces, moments):
+    """Add the moments (7,) of pieces, see ``add_arc``."""
+    events = pieces.events
+    for i in range(pieces.slice.size):
+        s = pieces.slice[i]
+        ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
+        b, a = pieces.below[i], pieces.above[i]
+        add_arc(b[0], b[1], b[2], b[3], ax, ay, bx, by, 1.0, moments)
+        if pieces.over[i] != ZENITH:
+            add_arc(a[0], a[1], a[2], a[3], ax, ay, bx, by, -1.0, moments)
