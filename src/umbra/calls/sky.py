@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +13,34 @@ from umbra.errors import InputError, check_type
 from umbra.receivers.points import check_points
 from umbra.scene import Scene
 from umbra.sky.casters import find_sky_casters
-from umbra.sky.view import SkyView
-from umbra.sun import Site, find_site
+from umbra.sky.view import ExactSky
+from umbra.sun import Site, find_site, parse_dates
+from umbra.sun.local_time import Date
 
-__all__ = ["find_known_site", "sky_view", "view_skies"]
+__all__ = ["SkyView", "find_known_site", "sky_view", "view_skies"]
+
+
+class SkyView(ExactSky):
+    """The sky above a place, which can be drawn; see `umbra.sky.view.ExactSky`."""
+
+    def plot(self, projection: str = "stereographic", dates: Date | Sequence[Date] = ()) -> Any:
+        """
+        Draw the sky: what obstructs it, and the paths of the sun.
+
+        Parameters
+        ----------
+        projection : {"stereographic", "equidistant", "orthographic", "waldram"}
+        dates : str, date, or several
+            Paths of the sun on local dates, which need a site.
+
+        Returns
+        -------
+        picture : SkyPicture
+            With ``save(path)`` as PNG, SVG or PDF.
+        """
+        from umbra.writers.sky import draw_sky  # noqa: PLC0415
+
+        return draw_sky(self, projection, parse_dates(dates) if dates else ())
 
 
 def sky_view(

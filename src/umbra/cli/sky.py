@@ -13,8 +13,8 @@ from umbra.errors import InputError, find_similar
 from umbra.machine import load_compiler
 
 if TYPE_CHECKING:
+    from umbra.calls.sky import SkyView
     from umbra.scene import Scene
-    from umbra.sky.view import SkyView
     from umbra.sun import Site
 
 __all__ = ["command"]

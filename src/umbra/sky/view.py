@@ -20,7 +20,7 @@ from umbra.sky.points import find_seen, measure_sky, trace_bands, trace_free_sky
 from umbra.sun import Site, find_sun, parse_dates
 from umbra.sun.local_time import Date
 
-__all__ = ["SkyView", "SunSpell"]
+__all__ = ["ExactSky", "SunSpell"]
 
 _LOOK = 20_000_000  # between looks at the sun: shorter gaps are not found [us]
 _CLOSE = 250_000  # [us]
@@ -45,7 +45,7 @@ class SunSpell(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SkyView:
+class ExactSky:
     """
     The upper sky before a plane through a point.
 
@@ -217,25 +217,6 @@ class SkyView:
 
     def _tell(self, state: int) -> str:
         return {_BELOW: "horizon", _OWN: "own plane", _FREE: "sky"}.get(state) or self.names[state]
-
-    def plot(self, projection: str = "stereographic", dates: Date | Sequence[Date] = ()) -> Any:
-        """
-        Draw the sky: what obstructs it, and the paths of the sun.
-
-        Parameters
-        ----------
-        projection : {"stereographic", "equidistant", "orthographic", "waldram"}
-        dates : str, date, or several
-            Paths of the sun on local dates, which need a site.
-
-        Returns
-        -------
-        picture : SkyPicture
-            With ``save(path)`` as PNG, SVG or PDF.
-        """
-        from umbra.writers.sky import draw_sky  # noqa: PLC0415
-
-        return draw_sky(self, projection, parse_dates(dates) if dates else ())
 
     def sum_up(self, dates: Date | Sequence[Date] = ()) -> dict[str, Any]:
         """Return the results as plain values, for JSON."""

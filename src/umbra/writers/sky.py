@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.sky.projections import Projection, find_projection
-from umbra.sky.view import SkyView
+from umbra.sky.view import ExactSky
 from umbra.sun import find_sun
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Paper, wrap
 
@@ -81,7 +81,7 @@ class _Chart(Paper):
         return self.start + self.scale * self.projection.place(azimuth, altitude)
 
 
-def draw_sky(view: SkyView, name: str, dates: Sequence[dt.date]) -> SkyPicture:
+def draw_sky(view: ExactSky, name: str, dates: Sequence[dt.date]) -> SkyPicture:
     """
     Draw the sky of a view in a projection by name, with the sun's paths on some dates.
 
@@ -120,7 +120,7 @@ def draw_sky(view: SkyView, name: str, dates: Sequence[dt.date]) -> SkyPicture:
     return SkyPicture(chart)
 
 
-def _tell_facts(view: SkyView, projection: Projection, dates: Sequence[dt.date]) -> Iterator[str]:
+def _tell_facts(view: ExactSky, projection: Projection, dates: Sequence[dt.date]) -> Iterator[str]:
     x, y, z = view.point
     tilt = np.degrees(np.arccos(np.clip(view.normal[2], -1, 1)))
     plane = "level plane"
@@ -148,7 +148,7 @@ def _tell_facts(view: SkyView, projection: Projection, dates: Sequence[dt.date])
         )
 
 
-def _draw_obstructions(chart: _Chart, view: SkyView, colors: dict[str, str]) -> None:
+def _draw_obstructions(chart: _Chart, view: ExactSky, colors: dict[str, str]) -> None:
     """Fill the sky, what objects take of it, and draw the outlines of what is free."""
     turn = np.radians(np.arange(0.0, 361.0, 1.0))
     projection = chart.projection
@@ -183,7 +183,7 @@ def _draw_obstructions(chart: _Chart, view: SkyView, colors: dict[str, str]) -> 
         chart.rule(lines, INK, 0.7)
 
 
-def _hatch_behind(chart: _Chart, view: SkyView) -> None:
+def _hatch_behind(chart: _Chart, view: ExactSky) -> None:
     """Shade what lies behind the plane."""
     n = view.normal
     side = np.array([n[1], -n[0], 0.0]) / np.hypot(n[0], n[1])
@@ -259,7 +259,7 @@ def _draw_grid(chart: _Chart) -> None:
         chart.write(_MARGIN - 0.05, y, f"{altitude}°", 6.5, ha="right", va="center", color=QUIET)
 
 
-def _draw_suns(chart: _Chart, view: SkyView, dates: Sequence[dt.date]) -> None:
+def _draw_suns(chart: _Chart, view: ExactSky, dates: Sequence[dt.date]) -> None:
     """Draw the sun's paths, with hours by the clock and by solar time."""
     site = view.need_site()
     zone = ZoneInfo(site.zone)
@@ -301,7 +301,7 @@ def _list_lines(
             yield spots[piece]
 
 
-def _list_solar(chart: _Chart, view: SkyView) -> Iterator[NDArray[np.float64]]:
+def _list_solar(chart: _Chart, view: ExactSky) -> Iterator[NDArray[np.float64]]:
     """Yield a line for each hour of solar time, from one solstice to the other."""
     site = view.need_site()
     latitude, north = np.radians(site.latitude), np.radians(site.true_north)
@@ -318,7 +318,7 @@ def _list_solar(chart: _Chart, view: SkyView) -> Iterator[NDArray[np.float64]]:
         yield from _list_lines(chart, toward)
 
 
-def _mark_hours(chart: _Chart, view: SkyView, day: dt.date) -> None:
+def _mark_hours(chart: _Chart, view: ExactSky, day: dt.date) -> None:
     site = view.need_site()
     zone = ZoneInfo(site.zone)
     hours = [dt.datetime.combine(day, dt.time(hour), zone) for hour in range(24)]

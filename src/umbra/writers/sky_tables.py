@@ -6,12 +6,12 @@ from pathlib import Path
 
 import orjson
 
-from umbra.sky.view import SkyView
+from umbra.sky.view import ExactSky
 
 __all__ = ["write_horizon", "write_outlines", "write_values"]
 
 
-def write_outlines(path: Path, view: SkyView) -> None:
+def write_outlines(path: Path, view: ExactSky) -> None:
     """Write the corners of the outlines: number of the loop, direction, and what is behind."""
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
@@ -21,7 +21,7 @@ def write_outlines(path: Path, view: SkyView) -> None:
                 table.writerow([k, *map(repr, direction), part or ""])
 
 
-def write_horizon(path: Path, view: SkyView, step: float = 1.0) -> None:
+def write_horizon(path: Path, view: ExactSky, step: float = 1.0) -> None:
     """
     Write the elevations of the horizon, one a line, from north on clockwise, at equal steps.
 
@@ -31,12 +31,12 @@ def write_horizon(path: Path, view: SkyView, step: float = 1.0) -> None:
     path.write_text("".join(f"{value:.3f}\n" for value in elevation), encoding="utf-8")
 
 
-def write_values(path: Path, view: SkyView, dates: tuple[str, ...]) -> None:
+def write_values(path: Path, view: ExactSky, dates: tuple[str, ...]) -> None:
     """Write all results as JSON, numbers with all their digits."""
     path.write_bytes(orjson.dumps(view.sum_up(dates), option=orjson.OPT_INDENT_2))
 
 
-WRITERS: dict[str, tuple[str, Callable[[Path, SkyView], None]]] = {
+WRITERS: dict[str, tuple[str, Callable[[Path, ExactSky], None]]] = {
     "csv": (".csv", write_outlines),
     "horizon": ("-horizon.txt", write_horizon),
 }
