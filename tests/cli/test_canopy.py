@@ -107,7 +107,6 @@ def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
         ),
         (["--transmissivity", "0.03"], "say which parts they are with --canopy"),
         (["--canopy", "crown", "--transmissivity", "3"], "for 3 % write 0.03 or 3%"),
-        (["--canopy", "crown", "--device", "gl"], "the gl device does not weaken light"),
     ],
 )
 def test_slips_are_told_in_a_line(study, garden, options, said):

@@ -280,7 +280,6 @@ def test_a_scene_of_canopies_alone(park):
         ({"canopy": ["Tree"], "leaf_on": "04-15..10-31"}, "transmissivity='0.03:0.5'"),
         ({"canopy": ["Tree"], "transmissivity": "0:1", "leaf_on": "April"}, "MM-DD..MM-DD"),
         ({"canopy": ["Tree"], "transmissivity": "0:1", "leaf_on": "02-30..03-01"}, "no day 02-30"),
-        ({"canopy": ["Tree"], "device": "gl"}, "gl device does not weaken"),
     ],
 )
 def test_slips_are_named(park, options, match):

@@ -58,10 +58,8 @@ def find_device(name: str) -> CountingDevice:
     InputError
         If no device has this name, or the package that brings it cannot be used.
     """
-    if name == "auto":
-        return DEVICES[DEFAULT]
-    if isinstance(name, str) and name in DEVICES:
-        return DEVICES[name]
+    if isinstance(name, str) and name in CHOICES:
+        return DEVICES[DEFAULT if name == "auto" else name]
     if not isinstance(name, str) or name not in REGISTRY:
         msg = f"device {show_value(name)} is not one of {', '.join((*CHOICES, *REGISTRY.names))}"
         raise InputError(msg, option="device", device=name)

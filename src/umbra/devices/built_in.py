@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.devices.device import CountingDevice, TileCounters
 from umbra.errors import UmbraError
-from umbra.soft.frames import FrameCounts
 
 if TYPE_CHECKING:
     from umbra.gl.context import Device
     from umbra.scene import Scene
+    from umbra.soft.frames import FrameCounts
 
 __all__ = ["CpuDevice", "GlDevice"]
 
@@ -47,7 +47,7 @@ class CpuDevice(CountingDevice):
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
         detail: float = 0.0,
-    ) -> AbstractContextManager[FrameCounts]:
+    ) -> "AbstractContextManager[FrameCounts]":
         """Make a counter of frames of a scene, see `CountingDevice`."""
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
 
@@ -124,7 +124,7 @@ class GlDevice(CountingDevice):
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
         detail: float = 0.0,
-    ) -> AbstractContextManager[FrameCounts]:
+    ) -> "AbstractContextManager[FrameCounts]":
         """Make a counter of frames, see `CountingDevice`; OpenGL manages its own threads."""
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 

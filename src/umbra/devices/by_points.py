@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.devices.device import CountingDevice, TileCounters, blame
 from umbra.errors import UmbraError
-from umbra.soft.frames import FrameCounts
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from umbra.scene import Scene
+    from umbra.soft.frames import FrameCounts
 
 __all__ = ["PointDevice"]
 
@@ -94,7 +94,7 @@ class PointDevice(CountingDevice):
         warn: Callable[[str], object] = lambda _: None,
         transmits: bool = True,
         detail: float = 0.0,
-    ) -> AbstractContextManager[FrameCounts]:
+    ) -> "AbstractContextManager[FrameCounts]":
         """Make a counter of frames, whose visible surface the CPU finds; see `CountingDevice`."""
         from umbra.devices.point_frames import PointFrames  # noqa: PLC0415 - loads kernels
 
