@@ -113,7 +113,7 @@ def test_tiles_measure_as_one_piece(installed, house, tmp_path):
         "--tiles", "8m", "--up", "z",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    tiles = xr.open_zarr(tmp_path / "tiles" / "study.zarr", zarr_format=3)
+    tiles = xr.open_zarr(tmp_path / "tiles" / "study.zarr", zarr_format=3, chunks=None)
     assert np.array_equal(tiles.openness.values, whole.openness.values, equal_nan=True)
     assert (tmp_path / "tiles" / "openness.png").exists()
 

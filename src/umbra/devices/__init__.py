@@ -58,7 +58,7 @@ def find_device(name: str) -> CountingDevice:
     InputError
         If no device has this name, or the package that brings it cannot be used.
     """
-    if isinstance(name, str) and name in CHOICES:
+    if isinstance(name, str) and (name == "auto" or name in DEVICES):
         return DEVICES[DEFAULT if name == "auto" else name]
     if not isinstance(name, str) or name not in REGISTRY:
         msg = f"device {show_value(name)} is not one of {', '.join((*CHOICES, *REGISTRY.names))}"
