@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.options import list_options
 from umbra.receivers.view import SurfacesFromAbove
 from umbra.study import Preview, make_preview, run
 from umbra.study.measures import Quantity
@@ -78,10 +79,14 @@ def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
 
 def _look_at_surfaces(job: FolderJob) -> FolderJob:
     """Measure what a view of sampled surfaces shows."""
+    asked = {
+        name: getattr(job.options, name)
+        for name, said, _ in list_options(job.options) if said.heading == "Measures"
+    }  # fmt: skip
     options = job.options.ask_hours(
         f"{find_sunny_side(job.study)}/{TILT}",
+        **{name: value for name, value in asked.items() if name != "measure"},
         measure=tuple(one.name for one in job.options.measures),
-        sky_directions=job.options.sky_directions,
         proposed=job.options.proposed,
     )
     study = run(job.scene, job.study.site, options, kind=SurfacesFromAbove())
