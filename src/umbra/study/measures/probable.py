@@ -89,8 +89,8 @@ class ProbableSunHours(Measure):
         open_hours = asked.make_lights(self).weights.sum()
         hours = sums.sum(0)
         found = {
-            "probable_sun_hours": hours,
-            "probable_sun_share": hours * (100 / open_hours),
+            "probable_sun_hours": np.minimum(hours, open_hours),
+            "probable_sun_share": np.minimum(hours * (100 / open_hours), 100.0),
             "winter_probable_sun_share": sums[1] * (100 / open_hours),
         }
         return [found[one.name] for one in self.quantities]
