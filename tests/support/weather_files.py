@@ -54,14 +54,15 @@ def save_tmy3(path, values, hours=HOURS, **place):
 def save_pvgis(path, values, hours=HOURS, late=0.5, **place):
     """Write PVGIS' typical year, of values some hours later than the times say."""
     place = {**PLACE, **place}
-    lines = [
+    head = (
         f"Latitude (decimal degrees): {place['latitude']}\n"
         f"Longitude (decimal degrees): {place['longitude']}\n"
         f"Elevation (m): {place['elevation']}\n"
         f"Irradiance Time Offset (h): {late}\n"
         "month,year\n1,2007\n\n"
         "time(UTC),T2m,RH,G(h),Gb(n),Gd(h),IR(h),WS10m,WD10m,SP\n"
-    ]
+    )
+    lines = [head]
     for hour, (overall, beam, diffuse) in zip(hours, values, strict=True):
         year, month, day, clock = _split(hour)
         when = f"{year}{month:02}{day:02}:{clock:02}00"

@@ -56,6 +56,10 @@ class Quantity:
         shown = {"1": "", "%": " %", "kWh/m2": " kWh/m²"}
         return shown.get(self.unit, f" {self.unit}")
 
+    def show(self, value: float) -> str:
+        """Write a value with its unit, to three digits or whole."""
+        return f"{value:,.0f}{self.suffix}" if abs(value) >= 1000 else f"{value:.3g}{self.suffix}"
+
     def of_loss(self, to: str = "the proposal") -> "Quantity":
         """Return the same quantity, lost to a proposal."""
         what = f"{self.long_name} lost to {to}"

@@ -60,7 +60,7 @@ class ProbableSunHours(Measure):
 
     def tell(self, options: Any) -> str:
         """Say what the probability is, where it is not given."""
-        return "" if options.sunshine is not None else "the sun shines whenever it is up"
+        return "" if options.sunshine is not None else "probable sun: it shines whenever it is up"
 
     def make_lights(self, asked: Asked) -> Lights:
         """Return a year's suns, weighted by hours and probability: of summer, and of winter."""
