@@ -23,6 +23,7 @@ _SOLAR = 1361.1  # irradiance of a plane that faces the sun, outside of the air 
 _BINS = np.array([1.065, 1.230, 1.500, 1.950, 2.800, 4.500, 6.200])
 """Upper ends of the classes of clearness, [1] table 2, but for the last."""
 _DIM, _BRIGHT = 0.01, 0.6  # range of the sky's brightness to which the model was fitted
+_AT_ONCE = 500  # skies, between which an interrupt is heard
 _LOW = 0.01  # least sine of an altitude, at which the gradient is taken
 _LEAST = 0.2  # brightness below which classes 2 to 4 turn negative
 _COEFFICIENTS = np.array([
@@ -150,5 +151,7 @@ def sum_sky(
         In units of the energy per steradian.
     """
     total = np.zeros(len(directions))
-    _sum_sky(directions, angles, suns, shape, energy, total)
+    for first in range(0, len(suns), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        _sum_sky(directions, angles, suns[some], shape[some], energy[some], total)
     return total
