@@ -58,7 +58,7 @@ def find_device(name: str) -> CountingDevice:
     InputError
         If no device has this name, or the package that brings it cannot be used.
     """
-    if name == "auto":
+    if isinstance(name, str) and name == "auto":
         return DEVICES[DEFAULT]
     if isinstance(name, str) and name in DEVICES:
         return DEVICES[name]

@@ -79,7 +79,7 @@ def read_sunshine(given: Any) -> tuple[float, ...]:
     else:
         try:
             shares = np.asarray(given, np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             shares = np.zeros(0)
         if shares.shape != (_MONTHS,):
             msg = f"sunshine is a file or 12 shares, one for each month; got {show_value(given)}"
