@@ -184,7 +184,7 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 NAMES = """
 files lat lon tz north
 date from to every every-days by-day refraction
-measure sky-directions
+measure sky-directions weather albedo sunshine
 receivers spacing on points eye target fov ground extent cell size crs
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed under spells exact min-spell masks
@@ -223,13 +223,15 @@ def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monke
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
-@pytest.mark.parametrize("option", ["points", "rules", "area", "files"])
+@pytest.mark.parametrize("option", ["points", "rules", "area", "files", "weather", "sunshine"])
 def test_a_file_that_names_an_endless_one_is_refused(umbra_here, tmp_path, tower, option):
     path = tmp_path / "mine.toml"
     files = "" if option == "files" else f'files = "{tower}"\n'
     path.write_text(
         f'{files}date = "2026-09-18"\nlat = 48.2\nlon = 16.37\n{option} = "/dev/zero"\n'
         + 'receivers = "points"\n' * (option == "points")
+        + 'measure = "irradiation"\n' * (option == "weather")
+        + 'measure = "probable_sun_hours"\n' * (option == "sunshine")
     )
     said = umbra_here("study", "--options", path, "--out", tmp_path / "out").refusal()
     assert "/dev/zero" in said

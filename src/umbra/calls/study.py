@@ -37,6 +37,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     refraction: Refraction = "standard",
     measure: str | Sequence[str] = (),
     sky_directions: int | str = 4096,
+    weather: str | Path | None = None,
+    albedo: float = 0.2,
+    sunshine: str | Path | Sequence[float] | None = None,
     receivers: str = "auto",
     spacing: float | str = 0.5,
     on: str | Sequence[str] = (),
@@ -106,10 +109,21 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Find where ``proposed`` reduces the hours of sun below this limit.
     measure : str or sequence of str
         What is measured: ``'sun_hours'`` and ``'shadow_hours'`` (default), ``'sky_view_factor'``,
-        ``'sky_component'``, or one of a package installed beside umbra. Each is a variable.
+        ``'sky_component'``; of a year of suns ``'probable_sun_hours'`` with both shares
+        (``'probable_sun_share'``, ``'winter_probable_sun_share'``); of ``weather``
+        ``'sunshine_hours'`` and ``'irradiation'`` with its sources (``'irradiation_beam'``,
+        ``'irradiation_sky'``, ``'irradiation_ground'``); or one of a package installed beside
+        umbra. Each is a variable.
     sky_directions : int or str
         Number of directions of the sky, spread evenly; or ``'tregenza'``, ``'reinhart2'``,
         ``'reinhart4'``.
+    weather : path, optional
+        A year of weather by hours: EPW, TMY3 or PVGIS' typical year. Without a date its whole
+        year counts, by its own standard time.
+    albedo : float
+        Share of the light that the ground reflects.
+    sunshine : path or (12,) float, optional
+        Probability that the sun shines, by month; 1 by default.
     receivers : str
         ``'auto'`` (default): ``'top'`` if the model has its own ground and no ``ground`` is
         given, else ``'ground'``.
@@ -192,7 +206,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         check_type("site", site, Site)
     options = StudyOptions(**given)
     moved = () if site is None else tell_moved(scene, site)
-    for note in (*moved, *tell_request(scene, options)):
+    for note in (*moved, *tell_request(scene, options, site)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
         if site is None or options.measures:

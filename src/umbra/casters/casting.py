@@ -1,6 +1,6 @@
 """Casters of a study, prepared for any receivers."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
@@ -38,6 +38,23 @@ class Casting:
     def _make_tree(self, caster: Caster) -> FaceTree:
         farthest = float(np.abs(self.scene.bounds()).max())
         return derive(caster, "tree", farthest, lambda: make_face_tree(caster, farthest))
+
+    def find_tree_without(self, kinds: Collection[str]) -> FaceTree:
+        """Return the tree of the casting faces but for those of parts of some kinds, made once."""
+        scene = self.scene
+        left = [k for k, part in enumerate(scene.parts) if part.kind in kinds]
+        soup = scene.triangles(left) if left else None
+        if soup is None or not len(soup.faces):
+            return self.tree
+
+        def make() -> FaceTree:
+            caster = self.caster  # it does not say which parts it is of: equal corners do
+            mine, theirs = (_name_corners(one.vertices[one.faces]) for one in (caster, soup))
+            kept = ~np.isin(mine, theirs)
+            rest = make_caster(caster.vertices, caster.faces[kept], caster.component[kept])
+            return self._make_tree(rest)
+
+        return derive(self.caster, "tree without", (id(scene), *left), make)
 
     @cached_property
     def solid(self) -> Self:
@@ -87,6 +104,13 @@ class Casting:
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
         """Make casters of some parts each, as if they stood alone."""
         return [_make_caster(self.scene, parts) for parts in pieces]
+
+
+def _name_corners(corners: NDArray[np.float64]) -> NDArray[np.bytes_]:
+    """Return a name of each triangle (n, 3, 3), the same whichever corner comes first."""
+    order = np.lexsort(tuple(corners[:, :, axis] for axis in (2, 1, 0)), axis=1)
+    whole = np.take_along_axis(corners, order[:, :, None], 1).reshape(-1, 9) + 0.0
+    return np.ascontiguousarray(whole).view("V72").ravel()
 
 
 def prepare_casting(

@@ -12,6 +12,7 @@ from umbra.errors import InputError, write_for_shell
 from umbra.options import list_options
 
 if TYPE_CHECKING:
+    from umbra.lights import Weather
     from umbra.scene import Scene
     from umbra.sun import Site
 
@@ -100,10 +101,24 @@ def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) 
 
 
 def find_any_site(
-    scene: "Scene", say: Callable[[str], object], *, is_needed: bool
+    scene: "Scene",
+    say: Callable[[str], object],
+    *,
+    is_needed: bool,
+    weather: "Weather | None" = None,
 ) -> "Site | None":
-    """Find a model's site; None where nothing says it and it is not needed."""
+    """Find a model's site, or that of its weather; None where none says it nor needs it."""
     given = [take_site()[name] for name in ("latitude", "longitude")]
-    if not is_needed and given == [None, None] and None in {scene.latitude, scene.longitude}:
+    if given != [None, None] or None not in {scene.latitude, scene.longitude}:
+        return find_model_site(scene, say)
+    if weather is not None:
+        from umbra.sun import find_site  # noqa: PLC0415
+
+        place = {"latitude": weather.latitude, "longitude": weather.longitude}
+        site = find_site(scene, **{**take_site(), **place})
+        told = f"the model does not say its place, so that of {weather.name} counts"
+        say(f"note: {told}: {site.show()}")
+        return site
+    if not is_needed:
         return None
     return find_model_site(scene, say)

@@ -97,8 +97,9 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         scene = read_model(files, options.canopy)
         for note in scene.notes:
             say(f"note: {note}")
-        site = find_any_site(scene, say, is_needed=options.needs_sun)
-        told = tell_request(scene, options)
+        weather = None if options.weather is None else options.weather_year
+        site = find_any_site(scene, say, is_needed=options.needs_site, weather=weather)
+        told = tell_request(scene, options, site)
         for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")
         stages.show_scene(scene)

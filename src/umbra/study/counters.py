@@ -5,16 +5,22 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.ground.level import TERRAIN
 from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import add_masks
 from umbra.receivers.kind import Counter, Tile
 
-__all__ = ["LightCounter", "RayCounter", "find_suns"]
+__all__ = ["GroundLightCounter", "LightCounter", "RayCounter", "find_ground_lights", "find_suns"]
 
 
 def find_suns(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which homogeneous lights (n, 4) are directions above the horizon, (n,) bool."""
     return (lights[:, 3] == 0) & (lights[:, 2] > 0)
+
+
+def find_ground_lights(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which homogeneous lights (n, 4) are directions below the horizon, (n,) bool."""
+    return (lights[:, 3] == 0) & (lights[:, 2] < 0)
 
 
 class RayCounter:
@@ -44,6 +50,41 @@ class RayCounter:
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
+        add_masks(self.masks, lights, weights, sums, progress)
+
+
+class GroundLightCounter:
+    """
+    Counter of directions below the horizon, from which the ground shines: it hides none.
+
+    Ground is a plane, which is no caster, or parts of the kinds of terrain. Points without a normal
+    are level.
+
+    Parameters
+    ----------
+    tile : Tile
+    """
+
+    def __init__(self, tile: Tile) -> None:
+        casting, where = tile.casting, tile.places
+        self.shape, self.threads = tile.shape, casting.threads
+        self.tree = casting.find_tree_without(TERRAIN)
+        self.points, normals = where.points, where.normals
+        self.normals = np.where(np.isnan(normals[:, :1]), (0.0, 0.0, 1.0), normals)
+
+    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return for each direction (n, 4) the receivers that it does not reach."""
+        found = find_hidden(self.tree, self.points, self.normals, lights, self.threads)
+        return found.reshape(-1, *self.shape)
+
+    def add_weights(
+        self,
+        lights: NDArray[np.float64],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Add to each receiver the weights (n, k) of the directions that do not reach it."""
         add_masks(self.masks, lights, weights, sums, progress)
 
 

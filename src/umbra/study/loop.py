@@ -294,10 +294,13 @@ def round_weights(
     """
     Round weights (n, k) to whole numbers (n, k), and return the unit of each column (k,).
 
-    Equal weights are their own unit, so that their sums are exact.
+    Equal weights of a column, zeros aside, are their own unit, so that their sums are exact.
     """
-    is_equal = len(weights) > 0 and bool((weights == weights[0]).all())
-    unit = np.where(weights[0] != 0, weights[0], 1.0) if is_equal else find_unit(weights)
+    unit = find_unit(weights)
+    if len(weights):
+        most = np.take_along_axis(weights, np.abs(weights).argmax(0)[None], 0)
+        is_equal = ((weights == most) | (weights == 0)).all(0) & (most[0] != 0)
+        unit = np.where(is_equal, most[0], unit)
     return np.rint(weights / unit).astype(np.int32), unit
 
 

@@ -19,6 +19,7 @@ from umbra.errors import InputError, show_value
 from umbra.options import Option, check_types, list_options, option
 
 if TYPE_CHECKING:
+    from umbra.lights import Weather
     from umbra.receivers import ReceiverKind
     from umbra.study.measures import Measure, Quantity
 
@@ -81,7 +82,9 @@ class StudyOptions:
     measure: Sequence[str] = _measures(
         "texts",
         "What is measured, one or several by commas: sun_hours and shadow_hours (default), "
-        "sky_view_factor, sky_component.",
+        "sky_view_factor, sky_component; of a year of suns probable_sun_hours, probable_sun_share, "
+        "winter_probable_sun_share; of --weather sunshine_hours, irradiation (and "
+        "irradiation_beam, irradiation_sky, irradiation_ground).",
         default=(), metavar="NAME,...", registry="measure",
     )  # fmt: skip
     sky_directions: int | str = _measures(
@@ -89,6 +92,20 @@ class StudyOptions:
         "Directions of the sky, spread evenly: a number; or tregenza (145), reinhart2 (577), "
         "reinhart4 (2305), to compare with other tools.",
         default=4096, metavar="N|NAME",
+    )  # fmt: skip
+    weather: Any = _measures(
+        "table",
+        "A year of weather: EPW, or TMY3 or PVGIS' typical year (csv); without --date all of it.",
+        metavar="FILE",
+    )  # fmt: skip
+    albedo: float = _measures(
+        "number", "Share of the light that the ground reflects, for irradiation.", default=0.2,
+        metavar="SHARE",
+    )  # fmt: skip
+    sunshine: Any = _measures(
+        "table",
+        "CSV file month,share: the probability that the sun shines; default: 1 in every month.",
+        metavar="FILE",
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
@@ -285,10 +302,25 @@ class StudyOptions:
         """Whether a measure is of the sun, so that a date and a site are needed."""
         return self.asks_hours or any(one.needs_sun for one in self.measures)
 
+    @property
+    def needs_site(self) -> bool:
+        """Whether a measure is of suns, so that a site is needed."""
+        return self.needs_sun or any(one.needs_site for one in self.measures)
+
+    @cached_property
+    def weather_year(self) -> "Weather":
+        """The weather file, read."""
+        from umbra.lights import read_weather  # noqa: PLC0415
+
+        return read_weather(self.weather)
+
     def _check_measures(self) -> None:
         """Check the measures' names and options; require a date where one is of the sun."""
+        from umbra.study.measures.files import check_files  # noqa: PLC0415
+
         names = [name.strip() for text in self.measure for name in text.split(",")]
         object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))
+        check_files(self, self.measures)
         for one in self.measures:
             one.check(self)
         if self.date is None or (isinstance(self.date, (list, tuple)) and not self.date):
@@ -349,15 +381,17 @@ class StudyOptions:
             if said.attribute and (not said.receivers or self._is_own(name, said))
         }
 
-    def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":
-        """Return options for the hours of other receivers, without further results."""
+    def ask_hours(
+        self, receivers: str, *, measures: bool = False, **changes: Any
+    ) -> "StudyOptions":
+        """Return options of other receivers, for hours or the same measures, without more results."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name
         dropped = {
             name: default
             for name, said, default in list_options(self)
-            if said.heading in {"Results", "Measures"}
+            if said.heading in ({"Results"} if measures else {"Results", "Measures"})
             or (said.receivers and kind not in said.receivers)
         }
         return replace(self, **{**dropped, "receivers": receivers, **changes})

@@ -7,15 +7,20 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT
+from umbra.lights import make_no_period
 from umbra.receivers import find_kind
 from umbra.receivers.standing import find_crossings
 from umbra.registry import take_notes
 from umbra.scene import Scene, Triangles
 from umbra.study.options import StudyOptions
+from umbra.sun import Site, parse_dates
 from umbra.sun.local_time import tell_skipped
 
-__all__ = ["tell_outside", "tell_panes", "tell_request"]
+__all__ = ["tell_outside", "tell_panes", "tell_request", "tell_sources"]
 
+_AWAY = 50.0  # distance of a weather file's place that is worth a word [km]
+_NIGHT = 0.02  # share of its energy without a sun that is
+_LEAP_DAY = (2, 29)
 _SIDE = 24  # points along each side of a proposal's bounds
 _DEEP = 0.3  # height that two bodies share at a point, beyond what a model's tolerance is [m]
 _SHARE = 0.05  # of a proposal's plan that is worth a word
@@ -23,7 +28,7 @@ _LEVEL = 1e-9  # of the side: points keep off edges that lie on a round fraction
 _OPENINGS = ("window", "door", "curtainwall", "plate")
 
 
-def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
+def tell_request(scene: Scene, options: StudyOptions, site: Site | None = None) -> list[str]:
     """
     Report what a request leaves out, moves or repeats.
 
@@ -31,6 +36,7 @@ def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
     ----------
     scene : Scene
     options : StudyOptions
+    site : Site, optional
 
     Returns
     -------
@@ -44,6 +50,7 @@ def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
         If a pattern matches no part.
     """
     notes = [*take_notes(), *(tell_skipped(options.date) if options.date is not None else ())]
+    notes += tell_sources(options, site)
     is_other = options.device not in {"auto", DEFAULT}
     if options.canopy and is_other:
         notes.append(
@@ -55,6 +62,37 @@ def tell_request(scene: Scene, options: StudyOptions) -> list[str]:
         if options.extent is not None and find_kind(options.receivers, scene).is_plan:
             notes += tell_outside(_find_box(scene, proposed), options.extent)
         notes += _tell_overlap(scene, proposed, options)
+    return notes
+
+
+def tell_sources(options: StudyOptions, site: Site | None) -> list[str]:
+    """Report what measures take by default, and weather that may be of another place or time."""
+    taken = {name for one in options.measures for name in one.takes}
+    notes = []
+    if "sunshine" in taken and options.sunshine is None:
+        notes.append(
+            "the sun is taken to shine whenever it is up; sunshine= takes its probability by month"
+        )
+    if "weather" not in taken or site is None:
+        return notes
+    weather = options.weather_year
+    away = weather.measure_distance(site)
+    if away > _AWAY:
+        notes.append(
+            f"the weather of {weather.name} is of a place {away:,.0f} km away "
+            f"({weather.latitude:.2f}°, {weather.longitude:.2f}°); give that of a nearer one"
+        )
+    suns = weather.find_suns(site, make_no_period(site), options.refraction)
+    night = float(suns.beam[~suns.sun.is_up].sum() / max(suns.beam.sum(), 1.0))
+    if night > _NIGHT:
+        notes.append(
+            f"{100 * night:.2g} % of the sun's energy in {weather.name} falls into hours when it "
+            "is down at the site, and is left out; check the file's time zone and the site"
+        )
+    if options.date is not None and not weather.has_leap_day:
+        days = parse_dates(options.date, options.every_days)
+        if any((day.month, day.day) == _LEAP_DAY for day in days):
+            notes.append(f"{weather.name} has no 29 February: 28 February stands for it")
     return notes
 
 

@@ -53,12 +53,16 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
     if options.date is None:
         return make_no_period(site)
     if site is None:
-        msg = "a study of the sun needs a place; give latitude and longitude with site="
-        raise InputError(msg, option="latitude")
+        raise _ask_for_site()
     return make_period(
         options.date, options.start, options.end, options.every, site,
         every_days=options.every_days, refraction=options.refraction,
     )  # fmt: skip
+
+
+def _ask_for_site() -> InputError:
+    msg = "a study of the sun needs a place; give latitude and longitude with site="
+    return InputError(msg, option="latitude")
 
 
 def settle_ground(scene: Scene, options: StudyOptions) -> Ground:
@@ -164,6 +168,8 @@ class Setup:
     ) -> "Setup":
         """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
+        if site is None and options.needs_site:
+            raise _ask_for_site()
         period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)
         canopies = Canopy.of(
@@ -217,7 +223,7 @@ class Setup:
 
     def _count_measured(self) -> int:
         """Return the greatest number of lights of a measure."""
-        each = (len(guard(one, one.make_lights, self.asked)) for one in self.options.measures)
+        each = (len(guard(one, self.asked.make_lights, one)) for one in self.options.measures)
         return max(each, default=0)
 
     @property

@@ -112,10 +112,9 @@ def _count_ground(
     """Count the ground that some pixels of a view show."""
     x, y = tile.frame.position[::-1].reshape(-1, 3)[pixels, :2].T
     room = (_REACH + 1) * cell
-    names = ("proposed", "under", "exact", "measure", "sky_directions")
-    kept = {name: getattr(options, name) for name in names}
+    kept = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
     extent = (x.min() - room, y.min() - room, x.max() + room, y.max() + room)
-    asked = options.ask_hours("ground", cell=cell, size=None, extent=extent, **kept)
+    asked = options.ask_hours("ground", measures=True, cell=cell, size=None, extent=extent, **kept)
     plan = run(study.model.scene, study.site, asked)
     return _GroundPixels(plan, pixels, _find_cells(plan, x, y))
 

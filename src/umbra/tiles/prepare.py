@@ -20,6 +20,7 @@ from umbra.readers.model import Crowns, FilePlace, settle
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
+from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
 from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
@@ -76,6 +77,7 @@ class Preparation:
             found += tell_moved(_locate(self.catalogue), self.job.site)
         if self.job.options.date is not None:
             found += tell_skipped(self.job.options.date)
+        found += tell_sources(self.job.options, self.job.site)
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
@@ -154,7 +156,7 @@ def prepare_city(
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
-        site = find_city_site(catalogue, is_needed=options.needs_sun, **(site or {}))
+        site = find_city_site(catalogue, is_needed=options.needs_site, **(site or {}))
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
     period = make_city_period(options, site, city.min_altitude or 0.0)
@@ -259,9 +261,11 @@ def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dic
         for name, said, _ in list_options(job.options)
         if said.is_kept
     }
+    weather = {"weather": job.options.weather_year.sha256} if job.options.weather else {}
     return {
         "umbra": __version__,
         "format": _FORMAT,
+        **weather,
         "files": [
             [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
             for one in catalogue.files

@@ -1,6 +1,7 @@
 """Sums of a measure's lights at each receiver, before and after a proposal."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -10,13 +11,14 @@ from numpy.typing import NDArray
 from umbra.casters import Canopy
 from umbra.errors import InputError, UmbraError
 from umbra.lights import Lights
-from umbra.receivers.kind import Receivers, Tile, Variables
-from umbra.study.counters import LightCounter
+from umbra.receivers.kind import Counter, Receivers, Tile, Variables
+from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity
 
 __all__ = ["MeasureSums", "guard"]
 
+_MOST_BLOCKS = 16
 FindParts = Callable[[Tile], Sequence[int]]
 
 
@@ -66,8 +68,8 @@ class MeasureSums(Accumulator):
         find_rest: FindParts | None = None,
     ) -> None:
         self.measure, self.asked = measure, asked
-        self.lights: Lights = guard(measure, measure.make_lights, asked)
         self._is_level, self._canopy = laid.kind.is_level, canopy
+        self.lights = self._find_lights()
         self._find_proposed, self._find_rest = find_proposed, find_rest
         self.of_any_date = frozenset(self._name_all())
         count = len(measure.quantities)
@@ -75,6 +77,7 @@ class MeasureSums(Accumulator):
         self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
         weights = self._spread()
         self._weights, self._unit = round_weights(weights)
+        self._blocks = self._find_blocks()
         if canopy is not None:
             # What canopies alone hide, they transmit by their share on the light's day.
             self._kept, self._kept_unit = round_weights(weights * self._find_shares()[:, None])
@@ -83,6 +86,29 @@ class MeasureSums(Accumulator):
     def more_passes(self) -> int:  # type: ignore[override]
         """Progress is told in lights of the study, of which a measure has its own number."""
         return 0
+
+    def _find_lights(self) -> Lights:
+        """Return the measure's lights but for those behind level ground, where all are level."""
+        lights: Lights = guard(self.measure, self.asked.make_lights, self.measure)
+        if not (self._is_level and self.measure.follows_normal):
+            return lights
+        kept = ~find_ground_lights(lights.vectors)
+        found = lights.pick(kept)
+        return replace(found, starts=lights.starts[kept], ends=lights.ends[kept])
+
+    def _find_blocks(self) -> list[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
+        """
+        Return lights that weigh in the same columns, and these: not all columns are of all lights.
+
+        Lights of many kinds are one block of all columns.
+        """
+        given, wide = self.lights.weights, self._weights.shape[1]
+        kinds, kind = np.unique(given != 0, axis=0, return_inverse=True)
+        if len(kinds) > _MOST_BLOCKS:
+            return [(np.ones(len(given), np.bool_), np.arange(wide))]
+        axes = np.arange(wide).reshape(given.shape[1], -1)
+        each = enumerate(kinds)
+        return [(kind.ravel() == k, axes[has].ravel()) for k, has in each if has.any()]
 
     def _spread(self) -> NDArray[np.float64]:
         """Return the columns that are added up: with cosines, a column for each axis."""
@@ -125,11 +151,10 @@ class MeasureSums(Accumulator):
         """Return the share of each light that canopies transmit; with leaves if it has no date."""
         assert self._canopy is not None
         season, starts = self._canopy.season, self.lights.starts
-        if not starts.any():
-            return np.full(len(starts), season.with_leaves)
         days = starts.view("datetime64[us]").astype("datetime64[D]")
         unique, index = np.unique(days, return_inverse=True)
-        return np.array([season.find_share(day) for day in unique.tolist()])[index.ravel()]
+        shares = np.array([season.find_share(day) for day in unique.tolist()])[index.ravel()]
+        return np.where(self.lights.ends > starts, shares, season.with_leaves)
 
     def _face(self, free: NDArray[np.float64], tile: Tile) -> NDArray[np.float64]:
         """Return the sums times the cosine at each receiver's normal, from those of each axis."""
@@ -178,14 +203,30 @@ class _Sums:
         find_solid: Callable[[], Tile] | None,
     ) -> None:  # fmt: skip
         """Add some lights, with all casters that can hide them, and with all but canopies."""
+        lights = self.of.lights
+        is_below = find_ground_lights(lights.vectors[some])
+        below, some = some[is_below], some[~is_below]
+        if len(some):
+            many = tile.count_many(len(lights))
+            every = LightCounter(tile, counter if many is None else many)
+            self._add(some, every, None if find_solid is None else LightCounter(find_solid()))
+        if len(below):
+            solid = None if find_solid is None else GroundLightCounter(find_solid())
+            self._add(below, GroundLightCounter(tile), solid)
+
+    def _add(self, some: NDArray[np.intp], every: Counter, solid: Counter | None) -> None:
         of = self.of
-        lights = of.lights.pick(some).directions
-        many = tile.count_many(len(of.lights))
-        every = LightCounter(tile, counter if many is None else many)
-        every.add_weights(lights, of._weights[some], self.hidden)
-        if self.shade is not None and find_solid is not None:
-            every.add_weights(lights, of._kept[some], self.shade[0])
-            LightCounter(find_solid()).add_weights(lights, of._kept[some], self.shade[1])
+        for is_one, columns in of._blocks:
+            rows = some[is_one[some]]
+            if not len(rows):
+                continue
+            lights, which = of.lights.pick(rows).directions, np.ix_(rows, columns)
+            every.add_weights(lights, of._weights[which], block := self.hidden[columns])
+            self.hidden[columns] = block
+            if self.shade is not None and solid is not None:
+                for k, counter in enumerate((every, solid)):
+                    counter.add_weights(lights, of._kept[which], block := self.shade[k, columns])
+                    self.shade[k, columns] = block
 
     @property
     def free(self) -> NDArray[np.float64]:

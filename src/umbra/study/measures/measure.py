@@ -9,6 +9,7 @@ counts: a light behind a receiver's surface does not reach it.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import NDArray
@@ -55,6 +56,10 @@ class Quantity:
         shown = {"1": "", "%": " %", "kWh/m2": " kWh/m²"}
         return shown.get(self.unit, f" {self.unit}")
 
+    def show(self, value: float) -> str:
+        """Write a value with its unit, to three digits or whole."""
+        return f"{value:,.0f}{self.suffix}" if abs(value) >= 1000 else f"{value:.3g}{self.suffix}"
+
     def of_loss(self, to: str = "the proposal") -> "Quantity":
         """Return the same quantity, lost to a proposal."""
         what = f"{self.long_name} lost to {to}"
@@ -85,6 +90,15 @@ class Asked:
     period: "Period"
     site: "Site | None" = None
 
+    def make_lights(self, measure: "Measure") -> "Lights":
+        """Return a measure's lights, made once for each study."""
+        return _make_lights(measure, self)
+
+
+@lru_cache(maxsize=4)
+def _make_lights(measure: "Measure", asked: Asked) -> "Lights":
+    return measure.make_lights(asked)
+
 
 class Measure(ABC):
     """
@@ -98,6 +112,12 @@ class Measure(ABC):
         Upper end of the map's scale; the largest value by default.
     needs_sun : bool
         Whether it is of the suns of dates: then a study needs a date and a site.
+    needs_site : bool
+        Whether it is of suns of its own, for which a study needs a site, but no date.
+    takes : tuple of str
+        Options that mean nothing but to measures, which refuse them without one that takes them.
+    includes : tuple of str
+        Names of measures whose variables it gives, too.
     follows_normal : bool
         Whether a light weighs by the cosine at the receiver's normal, as light on a surface does.
         Receivers without a normal are level.
@@ -108,6 +128,9 @@ class Measure(ABC):
     long_name: ClassVar[str]
     most: ClassVar[float | None] = None
     needs_sun: ClassVar[bool] = False
+    needs_site: ClassVar[bool] = False
+    takes: ClassVar[tuple[str, ...]] = ()
+    includes: ClassVar[tuple[str, ...]] = ()
     follows_normal: ClassVar[bool] = False
 
     @property
@@ -146,7 +169,8 @@ class Measure(ABC):
         Returns
         -------
         lights : Lights
-            Of directions above the horizon, which are counted fastest, or of any others.
+            Of directions above the horizon, which are counted fastest, or of any others. From
+            below the horizon the ground shines: it hides none of these directions.
 
         Raises
         ------

@@ -276,11 +276,8 @@ def find_sunny_side(study: Study) -> int:
 def look_at_surfaces(job: FolderJob) -> FolderJob:
     """Return the same job with the model as it is seen from above on the sunny side."""
     options = job.options
-    asked = {
-        name: getattr(options, name)
-        for name in ("proposed", "under", "exact", "measure", "sky_directions")
-    }
-    options = options.ask_hours(f"{find_sunny_side(job.study)}/{TILT}", **asked)
+    asked = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
+    options = options.ask_hours(f"{find_sunny_side(job.study)}/{TILT}", measures=True, **asked)
     study = show_samples(job.study, options, is_drawn=job.only != "profile")
     tile: ViewTile = study.laid.tile  # type: ignore[attr-defined]
     if options.on and tile.nothing.all():

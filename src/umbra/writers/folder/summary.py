@@ -55,9 +55,9 @@ def tell_measures(study: Study) -> list[str]:
         figures = _find_figures(study, one)
         if counted is None or figures["mean"] is None:
             continue
-        mean, least, most = (f"{figures[name]:.3g}" for name in ("mean", "least", "most"))
+        mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
         lines.append(
-            f"{one.long_name}: {mean}{one.suffix} in the mean of {counted.tell_whole()} "
+            f"{one.long_name}: {mean} in the mean of {counted.tell_whole()} "
             f"({counted.name}), from {least} to {most}"
         )
     return lines
