@@ -384,7 +384,7 @@ class StudyOptions:
     def ask_hours(
         self, receivers: str, *, measures: bool = False, **changes: Any
     ) -> "StudyOptions":
-        """Return options of other receivers, for hours or the same measures, without more results."""
+        """Return options of other receivers, for hours or the same measures, and no more."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name
