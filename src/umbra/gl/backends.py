@@ -34,6 +34,11 @@ class ContextBinding(Protocol):
         """Whether the context is current in this thread."""
         ...
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        ...
+
     def __enter__(self) -> object: ...
 
     def __exit__(self, *_: object) -> object: ...
@@ -47,6 +52,11 @@ class GivenBinding:
 
     def __init__(self, loaded: Any) -> None:
         self._loaded = loaded
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return False
 
     def __enter__(self) -> None:
         self._loaded.__enter__()
@@ -77,6 +87,11 @@ class EglBinding:
         """Whether the context is current in this thread."""
         return bool(self._library.eglGetCurrentContext() == self._own[3])
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return not self._before[3]
+
     def __enter__(self) -> None:
         self._before = self._find()
         self._library.eglMakeCurrent(*self._own)
@@ -105,6 +120,11 @@ class WindowBinding:
         import glfw  # noqa: PLC0415
 
         return _address(glfw.get_current_context()) == _address(self._window)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return not self._before
 
     def __enter__(self) -> None:
         import glfw  # noqa: PLC0415
@@ -182,6 +202,11 @@ class OffscreenMesa:
             self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
             self._library.OSMesaDestroyContext(self._context)
         self._context = None
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return True
 
     def __enter__(self) -> "OffscreenMesa":
         self._make_current()
