@@ -19,6 +19,7 @@ __all__ = [
     "GivenBinding",
     "OffscreenMesa",
     "WindowBinding",
+    "bind_given",
     "has_display",
     "hint_window",
 ]
@@ -78,9 +79,10 @@ class EglBinding:
         self._before = self._find()
         self._own = self._before
 
-    def take(self) -> None:
-        """Bind the context that is current now."""
+    def take(self) -> bool:
+        """Bind the context that is current now, if any; return whether there is one."""
         self._own = self._find()
+        return bool(self._own[3])
 
     @property
     def is_current(self) -> bool:
@@ -105,6 +107,20 @@ class EglBinding:
         ask = self._library
         draw, read = ask.eglGetCurrentSurface(0x3059), ask.eglGetCurrentSurface(0x305A)
         return ask.eglGetCurrentDisplay(), draw, read, ask.eglGetCurrentContext()
+
+
+def bind_given(loaded: Any) -> "ContextBinding":
+    """
+    Return what makes the caller's context current, which is current now.
+
+    ``loaded`` is moderngl's loader of it, which leaves no context current where EGL is used.
+    """
+    path = find_library("EGL")
+    if path is not None:
+        binding = EglBinding(path)
+        if binding.take():
+            return binding
+    return GivenBinding(loaded)
 
 
 class WindowBinding:

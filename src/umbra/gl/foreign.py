@@ -73,7 +73,8 @@ class ForeignTarget:
                 "a framebuffer of your own, or count in a stencil"
             )
             raise UmbraError(msg, framebuffer=0)
-        kind, name, level = (self._ask(what) for what in (_TYPE, _NAME, _TEXTURE_LEVEL))
+        kind, name = self._ask(_TYPE), self._ask(_NAME)
+        level = 0 if kind == _RENDERBUFFER else self._ask(_TEXTURE_LEVEL)
         if texture is None:
             texture = self.device.context.texture(size, 1, dtype="f4")
             texture.filter = _NEAREST, _NEAREST

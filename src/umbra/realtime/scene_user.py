@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from umbra.errors import InputError, show_value
-from umbra.gl.context import Device, DeviceUser, on_device, open_device
+from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.foreign import ForeignTarget
 from umbra.realtime.edited_scene import EditedScene
 from umbra.scene import Part, Scene
@@ -32,10 +32,14 @@ class SceneUser(DeviceUser):
         if context is not None and not hasattr(context, "version_code"):
             msg = f"context= is a moderngl.Context; got {show_value(context)}"
             raise InputError(msg, option="context")
-        super().__init__(open_device() if context is None else Device.of(context))
-        self._owns_device = True  # of a lent context the device is a wrapper alone
+        super().__init__(None if context is None else Device.of(context))
         if context is None and self.device.binding.is_alone:
             self.device.use()  # textures of moderngl are read in the current context
+
+    def release(self) -> None:
+        """Free all that is held; the caller's context stays, and everything else in it."""
+        super().release()
+        self.device.release()
 
     @property
     def scene(self) -> Scene:
