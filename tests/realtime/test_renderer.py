@@ -60,7 +60,7 @@ def test_a_callers_frame_holds_the_scene_by_depth(make_engine, context, name, de
         triangles, part = list_triangles(scene)
         both = np.concatenate([triangles, wall])
         light = np.array(SUN.position, float)
-        face, place, _, _ = cast_sure(both, projection @ view, SIZE, light, depth)
+        face, _, _, _ = cast_sure(both, projection @ view, SIZE, light, depth)
         own, at, count, sure = cast_sure(triangles, projection @ view, SIZE, light, depth)
         picture = renderer.read()
         for y, x in np.argwhere(sure & (face >= 0)):
@@ -112,10 +112,28 @@ EDITS = [
     (
         "replace",
         "crate",
-        Part("post", "", Mesh(*box((-9, -7, 0), (-8, -6, 9))), material=Material(metallic=0.9, roughness=0.2)),
+        Part(
+            "post",
+            "",
+            Mesh(*box((-9, -7, 0), (-8, -6, 9))),
+            material=Material(metallic=0.9, roughness=0.2),
+        ),
     ),
-    ("replace", "tower", Part("lamp", "", Mesh(*box((8, 6, 0), (9, 9, 4))), material=Material(emission=(3, 2, 1)))),
-    ("replace", "lamp", Part("pane", "", Mesh(*sheet([(8, 6, 0), (8, 9, 0), (8, 9, 4), (8, 6, 4)])), material=Material(opacity=0.4))),
+    (
+        "replace",
+        "tower",
+        Part("lamp", "", Mesh(*box((8, 6, 0), (9, 9, 4))), material=Material(emission=(3, 2, 1))),
+    ),
+    (
+        "replace",
+        "lamp",
+        Part(
+            "pane",
+            "",
+            Mesh(*sheet([(8, 6, 0), (8, 9, 0), (8, 9, 4), (8, 6, 4)])),
+            material=Material(opacity=0.4),
+        ),
+    ),
     ("remove", "post"),
 ]
 
@@ -129,7 +147,9 @@ def test_after_edits_no_pixel_differs_from_a_fresh_renderer(context, lights):
             kept.draw(CAMERA, lights)
             with Renderer(kept.scene, context, ground=-0.5) as fresh:
                 fresh.draw(CAMERA, lights)
-                np.testing.assert_array_equal(kept.read(), fresh.read(), err_msg=str((edit, given[0])))
+                np.testing.assert_array_equal(
+                    kept.read(), fresh.read(), err_msg=str((edit, given[0]))
+                )
                 for x, y in ((20, 15), (5, 25), (30, 10)):
                     one, other = kept.pick(x, y), fresh.pick(x, y)
                     assert (one and one.name) == (other and other.name)
@@ -159,8 +179,10 @@ def test_pixels_outside_and_wrong_arguments_are_refused(context):
             with pytest.raises(InputError):
                 renderer.pick(x, y)
         for option, given in (
-            ("camera", ("here", [SUN])), ("lights", (CAMERA, ["sun"])), ("samples", (CAMERA, [SUN], 0)),
-        ):  # fmt: skip
+            ("camera", ("here", [SUN])),
+            ("lights", (CAMERA, ["sun"])),
+            ("samples", (CAMERA, [SUN], 0)),
+        ):
             with pytest.raises(InputError) as found:
                 renderer.draw(*given)
             assert found.value.option == option

@@ -22,7 +22,10 @@ VIEWS = {
     "endless": (VIEW, frustum(-0.4, 0.4, -0.3, 0.3, 0.5, np.inf)),
     "off-axis": (VIEW, frustum(-0.1, 0.7, -0.5, 0.1, 0.5, 200.0)),
     "stretched": (VIEW, frustum(-0.2, 0.2, -0.4, 0.4, 0.5, 200.0)),
-    "left-handed": (look_at((24, -30, 18), (0, 0, 3), hand=-1), frustum(-0.4, 0.4, -0.3, 0.3, 0.5, 200.0, -1.0)),
+    "left-handed": (
+        look_at((24, -30, 18), (0, 0, 3), hand=-1),
+        frustum(-0.4, 0.4, -0.3, 0.3, 0.5, 200.0, -1.0),
+    ),
     "flipped": (VIEW, np.diag([1, -1, 1, 1.0]) @ frustum(-0.1, 0.7, -0.5, 0.1, 0.5, 200.0)),
     "mirrored": (VIEW @ np.diag([-1, 1, 1, 1.0]), frustum(-0.4, 0.4, -0.3, 0.3, 0.5, 200.0)),
     "parallel": (VIEW, ortho(-18, 14, -10, 14, -20.0, 120.0)),
@@ -131,7 +134,9 @@ def test_counts_above_255_wrap_and_the_record_says_so(make_engine, context):
 
 @pytest.mark.parametrize("name", ["symmetric", "off-axis", "mirrored"])
 @pytest.mark.parametrize("depth", DEPTHS)
-def test_what_a_light_reaches_is_within_its_scissor_and_depths(make_engine, context, town, name, depth):
+def test_what_a_light_reaches_is_within_its_scissor_and_depths(
+    make_engine, context, town, name, depth
+):
     lamp = spot_light((6, -9, 22), (3, -6, 0), 30.0, range=25.0)
     engine = make_engine(town, FLOOR)
     view, projection = VIEWS[name][0], to_depth(VIEWS[name][1], depth)
@@ -144,7 +149,7 @@ def test_what_a_light_reaches_is_within_its_scissor_and_depths(make_engine, cont
         is_lit = (face >= 0) & lamp.is_within(place.reshape(-1, 3)).reshape(face.shape)
         rows, cols = np.nonzero(is_lit)
         left, bottom, width, height = record.scissor
-        assert 0 < len(rows)
+        assert len(rows) > 0
         assert width * height < SIZE[0] * SIZE[1]
         assert (cols >= left).all()
         assert (cols < left + width).all()

@@ -8,7 +8,9 @@ VERTEX = """#version 330
 uniform mat4 matrix; in vec3 place; out vec3 at;
 void main() { at = place; gl_Position = matrix * vec4(place, 1.0); }
 """
-FRAGMENT = "#version 330\nin vec3 at; out vec4 color; void main() { color = vec4(0.2, 0.4, 0.6, 1); }"
+FRAGMENT = (
+    "#version 330\nin vec3 at; out vec4 color; void main() { color = vec4(0.2, 0.4, 0.6, 1); }"
+)
 
 
 def look_at(eye, target, up=(0, 0, 1), hand=1.0):

@@ -1,4 +1,4 @@
-"""How depth runs in a clip space, and whether the picture is mirrored: umbra's own, or a caller's."""
+"""Clip spaces, umbra's own or a caller's: how depth runs, and whether the picture is mirrored."""
 
 from dataclasses import dataclass
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.foreign import check_counting
+from umbra.gl.foreign import ForeignTarget, check_counting
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program, Programs
@@ -100,7 +100,7 @@ class VolumeCounter:
     def count(
         self,
         state: State,
-        target: Target,
+        target: "Target | ForeignTarget",
         plan: VolumePlan,
         *,
         is_clear: bool = False,
@@ -130,7 +130,7 @@ class VolumeCounter:
         if not isinstance(target, Target):  # another program's, which made itself no promise
             target.use()
             check_counting(self._device, plan, wraps=wraps)
-        if plan.statistics.counts_in == "float" and not wraps:
+        if plan.statistics.counts_in == "float" and isinstance(target, Target) and not wraps:
             floats = self.count_in_floats(state, target, plan)
             target.use()
             state.clear(stencil=0)

@@ -81,7 +81,7 @@ class ForeignTarget:
         elif (texture.size, texture.components, texture.dtype) != (size, 1, "f4"):
             msg = (
                 f"into= is a texture of {size[0]}x{size[1]} pixels and one float32 channel; got "
-                f"{texture.size[0]}x{texture.size[1]}, {texture.components} channels {texture.dtype}"
+                f"{texture.size[0]}x{texture.size[1]} and {texture.components} of {texture.dtype}"
             )
             raise InputError(msg, option="into")
         framebuffer = self.device.make("Framebuffer")

@@ -22,6 +22,7 @@ DEPTHS = ("minus-one-to-one", "zero-to-one", "reversed")
 """How depth runs from the near to the far plane: -1 to 1, 0 to 1, or 1 to 0."""
 
 _SKEW = 1e-5  # sine by which the axes of a picture and of depth may be off a right angle
+_ENDLESS = 1e-9  # of 1, by which the product of two matrices may be off
 _BEFORE = 1e-3  # of the depth of a parallel view: how far its eye stands before the near plane
 
 
@@ -144,7 +145,8 @@ def _find_camera(
             near=_BEFORE * depth, far=(1.0 + _BEFORE) * depth, stretch=stretch,
         )  # fmt: skip
         return camera, is_mirrored
-    eye = np.linalg.solve(matrix[[0, 1, 3], :3], -matrix[[0, 1, 3], 3])
+    kept = np.array([0, 1, 3])
+    eye = np.linalg.solve(matrix[kept, :3], -matrix[kept, 3]).astype(np.float64)
     near, far = _find_planes(deepness, float(matrix[2] @ np.append(eye, 1.0)))
     camera = Camera(
         eye, eye + forward * _away(eye), up, size, float(2.0 * np.degrees(np.arctan(1 / scale[1]))),
@@ -161,9 +163,8 @@ def _away(eye: NDArray[np.float64]) -> float:
 def _find_planes(deepness: float, offset: float) -> tuple[float, float]:
     """Find the near and far plane of Z = deepness * distance + offset, from -w to w [m]."""
     near = -offset / (deepness + 1.0) if deepness > -1.0 else 0.0
-    # At infinity the float64 product of two matrices may be a few digits off 1.
     left = deepness - 1.0
-    far = np.inf if abs(left) < 1e-9 else -offset / left
+    far = np.inf if abs(left) < _ENDLESS else -offset / left
     if not 0 < near < far:
         msg = (
             f"projection= has its near plane at {near:g} m and its far plane at {far:g} m; state "

@@ -32,7 +32,7 @@ class EditedScene:
             msg = f"a renderer draws a Scene; got a {type(scene).__name__} (see umbra.make_scene)"
             raise InputError(msg, option="scene")
         self.scene = scene
-        # Meshes in the scene's frame, whose own coordinates are the scene's: kept, as are their ids.
+        # Meshes whose own coordinates are the scene's, by ids, which they keep from being reused.
         self._in_scene: dict[int, Mesh] = {}
         self._note(scene.parts)
 
@@ -52,8 +52,8 @@ class EditedScene:
         first = np.eye(4) if before[0] is None else before[0]
         if any(not np.array_equal(np.eye(4) if t is None else t, first) for t in before):
             msg = (
-                f"{len(chosen)} parts are called {name!r} and stand at different places; one matrix "
-                "would place all of them alike: give each a name of its own"
+                f"{len(chosen)} parts are called {name!r} and stand at different places; one "
+                "matrix would place all alike: give each a name of its own"
             )
             raise InputError(msg, name=name, count=len(chosen))
         parts, origin = list(self.scene.parts), self.scene.origin

@@ -126,9 +126,7 @@ class Renderer(SceneUser):
             If the matrices are no view.
         """
         target, _ = read_target(self.device, framebuffer, viewport)
-        seen = read_projection(
-            self.device, view, projection, target.size, self.scene.origin, depth
-        )
+        seen = read_projection(self.device, view, projection, target.size, self.scene.origin, depth)
         self._draw(seen.camera, lights, samples)
         self._seen = seen
         assert self._engine.targets is not None
@@ -173,9 +171,7 @@ class Renderer(SceneUser):
         column = cols - 1 - int(x) if self._seen.is_mirrored else int(x)
         return self._find_faces().pick(self.scene, self._seen, column, int(y))
 
-    def _draw(
-        self, camera: Camera, lights: SomeLight | Sequence[SomeLight], samples: int
-    ) -> None:
+    def _draw(self, camera: Camera, lights: SomeLight | Sequence[SomeLight], samples: int) -> None:
         if not isinstance(camera, Camera):
             msg = f"camera= is an umbra.Camera; got {show_value(camera)}"
             raise InputError(msg, option="camera")

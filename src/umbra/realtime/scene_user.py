@@ -114,8 +114,8 @@ def read_target(
     box = tuple(framebuffer.viewport if viewport is None else viewport)
     if len(box) != 4 or not all(isinstance(n, (int, np.integer)) for n in box) or min(box[2:]) < 1:
         msg = (
-            "viewport= is left, bottom, columns and rows, whole numbers of pixels of which the last "
-            f"two are at least 1; got {show_value(viewport)}"
+            "viewport= is left, bottom, columns and rows, whole numbers of pixels of which the "
+            f"last two are at least 1; got {show_value(viewport)}"
         )
         raise InputError(msg, option="viewport")
     left, bottom, cols, rows = map(int, box)

@@ -134,9 +134,7 @@ class ShadowVolumes(SceneUser):
             msg = f"into={into!r} is neither {' nor '.join(_INTO)}"
             raise InputError(msg, option="into")
         target, size = read_target(self.device, framebuffer, viewport)
-        seen = read_projection(
-            self.device, view, projection, target.size, self.scene.origin, depth
-        )
+        seen = read_projection(self.device, view, projection, target.size, self.scene.origin, depth)
         choices = VolumeOptions(narrow=False, cut=self._ground is not None)
         (plan,) = self._planner.plan(seen, [light], method, choices=choices)
         plan = replace(plan, scissor=target.viewport)

@@ -137,13 +137,7 @@ class Camera:
         if offset.shape != (2,) or not (np.abs(offset) <= _FARTHEST).all():
             msg = f"pixels look at most half a pixel off their centres; got {self.offset}"
             raise InputError(msg)
-        shift = read_array("a camera's shift", self.shift)
-        if shift.shape != (2,) or not np.isfinite(shift).all() or not 0 < self.stretch < np.inf:
-            msg = (
-                "a camera's shift= is two numbers of pixels, and its stretch= is above 0; "
-                f"got {self.shift} and {self.stretch}"
-            )
-            raise InputError(msg)
+        self._check_lens()
         forward = self.target - self.eye
         if not np.linalg.norm(np.cross(forward, self.up)) > 1e-12 * np.linalg.norm(
             forward
@@ -151,6 +145,16 @@ class Camera:
             msg = (
                 "the camera looks along its up vector or at its own eye; "
                 "move the target or give another up="
+            )
+            raise InputError(msg)
+
+    def _check_lens(self) -> None:
+        """Raise `InputError` if the shift or the stretch is out of range."""
+        shift = read_array("a camera's shift", self.shift)
+        if shift.shape != (2,) or not np.isfinite(shift).all() or not 0 < self.stretch < np.inf:
+            msg = (
+                "a camera's shift= is two numbers of pixels, and its stretch= is above 0; "
+                f"got {self.shift} and {self.stretch}"
             )
             raise InputError(msg)
 

@@ -152,7 +152,9 @@ class Overlays:
         opacity = float(np.clip(_OPACITY["volumes"] * np.sqrt(_SOME / total), 0.02, 0.2))
         for draw in plan.draws:
             tint = np.array([*VOLUMES[draw.kind], opacity])
-            program.set(tint=tint, is_cut=draw.is_cut, is_low=draw.is_low, slack=find_slack(plan, draw))
+            program.set(
+                tint=tint, is_cut=draw.is_cut, is_low=draw.is_low, slack=find_slack(plan, draw)
+            )
             state.use(_NEARER if draw.kind == LIGHT_CAP else _BEFORE)
             self._renderer.planner.indices.draw(program, draw.first, draw.count)
 
