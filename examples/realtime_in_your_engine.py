@@ -5,7 +5,8 @@ An engine of one's own that has no shadows, and umbra's shadow volumes in its fr
 
 The engine owns the moderngl context, the framebuffer, the matrices and the shader. A frame has
 three steps: all surfaces in ambient light, umbra's shadow counts by the frame's depth, and the
-lamp's light where the count is 0. Needs `pip install 'umbra-shadows[gl]'`; a software driver is enough.
+lamp's light where the count is 0. Needs `pip install 'umbra-shadows[gl]'`; a software driver is
+enough.
 """
 
 import sys
@@ -67,8 +68,8 @@ def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     blocks = [umbra.Part(f"block {k}", "", make_box(9 * np.cos(k), 9 * np.sin(k), 1.2, 2 + k / 2))
               for k in range(6)]  # fmt: skip
-    floor = umbra.Part("floor", "", umbra.Mesh(
-        [(-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0)], [(0, 1, 2), (0, 2, 3)]))  # fmt: skip
+    plane = [(-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0)]
+    floor = umbra.Part("floor", "", umbra.Mesh(plane, [(0, 1, 2), (0, 2, 3)]))
     scene = umbra.make_scene([*blocks, floor])
 
     # The engine: its context, framebuffer, mesh and shader.
