@@ -70,6 +70,16 @@ def test_the_stencil_holds_the_counts_of_rays(make_engine, context, town, name, 
         check(engine, volumes, frame, view, to_depth(projection, depth), light, depth)
 
 
+@pytest.mark.parametrize("depth", DEPTHS)
+def test_volumes_are_clipped_at_the_near_plane(make_engine, context, town, depth):
+    engine = make_engine(town, FLOOR)
+    projection = to_depth(frustum(-4, 4, -3, 3, 5.0, 300.0), depth)
+    with ShadowVolumes(town, context) as volumes:
+        frame = engine.make_framebuffer(SIZE)
+        for eye in ((-6, 6, 9), (-16, 2, 6), (4, 18, 8)):
+            check(engine, volumes, frame, look_at(eye, (6, -6, 0)), projection, SUN, depth)
+
+
 @pytest.mark.parametrize("samples", [0, 4])
 def test_only_the_viewport_is_counted(make_engine, context, town, samples):
     engine = make_engine(town, FLOOR)

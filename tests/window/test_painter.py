@@ -165,9 +165,12 @@ def test_cases_edges_and_volumes_change_what_they_should(painter, tower):
 
 
 def draw_volumes(device, away):
-    """Draw the volumes of a lamp so far from a wall, and whether points near it were split."""
+    """Draw the volumes of a lamp so far from an edge, and whether points near it were split."""
     scene = make_scene(*box((0, 0, 0), (4, 4, 4)))
-    camera, lamp = umbra.Camera((14, -12, 9), (2, 2, 1), size=SIZE), point_light((4 + away, 2, 3))
+    camera, lamp = (
+        umbra.Camera((14, -12, 9), (2, 2, 1), size=SIZE),
+        point_light((4 + away, 2, 4 - away)),
+    )
     renderer = Renderer(scene, 0.0, device=device, choices=VolumeOptions(shorten=False))
     overlays = Overlays(renderer)
     renderer.draw(camera, [lamp])
@@ -182,7 +185,7 @@ def draw_volumes(device, away):
 
 
 def test_shown_volumes_beside_a_lamp_are_those_that_are_counted(device):
-    near, is_near = draw_volumes(device, 0.003)
+    near, is_near = draw_volumes(device, 0.0001)
     far, is_far = draw_volumes(device, 0.012)
     assert (is_near, is_far) == (True, False)
     assert far.mean() > 0.02
