@@ -73,10 +73,10 @@ def test_the_stencil_holds_the_counts_of_rays(make_engine, context, town, name, 
 @pytest.mark.parametrize("depth", DEPTHS)
 def test_volumes_are_clipped_at_the_near_plane(make_engine, context, town, depth):
     engine = make_engine(town, FLOOR)
-    projection = to_depth(frustum(-4, 4, -3, 3, 5.0, 300.0), depth)
+    projection = to_depth(frustum(-1.2, 1.2, -0.9, 0.9, 1.5, 300.0), depth)
     with ShadowVolumes(town, context) as volumes:
         frame = engine.make_framebuffer(SIZE)
-        for eye in ((-6, 6, 9), (-16, 2, 6), (4, 18, 8)):
+        for eye in ((4.7, 7.0, 2.0), (2.9, -15.2, 4.2)):
             check(engine, volumes, frame, look_at(eye, (6, -6, 0)), projection, SUN, depth)
 
 
