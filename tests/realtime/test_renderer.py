@@ -95,6 +95,14 @@ def test_the_texture_and_the_read_back_are_the_same(context):
             assert (found[..., 3] == 255).all()
 
 
+def test_released_twice_is_released(context):
+    with Renderer(make_yard(), context) as renderer:
+        renderer.draw(CAMERA, [SUN])
+        renderer.release()
+    texture = context.texture((2, 2), 1)  # the context is still the caller's
+    texture.release()
+
+
 def test_a_context_of_its_own_lets_its_textures_be_read():
     with Renderer(make_yard()) as renderer:
         texture = renderer.draw(CAMERA, [SUN])

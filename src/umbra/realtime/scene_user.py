@@ -28,7 +28,7 @@ class SceneUser(DeviceUser):
     """
 
     def __init__(self, scene: Scene, context: Any = None) -> None:
-        self._edited = EditedScene(scene)
+        self._edited, self._is_released = EditedScene(scene), False
         if context is not None and not hasattr(context, "version_code"):
             msg = f"context= is a moderngl.Context; got {show_value(context)}"
             raise InputError(msg, option="context")
@@ -37,9 +37,11 @@ class SceneUser(DeviceUser):
             self.device.use()  # textures of moderngl are read in the current context
 
     def release(self) -> None:
-        """Free all that is held; the caller's context stays, and everything else in it."""
-        super().release()
-        self.device.release()
+        """Free all that is held, once; the caller's context stays, and everything else in it."""
+        if not self._is_released:
+            self._is_released = True
+            super().release()
+            self.device.release()
 
     @property
     def scene(self) -> Scene:
