@@ -1,13 +1,18 @@
 """Every example runs as shown, in a folder of its own."""
 
+import itertools
 import os
+import shutil
 import subprocess
 import sys
+from ctypes.util import find_library
 from pathlib import Path
 
+import moderngl
 import numpy as np
 import pytest
 from PIL import Image
+from support.desk import Display
 
 import umbra
 from umbra.errors import UmbraError
@@ -142,3 +147,46 @@ def test_shadow_masks(tmp_path):
         assert 0 < error[scale, "joint:"] < 0.7 * error[scale, "bilinear:"]
     with Image.open(tmp_path / "masks.png") as picture:
         assert picture.size == (960, 240)
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_realtime_in_twenty_lines(tmp_path):
+    said = run("realtime_in_twenty_lines.py", tmp_path)
+    assert said.startswith("house")
+    pictures = []
+    for turn in range(4):
+        with Image.open(tmp_path / f"turn_{turn}.png") as picture:
+            pictures.append(np.asarray(picture.convert("RGB")).astype(int))
+    for picture, other in itertools.pairwise(pictures):
+        assert (np.abs(picture - other).max(-1) > 20).mean() > 0.02
+    floor = pictures[0][190:260, 290:480].sum(-1)
+    assert 0.2 < (floor < 0.7 * floor.max()).mean() < 0.7  # the shadow
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_realtime_in_your_engine(tmp_path):
+    try:
+        context = moderngl.create_context(
+            standalone=True, backend="egl", libgl=find_library("GL"), libegl=find_library("EGL")
+        )
+    except Exception as error:  # noqa: BLE001  (drivers raise anything)
+        pytest.skip(f"one backend of several, egl, does not open here: {error}")
+    context.release()
+    assert "9% of the picture in shadow" in run("realtime_in_your_engine.py", tmp_path)
+    with Image.open(tmp_path / "own_engine.png") as picture:
+        assert picture.size == (640, 480)
+        brightest, darkest = picture.getpixel((330, 280)), picture.getpixel((150, 260))
+    assert brightest[0] > 4 * darkest[0]
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_realtime_in_a_window():
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is missing: no window can be tried")
+    with Display() as display:
+        done = subprocess.run(
+            [sys.executable, str(EXAMPLES / "realtime_in_a_window.py"), "3"],
+            capture_output=True, text=True, check=False, env=display.environment,
+        )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("3 frames; the middle shows the house")

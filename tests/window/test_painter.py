@@ -10,9 +10,12 @@ from support.spheres import make_sphere
 
 import umbra
 from umbra.cpu.frame import FrameCounter
+from umbra.gl.renderer import Renderer
+from umbra.gl.selection import VolumeOptions
+from umbra.gl.state import State
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.handles import find_part
-from umbra.window.overlays import find_colors, find_top
+from umbra.window.overlays import Overlays, find_colors, find_top
 from umbra.window.painter import ViewPainter
 from umbra.window.view import METHODS, SOFT, SUN, make_view
 
@@ -159,6 +162,34 @@ def test_cases_edges_and_volumes_change_what_they_should(painter, tower):
 
     painter.draw(view.toggle("volumes"), SIZE)
     assert (np.abs(painter.read() - plain).max(2) > 3).mean() > 0.01
+
+
+def draw_volumes(device, away):
+    """Draw the volumes of a lamp so far from an edge, and whether points near it were split."""
+    scene = make_scene(*box((0, 0, 0), (4, 4, 4)))
+    camera, lamp = (
+        umbra.Camera((14, -12, 9), (2, 2, 1), size=SIZE),
+        point_light((4 + away, 2, 4 - away)),
+    )
+    renderer = Renderer(scene, 0.0, device=device, choices=VolumeOptions(shorten=False))
+    overlays = Overlays(renderer)
+    renderer.draw(camera, [lamp])
+    plain = renderer.read().astype(int)
+    with State(device) as state:
+        overlays.draw(state, renderer.targets, renderer.plans[0], frozenset({"volumes"}))
+    changed = np.abs(renderer.read() - plain).max(2) > 3
+    is_near = renderer.planner.indices.nearby is not None
+    overlays.release()
+    renderer.release()
+    return changed, is_near
+
+
+def test_shown_volumes_beside_a_lamp_are_those_that_are_counted(device):
+    near, is_near = draw_volumes(device, 0.0001)
+    far, is_far = draw_volumes(device, 0.012)
+    assert (is_near, is_far) == (True, False)
+    assert far.mean() > 0.02
+    assert (near != far).mean() < 0.1 * far.mean()
 
 
 def test_overlays_lie_over_the_cpus_picture_too(painter, tower):

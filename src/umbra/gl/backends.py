@@ -19,6 +19,7 @@ __all__ = [
     "GivenBinding",
     "OffscreenMesa",
     "WindowBinding",
+    "bind_given",
     "has_display",
     "hint_window",
 ]
@@ -34,6 +35,11 @@ class ContextBinding(Protocol):
         """Whether the context is current in this thread."""
         ...
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        ...
+
     def __enter__(self) -> object: ...
 
     def __exit__(self, *_: object) -> object: ...
@@ -47,6 +53,11 @@ class GivenBinding:
 
     def __init__(self, loaded: Any) -> None:
         self._loaded = loaded
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return False
 
     def __enter__(self) -> None:
         self._loaded.__enter__()
@@ -68,14 +79,20 @@ class EglBinding:
         self._before = self._find()
         self._own = self._before
 
-    def take(self) -> None:
-        """Bind the context that is current now."""
+    def take(self) -> bool:
+        """Bind the context that is current now, if any; return whether there is one."""
         self._own = self._find()
+        return bool(self._own[3])
 
     @property
     def is_current(self) -> bool:
         """Whether the context is current in this thread."""
         return bool(self._library.eglGetCurrentContext() == self._own[3])
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return not self._before[3]
 
     def __enter__(self) -> None:
         self._before = self._find()
@@ -92,6 +109,20 @@ class EglBinding:
         return ask.eglGetCurrentDisplay(), draw, read, ask.eglGetCurrentContext()
 
 
+def bind_given(loaded: Any) -> "ContextBinding":
+    """
+    Return what makes the caller's context current, which is current now.
+
+    ``loaded`` is moderngl's loader of it, which leaves no context current where EGL is used.
+    """
+    path = find_library("EGL")
+    if path is not None:
+        binding = EglBinding(path)
+        if binding.take():
+            return binding
+    return GivenBinding(loaded)
+
+
 class WindowBinding:
     """Makes the context of a glfw window current, then restores the previous one."""
 
@@ -105,6 +136,11 @@ class WindowBinding:
         import glfw  # noqa: PLC0415
 
         return _address(glfw.get_current_context()) == _address(self._window)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return not self._before
 
     def __enter__(self) -> None:
         import glfw  # noqa: PLC0415
@@ -182,6 +218,11 @@ class OffscreenMesa:
             self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
             self._library.OSMesaDestroyContext(self._context)
         self._context = None
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether no other context was current when this one was made current last."""
+        return True
 
     def __enter__(self) -> "OffscreenMesa":
         self._make_current()

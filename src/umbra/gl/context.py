@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
+from umbra.gl.backends import BACKENDS, ContextBinding, bind_given
 from umbra.gl.caller_state import CallerState
 from umbra.gl.fork import check_fork, note_use
 from umbra.gl.functions import Functions
@@ -135,7 +135,7 @@ class Device:
             reverses_depth=context.version_code >= 450
             or "GL_ARB_clip_control" in context.extensions,
             functions=Functions(_find_loader(context)),
-            binding=binding or GivenBinding(context.mglo._context),
+            binding=binding or bind_given(context.mglo._context),
             is_lent=binding is None,
         )
         _current.device = device

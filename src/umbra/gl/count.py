@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.foreign import check_counting
+from umbra.gl.foreign import ForeignTarget, check_counting
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program, Programs
@@ -27,7 +27,7 @@ from umbra.gl.target import SharedDepthTarget, Target
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
 
-__all__ = ["COUNT_BITS", "Stack", "VolumeCounter", "mark_shadow"]
+__all__ = ["COUNT_BITS", "Stack", "VolumeCounter", "find_slack", "mark_shadow"]
 
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
@@ -100,11 +100,12 @@ class VolumeCounter:
     def count(
         self,
         state: State,
-        target: Target,
+        target: "Target | ForeignTarget",
         plan: VolumePlan,
         *,
         is_clear: bool = False,
         bits: int = ALL_BITS,
+        wraps: bool = False,
     ) -> None:
         """
         Count, in the stencil, the shadow volumes that hold each visible surface.
@@ -123,11 +124,13 @@ class VolumeCounter:
             The target is in use and its stencil is 0.
         bits : int
             Of the stencil: all, or `COUNT_BITS`, for counts in it that these can hold.
+        wraps : bool
+            Count modulo 256 where more volumes may overlap.
         """
         if not isinstance(target, Target):  # another program's, which made itself no promise
             target.use()
-            check_counting(self._device, plan)
-        if plan.statistics.counts_in == "float":
+            check_counting(self._device, plan, wraps=wraps)
+        if plan.statistics.counts_in == "float" and isinstance(target, Target) and not wraps:
             floats = self.count_in_floats(state, target, plan)
             target.use()
             state.clear(stencil=0)
@@ -166,8 +169,12 @@ class VolumeCounter:
         """
         floats = self._floats.over(target)
         floats.fill(state, float(plan.start))
-        self._draw(state, self._in_floats, IN_FLOATS, [plan])
+        self.add_in_floats(state, plan)
         return floats
+
+    def add_in_floats(self, state: State, plan: VolumePlan) -> None:
+        """Add the counts of a plan to the float target in use, which holds ``plan.start``."""
+        self._draw(state, self._in_floats, IN_FLOATS, [plan])
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """Read the counts of the last ``count``, (rows, cols), row 0 at the top."""
@@ -189,7 +196,7 @@ class VolumeCounter:
         is_ready: bool = False,
     ) -> None:
         """Draw the volumes of plans into the target in use, kind by kind if there are several."""
-        find = self._find_program if is_ready else self._prepare
+        find = self._find_program if is_ready else self.prepare
         program = find(programs, plans[0])
         draws = [(draw, plan) for plan in plans for draw in plan.draws]
         if len(plans) > 1:
@@ -199,7 +206,7 @@ class VolumeCounter:
             if plan is not last:
                 program.set(**plan.uniforms())
                 last = plan
-            program.set(is_cut=draw.is_cut, is_low=draw.is_low, slack=_find_slack(plan, draw))
+            program.set(is_cut=draw.is_cut, is_low=draw.is_low, slack=find_slack(plan, draw))
             if programs is self._in_floats:
                 program.set(front=_FRONT[draw.kind])
             for how in self._list_passes(self._find_pass(passes, plan, draw)):
@@ -230,7 +237,7 @@ class VolumeCounter:
         needs = self._needs if self._indices.nearby is None else (*self._needs, "HAS_NEARBY")
         return programs.find(*needs, *(("HAS_LEVELS",) if any(plan.slack) else ()))
 
-    def _prepare(self, programs: Programs, plan: VolumePlan) -> Program:
+    def prepare(self, programs: Programs, plan: VolumePlan) -> Program:
         """Choose the program for a plan's draws, and set the inputs that they share."""
         nearby, program = self._indices.nearby, self._find_program(programs, plan)
         self._geometry.bind(program)
@@ -245,7 +252,7 @@ class VolumeCounter:
         release_all(self._floats, self._in_stencil, self._in_floats, self._mark)
 
 
-def _find_slack(plan: VolumePlan, draw: Draw) -> NDArray[np.float32]:
+def find_slack(plan: VolumePlan, draw: Draw) -> NDArray[np.float32]:
     """Return how far behind its caster a draw's volumes begin."""
     return np.array(plan.slack if draw.is_coarse else (0.0, 0.0), np.float32)
 

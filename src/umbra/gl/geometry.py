@@ -286,7 +286,7 @@ def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> boo
 
     Vertices and normals may differ, too, if their number is the same: such parts bend.
     """
-    if (before.origin != after.origin).any():
+    if len(before) != len(after) or (before.origin != after.origin).any():
         return False
     pairs = list(zip(before.parts, after.parts, strict=True))
     if not all(

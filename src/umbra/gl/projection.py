@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.clip_space import ClipSpace
 from umbra.rays.depth import find_ground_keys
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_span
@@ -70,6 +71,10 @@ class Projection:
         The camera as requested.
     reverses_depth : bool
         As in ``Device``.
+    is_zero_to_one : bool
+        Depth in the clip space is 0 to w, as wherever it is reversed; else -w to w.
+    is_mirrored : bool
+        The picture is drawn mirrored: what the camera sees at the left is at the right.
     """
 
     matrix: NDArray[np.float64]
@@ -77,6 +82,15 @@ class Projection:
     camera: Camera
     asked: Camera
     reverses_depth: bool = False
+    is_zero_to_one: bool = False
+    is_mirrored: bool = False
+
+    @property
+    def clip(self) -> ClipSpace:
+        """The clip space that passes must set."""
+        return ClipSpace(
+            self.reverses_depth, self.reverses_depth or self.is_zero_to_one, self.is_mirrored
+        )
 
     @property
     def clipping(self) -> Camera:
@@ -95,12 +109,21 @@ class Projection:
 
     @property
     def clip_matrix(self) -> NDArray[np.float64]:
-        """The matrix for shaders: depth -w to w, or reversed w to 0."""
-        if not self.reverses_depth:
-            return self.matrix
+        """The matrix for shaders, in the projection's own clip space."""
         matrix = self.matrix.copy()
-        matrix[2] = (matrix[3] - matrix[2]) / 2.0
+        if self.clip.is_zero_to_one:
+            toward = -1.0 if self.reverses_depth else 1.0
+            matrix[2] = (matrix[3] + toward * matrix[2]) / 2.0
+        if self.is_mirrored:
+            matrix[0] = -matrix[0]
         return matrix
+
+    def magnified(self, x: float, y: float, times: tuple[int, int]) -> "Projection":
+        """Draw only what is around a place of the picture, -1 to 1, so many times as large."""
+        matrix = self.matrix.copy()
+        for row, (at, scale) in enumerate(zip((x, y), times, strict=True)):
+            matrix[row] = scale * (matrix[row] - at * matrix[3])
+        return replace(self, matrix=matrix)
 
     def tilted(self, tilt: NDArray[np.float64]) -> "Projection":
         """Tilt parallel rays to the left and down by the tangents (2,) ``tilt``."""
@@ -125,6 +148,7 @@ class Projection:
             "projection": self.clip_matrix.astype(np.float32),
             "eye_high": high,
             "eye_low": (self.eye - high).astype(np.float32),
+            "near_plane": self.clip.near_plane,
         }
         for array in arrays.values():
             array.setflags(write=False)  # so that a program uploads them once
@@ -193,10 +217,10 @@ def make_projection(
         far = min(camera.far, max(furthest * 1.001, 2.0 * near))
         matrix[3, 3] = 1.0
         matrix[2] = np.append(2.0 * forward, -(far + near)) / (far - near)
-    matrix[0, :3] = right * scale * rows / cols
+    matrix[0, :3] = right * scale * rows / (cols * camera.stretch)
     matrix[1, :3] = up * scale
-    matrix[0] -= 2.0 * camera.offset[0] / cols * matrix[3]
-    matrix[1] += 2.0 * camera.offset[1] / rows * matrix[3]
+    matrix[0] -= 2.0 * camera.aside[0] / cols * matrix[3]
+    matrix[1] += 2.0 * camera.aside[1] / rows * matrix[3]
     return Projection(matrix, eye, camera.begin_at(near), camera, reverses_depth)
 
 
@@ -235,13 +259,13 @@ def find_pixel(camera: Camera) -> tuple[float, float]:
 
 def _find_rays(projection: Projection) -> dict[str, Any]:
     camera = projection.camera
-    right, up, forward = camera.axes()
+    right, up, forward = camera.pixel_axes
     cols, rows = camera.size
     if camera.height is None:
         pixel, ahead = 2 * np.tan(np.radians(camera.fov) / 2) / rows, forward
     else:
         pixel, ahead = camera.height / rows, np.zeros(3)
-    left, below = cols / 2 - camera.offset[0], rows / 2 + camera.offset[1]
+    left, below = cols / 2 - camera.aside[0], rows / 2 + camera.aside[1]
     return {
         "corner": ahead - pixel * (left * right + below * up),
         "across": pixel * right,

@@ -36,7 +36,7 @@ from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
 from umbra.gl.still import StillView
-from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.surfaces import SurfaceRenderer, decode_images
 from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
 from umbra.gl.transmission import TransmitterTables
 from umbra.methods import Softness
@@ -110,19 +110,15 @@ class Renderer(DeviceUser):
         softness: Softness | None = None,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
-        for image in (image for part in scene.parts for image in part.material.images):
-            _ = image.pixels  # decoding errors are raised before anything is made
+        decode_images(scene)
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
         self._softness, self._two_sided, self._ground_z = softness, two_sided, ground
-        self._casting, self._casters = casters, find_opaque(scene, casters)
+        self._casting = casters
         super().__init__(device)
         with self.device.current():
-            self._build(scene)
-            of = self.surfaces
-            self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
-            self.passes = LightPasses(self.shading, self.lamps, self._timed)
-            self.layers, self.still = TransparentLayers(self.device), StillView(self.shading)
+            self.layers = TransparentLayers(self.device)
+            self._build(scene)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -132,17 +128,19 @@ class Renderer(DeviceUser):
     @on_device
     def move(self, scene: Scene) -> None:
         """
-        Update to the same parts at another time, from ``umbra.pose``.
+        Update to the same parts at another time, from ``umbra.pose``, or to other parts.
 
         Where a part moves as a whole, only its transform and volumes change. Where a mesh
         bends, its points and normals are overwritten and its planes recomputed, so that the
         silhouette is that of the visible mesh. Adjacency is kept, unless coincident corners
-        separate: then all geometry is rebuilt.
+        separate: then all geometry is rebuilt, as where parts or materials are others.
         """
         self.still.forget()
         groups = find_posed(self.geometry.groups, self.scene, scene)
         if groups is None or (groups and not self.planner.can_bend(groups)):
-            bodies = self.planner.bodies
+            decode_images(scene)
+            is_same = np.array_equal(self.scene.groups(), scene.groups())
+            bodies = self.planner.bodies if is_same else ()
             release_all(*self._list_of_scene())
             self._build(scene, bodies)
             return
@@ -252,7 +250,7 @@ class Renderer(DeviceUser):
         return np.ascontiguousarray(self.targets.picture.read()[..., :3])
 
     def _build(self, scene: Scene, before: Sequence[Body] = ()) -> None:
-        self.scene = scene
+        self.scene, self._casters = scene, find_opaque(scene, self._casting)
         self._tables = TransmitterTables.of(self.device, scene, self._casting)
         ground = self._ground_z
         self.ground = None if ground is None else float(ground - scene.origin[2])
@@ -266,6 +264,10 @@ class Renderer(DeviceUser):
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
         self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, self._find_solid(scene))
+        is_glossy, is_plain = self.surfaces.is_glossy, self.surfaces.is_plain
+        self.shading = Shading(self.device, is_glossy=is_glossy, is_plain=is_plain)
+        self.passes = LightPasses(self.shading, self.lamps, self._timed)
+        self.still = StillView(self.shading)
         self.small = SmallMasks(self.planner, self.surfaces, self.masks, self._find_surface)
 
     def _find_surface(self) -> Target:
@@ -276,8 +278,8 @@ class Renderer(DeviceUser):
         return find_solid_faces(scene, self.planner.bodies, self._casters)
 
     def _list_of_scene(self) -> Iterable[Any]:
-        yield from (self.surfaces, self.soft, self.small, self.masks, self._tables)
-        yield from (self.counter, self.planner, self.geometry)
+        yield from (self.still, self.shading, self.surfaces, self.soft, self.small, self.masks)
+        yield from (self._tables, self.counter, self.planner, self.geometry)
 
     def _draw_at_once(
         self,
@@ -396,5 +398,5 @@ class Renderer(DeviceUser):
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def _list_held(self) -> Iterable[Any]:
-        yield from (self.still, self.targets, self.shading, self.lamps, self.averaging, self.layers)
+        yield from (self.targets, self.lamps, self.averaging, self.layers)
         yield from self._list_of_scene()

@@ -11,6 +11,7 @@ from operator import attrgetter
 from typing import Any
 
 from umbra.errors import UmbraError
+from umbra.gl.clip_space import ClipSpace
 from umbra.gl.context import Device
 
 __all__ = ["ALL_BITS", "DEFAULT", "Pass", "State", "Stencil", "one_sided"]
@@ -29,6 +30,7 @@ _BLENDS = {
 }  # fmt: skip
 _ADD, _MAX = 0x8006, 0x8008  # equations
 _LOWER_LEFT, _BOTH_WAYS, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F  # clip control
+_COUNTER_CLOCKWISE, _CLOCKWISE = 0x0901, 0x0900
 _REVERSED = {"less": "greater", "lequal": "gequal", "greater": "less", "gequal": "lequal"}
 _FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
 _DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
@@ -135,6 +137,8 @@ class State:
     Parameters
     ----------
     device : Device
+    clip : ClipSpace, optional
+        Of another program's pictures; the device's own by default.
 
     Examples
     --------
@@ -143,8 +147,10 @@ class State:
     ...     draw()
     """
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, clip: ClipSpace | None = None) -> None:
         self._device = device
+        own = ClipSpace(device.reverses_depth, device.reverses_depth)
+        self._clip = own if clip is None else clip
         self._now: Pass | None = None
         self._is_limited = False
 
@@ -190,7 +196,7 @@ class State:
         gl, now, buffers = self._device.gl, self._now or DEFAULT, 0
         self._set_scissor(scissor)
         if depth is not None:
-            gl.ClearDepth(1.0 - depth if self._device.reverses_depth else depth)
+            gl.ClearDepth(1.0 - depth if self._clip.is_reversed else depth)
             gl.DepthMask(1)
             buffers |= 0x0100
         if stencil is not None:
@@ -221,10 +227,13 @@ class State:
         gl.StencilMask(ALL_BITS)
         gl.Disable(_STENCIL_TEST)
         self._control_clip(_BOTH_WAYS)
+        gl.FrontFace(_COUNTER_CLOCKWISE)
 
     def __enter__(self) -> "State":
         self._now, self._is_limited = None, False
-        self._control_clip(_ZERO_TO_ONE)
+        self._control_clip(_ZERO_TO_ONE if self._clip.is_zero_to_one else _BOTH_WAYS)
+        if self._clip.is_mirrored:
+            self._device.gl.FrontFace(_CLOCKWISE)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -240,8 +249,7 @@ class State:
     def _set_depth_test(self, test: str | None) -> None:
         self._switch(_DEPTH_TEST, test is not None)
         if test is not None:
-            reverses = self._device.reverses_depth
-            name = _REVERSED.get(test, test) if reverses else test
+            name = _REVERSED.get(test, test) if self._clip.is_reversed else test
             self._device.gl.DepthFunc(_FUNCTIONS[name])
 
     def _set_depth_write(self, on: bool) -> None:
@@ -296,14 +304,14 @@ class State:
         self._switch(_DEPTH_BOUNDS, bounds is not None)
         if bounds is not None:
             low, high = bounds
-            if self._device.reverses_depth:
+            if self._clip.is_reversed:
                 low, high = 1.0 - high, 1.0 - low
             self._device.gl.DepthBoundsEXT(low, high)
 
     def _set_polygon_offset(self, offset: tuple[float, float] | None) -> None:
         self._switch(_OFFSET, offset is not None)
         if offset is not None:
-            sign = -1.0 if self._device.reverses_depth else 1.0
+            sign = -1.0 if self._clip.is_reversed else 1.0
             self._device.gl.PolygonOffset(sign * offset[0], sign * offset[1])
 
     def _set_sample(self, sample: int | None) -> None:

@@ -27,7 +27,7 @@ from umbra.scene import Scene
 from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.material import WRAPS
 
-__all__ = ["SurfaceRenderer"]
+__all__ = ["SurfaceRenderer", "decode_images"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is the lamp's
 _BEHIND, _TANGENTS = 7, 11
@@ -275,3 +275,9 @@ class SurfaceRenderer:
             _TANGENTS: TextureBuffer(self._device, tangents, "rgba32f"),
             _UV2S: TextureBuffer(self._device, more, "rg32f"),
         }
+
+
+def decode_images(scene: Scene) -> None:
+    """Decode all textures; raise `InputError` where one cannot be, before anything is made."""
+    for image in (image for part in scene.parts for image in part.material.images):
+        _ = image.pixels

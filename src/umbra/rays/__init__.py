@@ -97,7 +97,7 @@ def locate(
     if height is None:
         height = 2 * np.tan(np.radians(camera.fov) / 2)
     position, normal = _place(
-        view.key, view.face, triangles.vertices, triangles.faces, camera.eye, camera.axes(),
+        view.key, view.face, triangles.vertices, triangles.faces, camera.eye, camera.pixel_axes,
         camera.center, float(height), camera.is_perspective,
     )  # fmt: skip
     if ground is not None:

@@ -79,6 +79,11 @@ class Camera:
         Distances along the view axis [m]; far may be infinite.
     offset : (float, float)
         Offset of rays to the right of and below pixel centres, up to half [pixels].
+    shift : (float, float)
+        How far the view axis meets the picture to the right of and below its middle [pixels]: an
+        off-axis view.
+    stretch : float
+        Width of a pixel, in its heights.
 
     Raises
     ------
@@ -95,6 +100,8 @@ class Camera:
     near: float = 0.1
     far: float = np.inf
     offset: tuple[float, float] = (0.0, 0.0)
+    shift: tuple[float, float] = (0.0, 0.0)
+    stretch: float = 1.0
 
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
@@ -130,6 +137,7 @@ class Camera:
         if offset.shape != (2,) or not (np.abs(offset) <= _FARTHEST).all():
             msg = f"pixels look at most half a pixel off their centres; got {self.offset}"
             raise InputError(msg)
+        self._check_lens()
         forward = self.target - self.eye
         if not np.linalg.norm(np.cross(forward, self.up)) > 1e-12 * np.linalg.norm(
             forward
@@ -137,6 +145,16 @@ class Camera:
             msg = (
                 "the camera looks along its up vector or at its own eye; "
                 "move the target or give another up="
+            )
+            raise InputError(msg)
+
+    def _check_lens(self) -> None:
+        """Raise `InputError` if the shift or the stretch is out of range."""
+        shift = read_array("a camera's shift", self.shift)
+        if shift.shape != (2,) or not np.isfinite(shift).all() or not 0 < self.stretch < np.inf:
+            msg = (
+                "a camera's shift= is two numbers of pixels, and its stretch= is above 0; "
+                f"got {self.shift} and {self.stretch}"
             )
             raise InputError(msg)
 
@@ -169,7 +187,18 @@ class Camera:
     def center(self) -> tuple[float, float]:
         """Principal point of the picture, as a pixel (column, row)."""
         cols, rows = self.size
-        return (cols - 1) / 2 - self.offset[0], (rows - 1) / 2 - self.offset[1]
+        across, down = self.aside
+        return (cols - 1) / 2 - across, (rows - 1) / 2 - down
+
+    @property
+    def aside(self) -> tuple[float, float]:
+        """How far the picture's middle is to the right of and below the view axis [pixels]."""
+        return self.offset[0] - self.shift[0], self.offset[1] - self.shift[1]
+
+    @property
+    def pixel_axes(self) -> NDArray[np.float64]:
+        """Axes (3, 3) as ``axes``, of which right is as long as a pixel is wide, in its heights."""
+        return self.axes() * np.array([[self.stretch], [1.0], [1.0]])
 
     def matrix(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
@@ -202,7 +231,12 @@ class Camera:
             scale = rows / self.height
             weight, key = one, -depth
         return np.array(
-            [scale * right + centre[0] * weight, -scale * up + centre[1] * weight, weight, key]
+            [
+                scale / self.stretch * right + centre[0] * weight,
+                -scale * up + centre[1] * weight,
+                weight,
+                key,
+            ]
         )
 
     def key_range(self) -> tuple[float, float]:

@@ -45,7 +45,7 @@ def _measure_near_plane(
     camera: Camera, origin: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, NDArray[np.float64]]:
     """Return the near plane's middle, axes, size of a pixel, and middle as a pixel's corner."""
-    axes, rows = camera.axes(), camera.size[1]
+    axes, rows = camera.pixel_axes, camera.size[1]
     if camera.height is None:
         pixel = camera.near * 2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows
     else:

@@ -84,7 +84,8 @@ def find_sphere_scissors(
     rows = camera.size[1]
     height = camera.height or 2.0 * np.tan(np.radians(camera.fov) / 2.0)
     spans = []
-    for axis, sign, middle in zip((right, up), (1.0, -1.0), camera.center, strict=True):
+    ways = ((right, 1.0, height * camera.stretch), (up, -1.0, height))
+    for (axis, sign, height), middle in zip(ways, camera.center, strict=True):
         across = sign * (apart @ axis)
         low, high = across - chord, across + chord
         if camera.height is None:

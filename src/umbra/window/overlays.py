@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter
+from umbra.gl.count import VolumeCounter, find_slack
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
-from umbra.gl.programs import Program
+from umbra.gl.programs import Program, Programs
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
@@ -107,6 +107,7 @@ class Overlays:
         self._device = device = renderer.device
         self._counter = VolumeCounter(device, renderer.geometry, renderer.planner.indices)
         self._faces = Program(device, "surface.vert.glsl", "tint.frag.glsl")
+        self._volumes = Programs(device, "surface.vert.glsl", "tint.frag.glsl")
         self._lines = Program(device, "edge.vert.glsl", "tint.frag.glsl")
         self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
         self._by_case = FaceGroups(renderer)
@@ -145,15 +146,17 @@ class Overlays:
 
     def draw_volumes(self, state: State, plan: VolumePlan) -> None:
         """Draw the plan's volumes, translucent, into the target in use."""
-        self._set_up(self._faces, plan)
+        program = self._counter.prepare(self._volumes, plan)
         # The more triangles, the more transparent each.
         total = max(sum(draw.count for draw in plan.draws) // 3, 1)
         opacity = float(np.clip(_OPACITY["volumes"] * np.sqrt(_SOME / total), 0.02, 0.2))
         for draw in plan.draws:
             tint = np.array([*VOLUMES[draw.kind], opacity])
-            self._faces.set(tint=tint, is_cut=draw.is_cut)
+            program.set(
+                tint=tint, is_cut=draw.is_cut, is_low=draw.is_low, slack=find_slack(plan, draw)
+            )
             state.use(_NEARER if draw.kind == LIGHT_CAP else _BEFORE)
-            self._renderer.planner.indices.draw(self._faces, draw.first, draw.count)
+            self._renderer.planner.indices.draw(program, draw.first, draw.count)
 
     def draw_cases(self, state: State, plan: VolumePlan) -> None:
         """Colour casters by case, in the target in use."""
@@ -223,7 +226,7 @@ class Overlays:
 
     def release(self) -> None:
         """Free the device objects."""
-        release_all(self._counter, self._faces, self._lines, self._heat)
+        release_all(self._counter, self._faces, self._volumes, self._lines, self._heat)
         release_all(self._by_case.indices, self._by_component.indices, self._edges)
         self._edges, self._edges_of = None, ()
 

@@ -103,8 +103,11 @@ def shrink(camera: Camera, scale: int) -> Camera:
     """Return the view in ``scale`` times fewer columns and rows, rounded up."""
     cols, rows = camera.size
     fewer = -(-rows // scale)
-    across, down = (shift * fewer / rows for shift in camera.offset)
-    return replace(camera, size=(-(-cols * fewer // rows), fewer), offset=(across, down))
+    (across, down), (right, below) = (
+        (each[0] * fewer / rows, each[1] * fewer / rows) for each in (camera.offset, camera.shift)
+    )
+    size = -(-cols * fewer // rows), fewer
+    return replace(camera, size=size, offset=(across, down), shift=(right, below))
 
 
 def find_shares(

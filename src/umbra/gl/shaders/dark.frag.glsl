@@ -7,10 +7,11 @@ uniform PICTURE dark;
 layout(location = 0) out vec4 color;
 
 void main() {
-    color = texelFetch(dark, ivec2(gl_FragCoord.xy), which);
+    vec4 shown = texelFetch(dark, ivec2(gl_FragCoord.xy), which);
 #ifdef SPARES_TURNED
-    if (color.a < 0.5) {
+    if (shown.a < 0.5) {
         discard;
     }
 #endif
+    color = vec4(shown.rgb, 1.0);
 }
