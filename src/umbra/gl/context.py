@@ -1,12 +1,9 @@
 """
 OpenGL 3.3 core contexts: EGL without a display, OSMesa, or a hidden window.
 
-Any number may be open. OpenGL's functions take no context, but act on the one that is
-*current* in the thread, and objects of different contexts share numbers. So access to
-a device's functions makes it current, and public methods (``on_device``) restore the
-previous context.
-
-moderngl is imported by ``backends``, when a context is opened.
+Any number may be open. OpenGL's functions act on the context that is *current* in the thread, and
+objects of different contexts share numbers. So access to a device's functions makes it current, and
+public methods (``on_device``) restore the previous context. ``backends`` imports moderngl.
 """
 
 import os

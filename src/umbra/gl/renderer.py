@@ -1,11 +1,9 @@
 """
 Pictures on OpenGL: surfaces in ambient light, then shadow and illumination of each light.
 
-The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
-light is added where the count is 0, and transparent surfaces come last, over the lit
-picture. A single light needs no sums: the surfaces are drawn lit and in shadow at once, and
-the count selects one. An area light has a picture of its visibility instead of the
-stencil (``soft/``). Nothing is read back until ``read``.
+The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its light is
+added where the count is 0, and transparent surfaces come last. A single light needs no sums: surfaces
+are drawn lit and in shadow at once. An area light has a picture of its visibility (``soft/``).
 """
 
 from collections.abc import Callable, Iterable, Sequence

@@ -1,7 +1,5 @@
 """
-Cameras: rays of pixels, and the homogeneous matrix from world to pixels.
-
-Pictures on every device have the same colours of ground and sky, and exposure of lights.
+Cameras: rays of pixels, the homogeneous matrix from world to pixels, and colours of every device.
 """
 
 from __future__ import annotations
