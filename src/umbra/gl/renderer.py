@@ -2,8 +2,8 @@
 Pictures on OpenGL: surfaces in ambient light, then shadow and illumination of each light.
 
 The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its light is
-added where the count is 0, and transparent surfaces come last. A single light needs no sums: surfaces
-are drawn lit and in shadow at once. An area light has a picture of its visibility (``soft/``).
+added where the count is 0, and transparent surfaces come last. A single light needs no sums: it
+is drawn lit and in shadow at once. An area light has a picture of its visibility (``soft/``).
 """
 
 from collections.abc import Callable, Iterable, Sequence

@@ -1,6 +1,4 @@
-"""
-Cameras: rays of pixels, the homogeneous matrix from world to pixels, and colours of every device.
-"""
+"""Cameras: rays of pixels, the matrix from world to pixels, and the colours of every device."""
 
 from __future__ import annotations
 
