@@ -126,12 +126,12 @@ class Renderer(DeviceUser):
     @on_device
     def move(self, scene: Scene) -> None:
         """
-        Update to the same parts at another time, from ``umbra.pose``, or to other parts.
+        Update to other parts, or the same at another time, from ``umbra.pose``.
 
         Where a part moves as a whole, only its transform and volumes change. Where a mesh
         bends, its points and normals are overwritten and its planes recomputed, so that the
-        silhouette is that of the visible mesh. Adjacency is kept, unless coincident corners
-        separate: then all geometry is rebuilt, as where parts or materials are others.
+        silhouette is that of the visible mesh. All geometry is rebuilt where coincident corners
+        separate, or parts or materials are others.
         """
         self.still.forget()
         groups = find_posed(self.geometry.groups, self.scene, scene)
@@ -262,8 +262,8 @@ class Renderer(DeviceUser):
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
         self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, self._find_solid(scene))
-        is_glossy, is_plain = self.surfaces.is_glossy, self.surfaces.is_plain
-        self.shading = Shading(self.device, is_glossy=is_glossy, is_plain=is_plain)
+        of = self.surfaces
+        self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
         self.passes = LightPasses(self.shading, self.lamps, self._timed)
         self.still = StillView(self.shading)
         self.small = SmallMasks(self.planner, self.surfaces, self.masks, self._find_surface)

@@ -226,13 +226,9 @@ class Camera:
         else:
             scale = rows / self.height
             weight, key = one, -depth
+        across = scale / self.stretch * right
         return np.array(
-            [
-                scale / self.stretch * right + centre[0] * weight,
-                -scale * up + centre[1] * weight,
-                weight,
-                key,
-            ]
+            [across + centre[0] * weight, -scale * up + centre[1] * weight, weight, key]
         )
 
     def key_range(self) -> tuple[float, float]:
