@@ -1,5 +1,7 @@
 """Measures of the sky: closed forms, canopies, proposals, sets of directions, and what is asked."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -175,3 +177,50 @@ def test_count_takes_a_device_and_canopies(street, weights):
     with pytest.raises(InputError) as caught:
         umbra.count(street, "ground", directions, device="tpu", **asked)
     assert caught.value.option == "device"
+
+
+def test_a_sloping_roof_sees_what_its_tilt_leaves():
+    """A free plane of tilt t has (1 + cos t) / 2, from above as by its own samples."""
+    roof = np.array([[0, 0, 10], [20, 0, 10], [20, 20, 30], [0, 20, 30]], float)
+    scene = make_scene([Part("roof", "", Mesh(roof, np.array([[0, 1, 2], [0, 2, 3]], np.int32)))])
+    wanted = (1 + np.cos(np.pi / 4)) / 2
+    inside = (5, 5, 15, 15)
+    for exact, error in ((False, 3e-3), (True, 1e-9)):
+        above = ask(
+            scene, receivers="top", ground=0.0, extent=inside, exact=exact, sky_directions=4096
+        )
+        own = ask(
+            scene, receivers="surfaces", cell=None, spacing=2.0, exact=exact, sky_directions=4096
+        )
+        assert above.sky_view_factor.values == pytest.approx(np.full((10, 10), wanted), abs=error)
+        assert own.sky_view_factor.values == pytest.approx(wanted, abs=error)
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top", "surfaces"])
+def test_the_exact_sky_is_the_limit_of_directions(street, receivers):
+    asked = {"receivers": receivers, "measure": ["sky_view_factor", "sky_component"],
+             "proposed": ["tower"], "cell": 2.0 if receivers != "surfaces" else None}  # fmt: skip
+    exact = ask(street, exact=True, **asked)
+    many = ask(street, sky_directions=20_000, **asked)
+    assert exact.attrs["sky_directions"] == "exact"
+    for name in ("sky_view_factor", "sky_view_factor_before", "sky_view_factor_lost"):
+        assert float(np.abs(exact[name] - many[name]).max()) < 2e-3
+        assert np.array_equal(np.isnan(exact[name]), np.isnan(many[name]))
+    assert float(np.abs(exact.sky_component - many.sky_component).max()) < 0.2
+
+
+def test_the_exact_sky_is_refused_where_it_is_not_solved(street, tmp_path):
+    path = tmp_path / "house.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    calls = (
+        partial(ask, street, exact=True, canopy=["tree"]),
+        partial(ask, street, "probable_sun_hours", exact=True),
+        partial(
+            umbra.city_study, path, out=tmp_path / "out", measure="sky_component", exact=True,
+            receivers="ground", cell=1.0,
+        ),
+    )  # fmt: skip
+    for call in calls:
+        with pytest.raises(InputError) as caught:
+            call()
+        assert caught.value.option == "exact"

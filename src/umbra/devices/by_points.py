@@ -69,8 +69,9 @@ class PointDevice(CountingDevice):
         """Find hidden points; name the device where it fails."""
         import numpy as np  # noqa: PLC0415 - the command's help needs no NumPy
 
+        unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         try:
-            found = np.asarray(self.find_hidden(triangles, points, normals, lights))
+            found = np.asarray(self.find_hidden(triangles, points, unit, lights))
         except UmbraError:
             raise
         except Exception as error:

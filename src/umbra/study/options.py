@@ -218,7 +218,8 @@ class StudyOptions:
     )
     exact: bool | float = _results(
         "flag",
-        "Compute when each cell enters and leaves shadow, to a second, instead of adding up steps.",
+        "Compute when each cell enters and leaves shadow, to a second, instead of adding up steps; "
+        "and measures of the sky by the outlines of the free sky, instead of directions.",
         default=False,
         least=0,
     )
@@ -331,8 +332,10 @@ class StudyOptions:
                 raise InputError(msg, option="date")
         if self.asks_hours:
             return
+        taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
         for name, said, default in list_options(self):
-            if said.heading == "Results" and name != "proposed" and getattr(self, name) != default:
+            is_other = said.heading == "Results" and name not in taken
+            if is_other and getattr(self, name) != default:
                 msg = (
                     f"{name}= is of hours of sun, which are not asked for; add sun_hours to "
                     "measure=, or leave it out"

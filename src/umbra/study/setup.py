@@ -286,7 +286,15 @@ class Setup:
         """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
         found: list[Accumulator] = [
-            MeasureSums(one, self.asked, laid, self.canopy, self.find_proposed, self.find_rest)
+            MeasureSums(
+                one,
+                self.asked,
+                laid,
+                self.canopy,
+                self.find_proposed,
+                self.find_rest,
+                self.casters,
+            )
             for one in self.options.measures
         ]
         if not self.options.asks_hours:

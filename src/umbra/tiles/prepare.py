@@ -152,6 +152,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
+    if options.exact and any(one.has_exact for one in options.measures):
+        msg = "the exact sky is not solved in tiles; leave exact= or tiles= out"
+        raise InputError(msg, option="exact")
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)

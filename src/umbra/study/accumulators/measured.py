@@ -12,6 +12,7 @@ from umbra.casters import Canopy
 from umbra.errors import InputError, UmbraError
 from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
+from umbra.scene.grid import Places
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity
@@ -66,8 +67,9 @@ class MeasureSums(Accumulator):
         canopy: Canopy | None = None,
         find_proposed: FindParts | None = None,
         find_rest: FindParts | None = None,
+        casters: Sequence[int] = (),
     ) -> None:
-        self.measure, self.asked = measure, asked
+        self.measure, self.asked, self._casters = measure, asked, casters
         self._is_level, self._canopy = laid.kind.is_level, canopy
         self.lights = self._find_lights()
         self._find_proposed, self._find_rest = find_proposed, find_rest
@@ -123,6 +125,9 @@ class MeasureSums(Accumulator):
         """Add up the measure's lights on a tile, with and without the proposal."""
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         tile = run.tiles[0]
+        if self.asked.options.exact and self.measure.has_exact:
+            self._solve(tile, where)
+            return
         sums = [_Sums(self, tile.shape)]
         if self._find_proposed is not None:
             sums.append(_Sums(self, tile.shape))
@@ -139,6 +144,20 @@ class MeasureSums(Accumulator):
             before = self._derive(sums[1].free, tile)
             before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
             self._before[:, *where] = before
+
+    def _solve(self, tile: Tile, where: tuple[Any, ...]) -> None:
+        """Find the exact values of a tile, with and without the proposal."""
+        scene, threads = tile.casting.scene, tile.casting.threads
+        places = Places(tile.places.points, _level(tile.places.normals))
+        rest = self._find_rest(tile) if self._find_rest is not None else ()
+        for values, parts in ((self._after, self._casters), (self._before, rest)):
+            if values is None:
+                continue
+            found = guard(self.measure, self.measure.solve, scene, parts, places, threads)
+            values[:, *where] = np.stack(found).reshape(-1, *tile.shape)
+        if self._before is not None and self._find_proposed is not None:
+            is_new = np.isin(tile.find_parts(), self._find_proposed(tile))
+            self._before[:, *where][:, is_new] = np.nan
 
     def _derive(self, free: NDArray[np.float64], tile: Tile) -> NDArray[np.float64]:
         """Return the variables of a tile (quantities, ...) from what reaches its receivers."""
@@ -160,10 +179,7 @@ class MeasureSums(Accumulator):
         """Return the sums times the cosine at each receiver's normal, from those of each axis."""
         if self._is_level:
             return free
-        normals = tile.places.normals
-        level = np.isnan(normals[:, 0])
-        if level.any():
-            normals = np.where(level[:, None], (0.0, 0.0, 1.0), normals)
+        normals = _level(tile.places.normals)
         axes = free.reshape(-1, 3, *tile.shape)
         return np.einsum("kc...,c...->k...", axes, normals.T.reshape(3, *tile.shape))
 
@@ -187,6 +203,13 @@ class MeasureSums(Accumulator):
             if self._before is not None:
                 found |= _compare(one, self._before[k], after, laid.dims)
         return found
+
+
+def _level(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return unit normals (n, 3), upward where there are none; slopes of plans have any length."""
+    missing = np.isnan(normals[:, 0])
+    known = np.where(missing[:, None], (0.0, 0.0, 1.0), normals) if missing.any() else normals
+    return known / np.linalg.norm(known, axis=1, keepdims=True)
 
 
 class _Sums:

@@ -121,6 +121,8 @@ class Measure(ABC):
     follows_normal : bool
         Whether a light weighs by the cosine at the receiver's normal, as light on a surface does.
         Receivers without a normal are level.
+    has_exact : bool
+        Whether ``solve`` finds it exactly.
     """
 
     name: ClassVar[str]
@@ -132,6 +134,7 @@ class Measure(ABC):
     takes: ClassVar[tuple[str, ...]] = ()
     includes: ClassVar[tuple[str, ...]] = ()
     follows_normal: ClassVar[bool] = False
+    has_exact: ClassVar[bool] = False
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -177,6 +180,28 @@ class Measure(ABC):
         InputError
             If what they are made of is wrong.
         """
+
+    def solve(
+        self, scene: Any, parts: Sequence[int], places: Any, threads: int
+    ) -> Sequence[NDArray] | None:
+        """
+        Find the variables exactly, where ``exact`` asks for it and there is a way.
+
+        Parameters
+        ----------
+        scene : Scene
+        parts : sequence of int
+            The casting parts.
+        places : Places
+            Points (n, 3) and unit normals (n, 3) in the scene's local frame.
+        threads : int
+
+        Returns
+        -------
+        values : sequence of (n,) float64, or None
+            One for each of ``quantities``; None if sums of lights are all there is.
+        """
+        return None
 
     def derive(self, sums: NDArray, asked: Asked) -> Sequence[NDArray]:
         """

@@ -6,15 +6,20 @@ receiver's normal, as its plane sees it.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.lights import Lights, find_directions
 from umbra.study.measures.measure import Asked, Measure
 
 __all__ = ["SkyComponent", "SkyViewFactor"]
+
+_AT_ONCE = 256
+"""Places that are solved at a time: a second or so, in which an interrupt waits."""
 
 
 class SkyViewFactor(Measure):
@@ -26,24 +31,45 @@ class SkyViewFactor(Measure):
 
     name, unit, long_name = "sky_view_factor", "1", "sky view factor"
     most = 1.0
-    follows_normal = True
+    follows_normal = has_exact = True
 
     def check(self, options: Any) -> None:
-        """Check that there are such directions."""
+        """Check that there are such directions; canopies are not solved exactly."""
         find_directions(options.sky_directions)
+        if options.exact and options.canopy:
+            msg = "the exact sky passes no canopies; leave exact= or canopy= out"
+            raise InputError(msg, option="exact")
 
     def describe(self, asked: Asked) -> dict[str, object]:
-        """Return the directions of the sky."""
-        return {"sky_directions": str(asked.options.sky_directions)}
+        """Return the directions of the sky, or that there are none."""
+        directions = "exact" if asked.options.exact else str(asked.options.sky_directions)
+        return {"sky_directions": directions}
 
     def tell(self, options: Any) -> str:
         """Say how many directions there are."""
+        if options.exact:
+            return "the free sky exactly, by its outlines"
         return f"{len(find_directions(options.sky_directions)[0]):,} directions of the sky"
 
     def make_lights(self, asked: Asked) -> Lights:
         """Return directions of the sky, each weighted by its solid angle over pi."""
         directions, angles = find_directions(asked.options.sky_directions)
         return Lights.of(directions, angles / math.pi, (self.name,), (self.unit,))
+
+    def solve(
+        self, scene: Any, parts: Sequence[int], places: Any, threads: int
+    ) -> list[NDArray[np.float64]]:
+        """Integrate over the outlines of the free sky, some places at a time."""
+        from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
+        from umbra.sky.points import measure_sky  # noqa: PLC0415
+
+        casters, _ = find_sky_casters(scene, parts)
+        found = np.zeros(len(places))
+        for first in range(0, len(found), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            skies = measure_sky(casters, places.points[some], places.normals[some], threads)
+            found[some] = getattr(skies, self.name)
+        return [found]
 
     def derive(self, sums: NDArray, asked: Asked) -> list[NDArray]:
         """Return the sums, at most a free sky's, which sets of patches miss by 1e-4."""
