@@ -383,3 +383,17 @@ def test_latitudes_that_can_be_none_are_refused(write, crs):
     ring = [[35.5 + y / 1e4, 139.7 + x / 1e4] for x, y in [(0, 0), (1, 0), (1, 1), (0, 0)]]
     with pytest.raises(InputError, match=r"latitudes where .* longitudes \(first: 35.5000, 139"):
         umbra.read(write(feature(ring, properties={"height": 9}), crs=crs))
+
+
+@pytest.mark.parametrize(("axes", "is_told"), [((0, 1), False), ((1, 0), True)])
+def test_swapped_axes_of_degrees_are_told(tmp_path, axes, is_told):
+    """London swapped lies in the Indian Ocean."""
+    corners = np.array([[-0.1, 51.5], [-0.0998, 51.5], [-0.0998, 51.5002], [-0.1, 51.5002]])
+    ring = corners[[0, 1, 2, 3, 0]][:, axes].tolist()
+    house = {"type": "Feature", "properties": {"height": 9},
+             "geometry": {"type": "Polygon", "coordinates": [ring]}}  # fmt: skip
+    path = tmp_path / "house.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [house]}))
+    told = [note for note in umbra.read(path).notes if "swap" in note]
+    assert len(told) == is_told
+    assert all("London" in note for note in told)

@@ -28,6 +28,7 @@ __all__ = [
     "name_crs",
     "show_crs",
     "swap_on_plan",
+    "tell_swapped",
     "to_metres",
 ]
 
@@ -145,6 +146,27 @@ def to_metres(
         msg = f"geometry templates in degrees ({shown}) are not read; convert to a CRS in metres"
         raise InputError(msg, crs=crs)
     return _reproject(parts, crs, found, height)
+
+
+def tell_swapped(parts: tuple[Part, ...], crs: str) -> list[str]:
+    """Tell of a file in degrees at sea whose axes, if they were swapped, lie on land."""
+    found = _find_crs(crs)
+    part = next((part for part in parts if len(part.mesh.faces)), None)
+    if found is None or not found.is_geographic or part is None:
+        return []
+    from umbra.sun.zones import find_local_zone  # noqa: PLC0415 - 0.1 s, only for degrees
+
+    lon, lat = part.mesh.vertices[part.mesh.faces[0, 0], :2].tolist()
+    if max(abs(lat), abs(lon)) > HALF_TURN / 2:
+        return []
+    zones = [find_local_zone(*place) for place in ((lat, lon), (lon, lat))]
+    if not zones[0].startswith("Etc/") or zones[1].startswith("Etc/"):
+        return []
+    told = (
+        f"the coordinates lie at sea (latitude {lat:.4g}, longitude {lon:.4g}); if latitude and "
+        f"longitude are swapped in the file, it lies in {zones[1].replace('_', ' ')}: swap them"
+    )
+    return [told]
 
 
 def _is_stretched(parts: tuple[Part, ...], crs: "CRS") -> bool:

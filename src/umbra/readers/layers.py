@@ -23,6 +23,7 @@ from umbra.readers.georeference import (
     is_known,
     is_same_plan,
     show_crs,
+    tell_swapped,
     to_metres,
 )
 from umbra.readers.model import FileModel, UniqueNames
@@ -131,7 +132,8 @@ def _bring_together(
             parts = bring_to(parts, crs, target, is_high_in_metres=metric)
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
-            notes += [f"{whose}{note}" for note in _tell_conversion(crs, target, metric)]
+            told = [*_tell_conversion(crs, target, metric), *tell_swapped(layer.model.parts, crs)]
+            notes += [f"{whose}{note}" for note in told]
         if layer.name:
             before = unique.setdefault(layer.name, UniqueNames())
             parts, count = _place_in_layer(parts, layer.name, before)
