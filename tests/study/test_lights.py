@@ -1,5 +1,7 @@
 """Lights with weights: sums by hand, the same by masks and by integers, and lamps by rays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.shapes import box, city
@@ -181,6 +183,14 @@ def test_a_lamp_under_a_table_lights_the_floor_beneath_it():
     assert (sums[1] == 1).all()
 
 
-def test_canopies_are_refused(town):
-    with pytest.raises(umbra.InputError, match="canopy="):
-        count_lights(town, Lights.of(LEANING), ask(receivers="ground", canopy="town"))
+def test_canopies_hide_what_they_do_not_transmit(town):
+    lights = Lights.of(LEANING)
+    parts = (*town.parts, replace(town.parts[0], name="again"))
+    both = replace(town, parts=parts)
+    asked = {"receivers": "ground", "extent": (-30, -30, 30, 30), "cell": 1.0, "ground": -5.0}
+    _, solid = count_lights(both, lights, ask(**asked, no_cast="again"))
+    _, half = count_lights(
+        both, lights, ask(**asked, cast="again", canopy="again", transmissivity=0.5)
+    )
+    assert solid.max() > 0
+    assert np.allclose(half, solid / 2, atol=1e-5)

@@ -33,7 +33,13 @@ def look_at(study):
     size = find_map_size(plan)
     appearance = find_appearance(study, size)
     return Plan(
-        plan.x, plan.y, plan.building_height, None, axes=plan.axes, appearance=appearance
+        plan.x,
+        plan.y,
+        plan.building_height,
+        None,
+        axes=plan.axes,
+        appearance=appearance,
+        roofs_cover=False,
     ), size
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from umbra.errors import InputError
+from umbra.folders import unfinished_folder
 from umbra.folders.atomic import KEPT, replace_results
 from umbra.folders.unfinished_folder import LOCK, PREFIX, SEAL
-from umbra.writers import unfinished_folder
 
 NAMES = ("study.nc", "hours.png")
 

@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,7 +84,7 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     size = find_map_size(plan)
     appearance = find_appearance(study, size)
     assert appearance.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
-    plan = Plan(plan.x, plan.y, plan.building_height, appearance=appearance)
+    plan = replace(plan, appearance=appearance, roofs_cover=False)
     sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, hours))], 8.0)
     pixels = sheet.leaf.render()[::-1] / 255
     left, bottom, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)

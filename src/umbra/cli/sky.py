@@ -192,7 +192,7 @@ def _write(
     dates: tuple[str, ...],
 ) -> list[Path]:  # fmt: skip
     """Write the files of all places; return their paths."""
-    from umbra.writers.atomic import check_folder_name, replace_results  # noqa: PLC0415
+    from umbra.folders.atomic import check_folder_name, replace_results  # noqa: PLC0415
     from umbra.writers.sky_tables import WRITERS, write_values  # noqa: PLC0415
 
     check_folder_name(out)

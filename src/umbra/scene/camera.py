@@ -147,7 +147,8 @@ class Camera:
     def _check_lens(self) -> None:
         """Raise `InputError` if the shift or the stretch is out of range."""
         shift = read_array("a camera's shift", self.shift)
-        if shift.shape != (2,) or not np.isfinite(shift).all() or not 0 < self.stretch < np.inf:
+        stretch = read_number("a camera's stretch", self.stretch)
+        if shift.shape != (2,) or not np.isfinite(shift).all() or not 0 < stretch < np.inf:
             msg = (
                 "a camera's shift= is two numbers of pixels, and its stretch= is above 0; "
                 f"got {self.shift} and {self.stretch}"

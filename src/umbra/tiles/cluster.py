@@ -167,7 +167,8 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
 
     given = {"scheduler_file": scheduler} if scheduler.endswith(".json") else {"address": scheduler}
     try:
-        client = Client(**given, timeout=_WAIT)
+        # Not the default of all that uses Dask: a scheduler that does not answer would stay so.
+        client = Client(**given, timeout=_WAIT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or "no answer"
         msg = f"no Dask scheduler answers at '{scheduler}' ({reason}); start one, or correct it"

@@ -68,17 +68,17 @@ def make_measure_sheet(
     image[is_missing] = MISSING
     if shade is not None:
         image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
+    if plan.roofs_cover:
+        cover_with_roofs(image, plan, size)
     if plan.appearance is not None:
         draw_appearance(image, plan.appearance, size)
-    elif plan.roofs_cover:
-        cover_with_roofs(image, plan, size)
     hatch_covers(image, plan, size)
     panel.paste(image, *panel.map_box[:2])
     levels = _find_levels(end)[1:-1]
     blocked = np.isnan(values)
     if plan.appearance is not None:
         blocked |= plan.appearance.find_breaks(plan.shape)
-    elif plan.roofs_cover:
+    if plan.roofs_cover:
         blocked |= plan.is_building
     colors = [_find_color(level / end, is_light=is_light) for level in levels]
     texts = [f"{level:g}{quantity.suffix}" for level in levels]
