@@ -189,8 +189,7 @@ def test_canopies_hide_what_they_do_not_transmit(town):
     both = replace(town, parts=parts)
     asked = {"receivers": "ground", "extent": (-30, -30, 30, 30), "cell": 1.0, "ground": -5.0}
     _, solid = count_lights(both, lights, ask(**asked, no_cast="again"))
-    _, half = count_lights(
-        both, lights, ask(**asked, cast="again", canopy="again", transmissivity=0.5)
-    )
+    leafy = {"cast": "again", "canopy": "again", "transmissivity": 0.5}
+    _, half = count_lights(both, lights, ask(**asked, **leafy))
     assert solid.max() > 0
     assert np.allclose(half, solid / 2, atol=1e-5)

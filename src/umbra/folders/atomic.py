@@ -18,6 +18,7 @@ from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
 from umbra.folders.unfinished_folder import UnfinishedFolder, lock_folder
+from umbra.options import read_path
 
 __all__ = [
     "NO_LOCKS",
@@ -35,7 +36,8 @@ _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+(.*)", re.DOTALL)
 
 def check_is_here(path: str | os.PathLike[str]) -> None:
     """Refuse the address of a store elsewhere, which would become a folder named ``s3:``."""
-    found = _ADDRESS.fullmatch(str(path))
+    is_path = isinstance(path, (str, os.PathLike))  # a null byte is told where it is written to
+    found = _ADDRESS.fullmatch(str(path if is_path else read_path("out", path)))
     if found:
         msg = (
             f"out='{found[1]}://{found[2]}' is an address, and umbra writes to this machine's "
