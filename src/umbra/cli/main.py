@@ -24,7 +24,7 @@ COMMANDS = {
     "inspect": "Show what a file contains.",
     "render": "Draw a picture with exact shadows.",
     "sky": "Show the sky above a place, and what obstructs it.",
-    "study": "Compute the hours of shadow around buildings.",
+    "study": "Measure sun and sky around buildings: hours of shadow by default.",
     "view": "Show a model in a window.",
 }
 
