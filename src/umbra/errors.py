@@ -65,11 +65,12 @@ _SPELLED = {
 _OPTIONS = """
 allow_outside area at base_column bbox by by_day canopy canopy_heights caption cast cell crs date
 detail device every every_days exact extent eye fov geometric_error ground height height_column
-layer_gap layer_length leaf_on light_samples light_size mask_filter mask_scale masks max_memory measure
-method min_spell name_column near no_cast on points proposed receivers refraction report rules
-albedo samples shadows sheet size sky_directions soft spacing spells style sunshine target threads transmissivity
-transparent trunk under up who weather write end latitude lights longitude spots start true_north
-zone formats memory min_altitude pictures scheduler show subtitle tiles title workers
+layer_gap layer_length leaf_on light_samples light_size mask_filter mask_scale masks max_memory
+measure method min_spell name_column near no_cast on points proposed receivers refraction report
+rules albedo samples shadows sheet size sky_directions soft spacing spells style sunshine target
+threads transmissivity transparent trunk under up who weather write end latitude lights longitude
+spots start true_north zone formats memory min_altitude pictures scheduler show subtitle tiles
+title workers
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """Options that messages may name."""

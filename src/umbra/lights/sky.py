@@ -56,7 +56,7 @@ def find_directions(given: int | str) -> tuple[NDArray[np.float64], NDArray[np.f
         return _cut_patches(NAMES[text])
     if isinstance(given, bool) or not text.isdigit() or not 1 <= int(text) <= MOST:
         msg = (
-            f"sky_directions is a number from 1 to {MOST:,}, or one of {', '.join(NAMES)}; got "
+            f"sky_directions= is a number from 1 to {MOST:,}, or one of {', '.join(NAMES)}; got "
             f"{show_value(given)}"
         )
         raise InputError(msg, option="sky_directions")
