@@ -1,7 +1,6 @@
 """Files of a study in tiles: GeoTIFFs and their VRT, map, STAC item; a tile missing."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -101,8 +100,7 @@ def test_only_tiles_counted_since_are_written_again(folder):
     _, *tiles = write_city_files(folder, ["geotiff"])
     before = [path.stat().st_mtime_ns for path in tiles]
     mark = folder / "tiles" / "000002.json"
-    later = before[2] + 10**9
-    os.utime(mark, ns=(later, later))
+    mark.write_bytes(mark.read_bytes() + b" ")  # counted again, in another time
     write_city_files(folder, ["geotiff"])
     after = [path.stat().st_mtime_ns for path in tiles]
     assert [a != b for a, b in zip(before, after)] == [False, False, True, False, False]

@@ -173,5 +173,5 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
         reason = str(error) or "no answer"
         msg = f"no Dask scheduler answers at '{scheduler}' ({reason}); start one, or correct it"
         raise InputError(msg, option="scheduler") from error
-    with client:
+    with client, client.as_current():
         yield ClusterEngine(client)
