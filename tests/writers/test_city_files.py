@@ -10,7 +10,7 @@ from support.shapes import box, merge
 import umbra
 
 zarr = pytest.importorskip("zarr")
-from umbra.tiles.sealed import write_sealed
+from umbra.tiles.sealed import write_sealed  # noqa: E402
 from umbra.writers.city import write_city_files  # noqa: E402
 from umbra.writers.city.overview import shrink_hours  # noqa: E402
 from umbra.writers.city.result import CityResult  # noqa: E402
