@@ -9,6 +9,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.lights import find_directions
 from umbra.scene import Mesh, Part, make_scene
+from umbra.study import StudyOptions, run
 
 HIGH = 10.0
 
@@ -224,3 +225,38 @@ def test_the_exact_sky_is_refused_where_it_is_not_solved(street, tmp_path):
         with pytest.raises(InputError) as caught:
             call()
         assert caught.value.option == "exact"
+
+
+@pytest.mark.parametrize(("measure", "own"), [
+    ("sky_component", 1), ("sun_hours,sky_component,sky_view_factor", 2)])  # fmt: skip
+def test_progress_ends_with_the_last_light(street, measure, own):
+    seen = []
+    day = {"date": "2026-03-21", "every": "1h"} if "sun" in measure else {}
+    options = StudyOptions(measure=measure, receivers="ground", cell=2.0, sky_directions=300, **day)
+    study = run(
+        street, umbra.Site(48.2, 16.4, "Europe/Vienna"), options, lambda *one: seen.append(one)
+    )
+    whole = own * 300 + int(study.sun.is_up.sum())
+    assert seen[-1] == (whole, whole)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+@pytest.mark.parametrize("receivers", ["ground", "surfaces"])
+def test_what_a_proposal_takes_in_tiles_is_that_of_one_piece(street, tmp_path, receivers):
+    path = tmp_path / "street.obj"
+    lines, first = [], 1
+    for part in street.parts:
+        lines += [f"o {part.name}", *("v {} {} {}".format(*row) for row in part.mesh.vertices)]
+        lines += ["f {} {} {}".format(*row) for row in (part.mesh.faces + first).tolist()]
+        first += len(part.mesh.vertices)
+    path.write_text("\n".join(lines))
+    asked = {"measure": "sky_view_factor", "sky_directions": 200, "receivers": receivers,
+             "proposed": "tower", "ground": 0.0}  # fmt: skip
+    asked |= {"spacing": 1.0} if receivers == "surfaces" else {
+        "cell": 1.0, "extent": (-20, -20, 40, 40)}  # fmt: skip
+    whole = umbra.shadow_study(umbra.read(path, up="z"), **asked).dataset
+    tiles = umbra.city_study(path, out=tmp_path / "out", tiles="16m", reading={"up": "z"}, **asked)
+    for name in ("sky_view_factor", "sky_view_factor_before", "sky_view_factor_lost"):
+        found = tiles.dataset[name].values
+        assert np.array_equal(found, whole[name].values, equal_nan=True)
+        assert np.nanmax(found) > 0

@@ -197,6 +197,8 @@ BROKEN = {
     "syntax": "def (:\n",
     "kind": "Zenith = 3\n",
     "lights": GOOD.replace("return Lights", "raise KeyError('gone')\n        return Lights"),
+    "shape": GOOD + "    def derive(self, sums, asked):\n        return [sums[0, 0]]\n",
+    "check": GOOD + "    def check(self, options):\n        return options.nothing\n",
     "derive": GOOD + "    def derive(self, sums, asked):\n        return 1 / 0\n",
 }
 

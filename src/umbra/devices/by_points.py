@@ -99,7 +99,8 @@ class PointDevice(CountingDevice):
         """Make a counter of frames, whose visible surface the CPU finds; see `CountingDevice`."""
         from umbra.devices.point_frames import PointFrames  # noqa: PLC0415 - loads kernels
 
-        return nullcontext(PointFrames(self, scene, casters, ground, threads, warn, transmits))
+        how = (scene, casters, ground, threads, warn, transmits)
+        return nullcontext(PointFrames(self.ask, self.methods, *how))
 
 
 class _PointTiles(TileCounters):

@@ -119,7 +119,7 @@ class LightCounter:
         if is_sun.any():
             masks[is_sun] = self.suns.masks(np.ascontiguousarray(lights[is_sun, :3]))
         if not is_sun.all():
-            masks[~is_sun] = RayCounter(self.tile).masks(lights[~is_sun])
+            masks[~is_sun] = RayCounter(self.tile, self.tile.casting.threads).masks(lights[~is_sun])
         return masks
 
     def add_weights(
@@ -137,4 +137,5 @@ class LightCounter:
         if is_sun.any():
             suns = np.ascontiguousarray(lights[is_sun, :3])
             self.suns.add_weights(suns, weights[is_sun], sums, progress)
-        RayCounter(self.tile).add_weights(lights[~is_sun], weights[~is_sun], sums, progress)
+        rays = RayCounter(self.tile, self.tile.casting.threads)
+        rays.add_weights(lights[~is_sun], weights[~is_sun], sums, progress)

@@ -98,6 +98,8 @@ class Accumulator:
         Whether ``add`` needs masks of the receivers in shadow.
     more_passes : int
         Number of passes over all lights in ``end``, for progress.
+    own_lights : int
+        Number of lights of its own, whose progress it reports instead of the study's.
     of_any_date : frozenset of str
         Names of its variables that hold for each date as for all together, such as names. All
         others are results of the whole period, which are not those of a date: a date has only
@@ -107,6 +109,7 @@ class Accumulator:
     is_streamed = True
     needs_masks = True
     more_passes = 0
+    own_lights = 0
     of_any_date: frozenset[str] = frozenset()
 
     def begin(self, run: TileRun, lights: Lights) -> None:
@@ -224,7 +227,7 @@ def count_passes(accumulators: Sequence[Accumulator]) -> int:
     ----------
     accumulators : sequence of Accumulator
     """
-    sums = sum(not one.is_streamed for one in accumulators)
+    sums = sum(not one.is_streamed and not one.own_lights for one in accumulators)
     more = sum(one.more_passes for one in accumulators)
     return sums + more + len({one.needs_masks for one in accumulators if one.is_streamed})
 

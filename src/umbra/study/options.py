@@ -322,8 +322,6 @@ class StudyOptions:
         names = [name.strip() for text in self.measure for name in text.split(",")]
         object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))
         check_files(self, self.measures)
-        for one in self.measures:
-            one.check(self)
         if self.date is None or (isinstance(self.date, (list, tuple)) and not self.date):
             object.__setattr__(self, "date", None)
             if self.needs_sun:

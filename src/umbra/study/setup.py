@@ -20,7 +20,7 @@ from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
-from umbra.study.accumulators.measured import FindParts, MeasureSums, guard
+from umbra.study.accumulators.measured import FindParts, MeasureSums
 from umbra.study.loop import (
     Accumulator,
     TileRun,
@@ -29,7 +29,7 @@ from umbra.study.loop import (
     make_advance,
     pass_lights,
 )
-from umbra.study.measures import Asked
+from umbra.study.measures import Asked, guard
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 from umbra.version import __version__
@@ -258,6 +258,7 @@ class Setup:
         tiles, begun = laid.make_tiles(self.request), self.begin(laid)
         accumulators, lights = begun.accumulators, self.make_lights()
         works = len(lights) * count_passes(accumulators)
+        works += sum(one.own_lights for one in accumulators)
         suns = self.period.sun.direction[self.period.sun.is_up]
         seconds = 0.0
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:

@@ -9,32 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
-from umbra.errors import InputError, UmbraError
 from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.scene.grid import Places
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
-from umbra.study.measures import Asked, Measure, Quantity
+from umbra.study.measures import Asked, Measure, Quantity, guard
 
-__all__ = ["MeasureSums", "guard"]
+__all__ = ["MeasureSums"]
 
 _MOST_BLOCKS = 16
 FindParts = Callable[[Tile], Sequence[int]]
-
-
-def guard(measure: Measure, call: Callable[..., Any], *args: Any) -> Any:
-    """Call a measure's own code; name the measure where it fails."""
-    try:
-        return call(*args)
-    except UmbraError:
-        raise
-    except Exception as error:
-        msg = (
-            f"measure '{measure.name}' failed ({type(error).__name__}: {error}); update the "
-            "package that brings it, or leave it out"
-        )
-        raise InputError(msg, option="measure", measure=measure.name) from error
 
 
 class MeasureSums(Accumulator):
@@ -72,6 +57,7 @@ class MeasureSums(Accumulator):
         self.measure, self.asked, self._casters = measure, asked, casters
         self._is_level, self._canopy = laid.kind.is_level, canopy
         self.lights = self._find_lights()
+        self.own_lights = len(self.lights)
         self._find_proposed, self._find_rest = find_proposed, find_rest
         self.of_any_date = frozenset(self._name_all())
         count = len(measure.quantities)
@@ -83,11 +69,6 @@ class MeasureSums(Accumulator):
         if canopy is not None:
             # What canopies alone hide, they transmit by their share on the light's day.
             self._kept, self._kept_unit = round_weights(weights * self._find_shares()[:, None])
-
-    @property
-    def more_passes(self) -> int:  # type: ignore[override]
-        """Progress is told in lights of the study, of which a measure has its own number."""
-        return 0
 
     def _find_lights(self) -> Lights:
         """Return the measure's lights but for those behind level ground, where all are level."""
@@ -127,12 +108,13 @@ class MeasureSums(Accumulator):
         tile = run.tiles[0]
         if self.asked.options.exact and self.measure.has_exact:
             self._solve(tile, where)
+            progress(len(self.lights))
             return
         sums = [_Sums(self, tile.shape)]
         if self._find_proposed is not None:
             sums.append(_Sums(self, tile.shape))
         for some, wide, counter in run.find_tiles(self.lights):
-            sums[0].add(some, wide, counter, wide.with_casters if self._canopy else None)
+            sums[0].add(some, wide, counter, wide.with_casters if self._canopy else None, progress)
             if self._find_proposed is not None and self._find_rest is not None:
                 rest, canopy = self._find_rest(wide), wide.casting.canopy
                 solid = [part for part in rest if canopy and part not in canopy.casting]
@@ -163,8 +145,17 @@ class MeasureSums(Accumulator):
         """Return the variables of a tile (quantities, ...) from what reaches its receivers."""
         if self.measure.follows_normal:
             free = self._face(free, tile)
-        found = guard(self.measure, self.measure.derive, np.maximum(free, 0.0), self.asked)
-        return np.stack([np.asarray(one, np.float64) for one in found])
+        return guard(self.measure, self._read, np.maximum(free, 0.0), tile.shape)
+
+    def _read(self, free: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+        """Return what the measure makes of its sums, one array of a tile for each quantity."""
+        found = self.measure.derive(free, self.asked)
+        values = np.stack([np.asarray(one, np.float64) for one in found])
+        wanted = (len(self.measure.quantities), *shape)
+        if values.shape != wanted:
+            msg = f"derive returned {values.shape} for {wanted}"
+            raise ValueError(msg)
+        return values
 
     def _find_shares(self) -> NDArray[np.float64]:
         """Return the share of each light that canopies transmit; with leaves if it has no date."""
@@ -224,6 +215,7 @@ class _Sums:
     def add(
         self, some: NDArray[np.intp], tile: Tile, counter: Any,
         find_solid: Callable[[], Tile] | None,
+        progress: Callable[[int], object] = lambda _: None,
     ) -> None:  # fmt: skip
         """Add some lights, with all casters that can hide them, and with all but canopies."""
         lights = self.of.lights
@@ -232,19 +224,24 @@ class _Sums:
         if len(some):
             many = tile.count_many(len(lights))
             every = LightCounter(tile, counter if many is None else many)
-            self._add(some, every, None if find_solid is None else LightCounter(find_solid()))
+            solid = None if find_solid is None else LightCounter(find_solid())
+            self._add(some, every, solid, progress)
         if len(below):
-            solid = None if find_solid is None else GroundLightCounter(find_solid())
-            self._add(below, GroundLightCounter(tile), solid)
+            hollow = None if find_solid is None else GroundLightCounter(find_solid())
+            self._add(below, GroundLightCounter(tile), hollow, progress)
 
-    def _add(self, some: NDArray[np.intp], every: Counter, solid: Counter | None) -> None:
+    def _add(
+        self, some: NDArray[np.intp], every: Counter, solid: Counter | None,
+        progress: Callable[[int], object],
+    ) -> None:  # fmt: skip
         of = self.of
         for is_one, columns in of._blocks:
             rows = some[is_one[some]]
             if not len(rows):
                 continue
             lights, which = of.lights.pick(rows).directions, np.ix_(rows, columns)
-            every.add_weights(lights, of._weights[which], block := self.hidden[columns])
+            block = self.hidden[columns]
+            every.add_weights(lights, of._weights[which], block, progress)
             self.hidden[columns] = block
             if self.shade is not None and solid is not None:
                 for k, counter in enumerate((every, solid)):

@@ -15,9 +15,11 @@ from typing import Any
 
 from umbra.errors import InputError
 from umbra.registry import Registry
-from umbra.study.measures.measure import Asked, Measure, Quantity
+from umbra.study.measures.measure import Asked, Measure, Quantity, guard
 
-__all__ = ["HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "find_quantity"]
+__all__ = [
+    "HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "find_quantity", "guard",
+]  # fmt: skip
 
 HOURS = ("sun_hours", "shadow_hours")
 """Names of the measures that the study's own loop counts, with intervals, spells and groups."""

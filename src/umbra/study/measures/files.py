@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError, show_value
-from umbra.study.measures.measure import Measure
+from umbra.study.measures.measure import Measure, guard
 
 __all__ = ["check_files", "read_sunshine"]
 
@@ -21,7 +21,7 @@ _TAKEN_BY = {"weather": "irradiation", "sunshine": "probable_sun_hours"}
 
 def check_files(options: Any, measures: Sequence[Measure]) -> None:
     """
-    Read the table of sunshine, name the weather file in full, and refuse what no measure takes.
+    Read and check the options that name files, and let each measure check what it takes.
 
     Parameters
     ----------
@@ -43,6 +43,8 @@ def check_files(options: Any, measures: Sequence[Measure]) -> None:
         if getattr(options, name) is not None and name not in taken:
             msg = f"{name}= is given, but no measure takes it; add measure='{measure}'"
             raise InputError(msg, option=name)
+    for one in measures:
+        guard(one, one.check, options)
 
 
 def read_sunshine(given: Any) -> tuple[float, ...]:

@@ -7,18 +7,20 @@ counts: a light behind a receiver's surface does not reach it.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import NDArray
 
+from umbra.errors import InputError, UmbraError
+
 if TYPE_CHECKING:
     from umbra.lights import Lights, Period
     from umbra.sun import Site
 
-__all__ = ["Asked", "Measure", "Quantity"]
+__all__ = ["Asked", "Measure", "Quantity", "guard"]
 
 
 @dataclass(frozen=True)
@@ -220,3 +222,17 @@ class Measure(ABC):
             One for each of ``quantities``, in their order; by default the sums.
         """
         return list(sums)
+
+
+def guard(measure: Measure, call: Callable[..., Any], *args: Any) -> Any:
+    """Call a measure's own code; name the measure where it fails."""
+    try:
+        return call(*args)
+    except UmbraError:
+        raise
+    except Exception as error:
+        msg = (
+            f"measure '{measure.name}' failed ({type(error).__name__}: {error}); update the "
+            "package that brings it, or leave it out"
+        )
+        raise InputError(msg, option="measure", measure=measure.name) from error

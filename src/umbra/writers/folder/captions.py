@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from umbra.receivers.view import Elevation
 from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
+from umbra.study.measures import guard
 from umbra.sun import find_daylight
 from umbra.writers.folder import FolderJob
 from umbra.writers.plan import Plan, Show, name_hours
@@ -285,7 +286,7 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
     facts = study.facts
     notes = []
     if not study.has_hours:
-        notes = list(filter(None, (one.tell(options) for one in options.measures)))
+        notes = list(filter(None, (guard(one, one.tell, options) for one in options.measures)))
         notes = list(dict.fromkeys(notes))
     elif "exact_tolerance_seconds" in facts:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
