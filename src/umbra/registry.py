@@ -11,7 +11,7 @@ An object is loaded when its name is asked for, and never before: a package that
 or named twice costs nothing but a line where it is used.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -56,15 +56,20 @@ class Registry(Generic[T]):
         What one of them is called, and the option that names it.
     own : mapping of str to str
         umbra's own: ``module:object`` by name.
-    accept : callable
-        Returns the object to be used for what an entry point names: a class is made an object.
-        Raises TypeError if it is of another kind.
+    base : type
+        Of all of them; an entry point names an object, or a class to be made one.
+    advice : str
+        The base class in ``umbra.extending`` that packages take.
+    needs : sequence of str
+        Attributes that each has.
     """
 
     def __init__(
-        self, what: str, option: str, own: Mapping[str, str], accept: Callable[[Any], T]
-    ) -> None:
-        self.what, self.option, self._own, self._accept = what, option, own, accept
+        self, what: str, option: str, own: Mapping[str, str], base: type[Any], advice: str,
+        needs: Sequence[str] = ("name",),
+    ) -> None:  # fmt: skip
+        self.what, self.option, self._own = what, option, own
+        self._base, self._advice, self._needs = base, advice, needs
         self.group = name_group(what)
         self._loaded: dict[str, T] = {}
 
@@ -132,6 +137,18 @@ class Registry(Generic[T]):
         if name in self._own:
             return self._accept(chosen.load())
         return self._open(chosen)
+
+    def _accept(self, given: Any) -> T:
+        """Return the object that an entry point names."""
+        found = given() if isinstance(given, type) else given
+        if not isinstance(found, self._base):
+            msg = f"it is none; umbra.extending.{self._advice} is the base of one"
+            raise TypeError(msg)
+        lacking = [name for name in self._needs if not hasattr(found, name)]
+        if lacking:
+            msg = f"it has no {', '.join(lacking)}"
+            raise TypeError(msg)
+        return found
 
     def _is_added(self) -> bool:
         """Return whether other packages were looked for already; umbra's own need no search."""

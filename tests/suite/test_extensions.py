@@ -196,6 +196,7 @@ BROKEN = {
     "import": "import nowhere_to_be_found\n",
     "syntax": "def (:\n",
     "kind": "Zenith = 3\n",
+    "words": GOOD.replace("name, unit, long_name =", "name, unit, title ="),
     "lights": GOOD.replace("return Lights", "raise KeyError('gone')\n        return Lights"),
     "shape": GOOD + "    def derive(self, sums, asked):\n        return [sums[0, 0]]\n",
     "check": GOOD + "    def check(self, options):\n        return options.nothing\n",

@@ -34,15 +34,7 @@ CHOICES = get_args(DeviceName)
 """Values of the option ``device``, without those of packages."""
 
 
-def _accept(given: Any) -> CountingDevice:
-    device = given() if isinstance(given, type) else given
-    if not isinstance(device, CountingDevice):
-        msg = "it is no device; umbra.extending.PointDevice is the base of one"
-        raise TypeError(msg)
-    return device
-
-
-REGISTRY: Registry[CountingDevice] = Registry("device", "device", {}, _accept)
+REGISTRY: Registry[CountingDevice] = Registry("device", "device", {}, CountingDevice, "PointDevice")
 """Devices that packages beside umbra bring."""
 ENOUGH = 200_000_000
 """Receivers times suns from which the search for an accelerator pays."""

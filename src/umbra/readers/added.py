@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from umbra.errors import InputError, UmbraError
 from umbra.readers.model import FileModel, ReadChoices
@@ -51,15 +51,7 @@ class Reader(ABC):
         """
 
 
-def _accept(given: Any) -> Reader:
-    reader = given() if isinstance(given, type) else given
-    if not isinstance(reader, Reader):
-        msg = "it is no reader; umbra.extending.Reader is the base of one"
-        raise TypeError(msg)
-    return reader
-
-
-REGISTRY: Registry[Reader] = Registry("reader", "files", {}, _accept)
+REGISTRY: Registry[Reader] = Registry("reader", "files", {}, Reader, "Reader", ("title",))
 """Readers of packages, by the ending of their files."""
 
 

@@ -4,8 +4,6 @@ Receivers: the points and cells on which a study counts shadows.
 Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
-from typing import Any
-
 from umbra.errors import InputError
 from umbra.ground.level import has_terrain
 from umbra.receivers.camera import CameraPicture
@@ -37,15 +35,9 @@ KINDS: dict[str, ReceiverKind] = {
 """umbra's own kinds by the name that results state."""
 
 
-def _accept(given: Any) -> ReceiverKind:
-    kind = given() if isinstance(given, type) else given
-    if not isinstance(kind, ReceiverKind):
-        msg = "it is no kind of receivers; umbra.extending.PlacedKind is the base of one"
-        raise TypeError(msg)
-    return kind
-
-
-REGISTRY: Registry[ReceiverKind] = Registry("receivers", "receivers", {}, _accept)
+REGISTRY: Registry[ReceiverKind] = Registry(
+    "receivers", "receivers", {}, ReceiverKind, "PlacedKind"
+)
 """Kinds that packages beside umbra bring."""
 
 

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from umbra.errors import InputError, UmbraError
 from umbra.registry import Registry
@@ -48,15 +48,7 @@ class Output(ABC):
         """
 
 
-def _accept(given: Any) -> Output:
-    output = given() if isinstance(given, type) else given
-    if not isinstance(output, Output):
-        msg = "it is no output; umbra.extending.Output is the base of one"
-        raise TypeError(msg)
-    return output
-
-
-REGISTRY: Registry[Output] = Registry("output", "write", {}, _accept)
+REGISTRY: Registry[Output] = Registry("output", "write", {}, Output, "Output", ())
 """Outputs that packages beside umbra bring."""
 
 

@@ -11,7 +11,6 @@ A package installed beside umbra adds one by an entry point of the group ``umbra
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 from umbra.errors import InputError
 from umbra.registry import Registry
@@ -23,18 +22,6 @@ __all__ = [
 
 HOURS = ("sun_hours", "shadow_hours")
 """Names of the measures that the study's own loop counts, with intervals, spells and groups."""
-
-
-def _accept(given: Any) -> Measure:
-    measure = given() if isinstance(given, type) else given
-    lacking = [
-        name for name in ("name", "unit", "long_name", "make_lights", "derive", "quantities")
-        if not hasattr(measure, name)
-    ]  # fmt: skip
-    if lacking:
-        msg = f"it is no measure: it has no {', '.join(lacking)} (umbra.extending.Measure has)"
-        raise TypeError(msg)
-    return measure
 
 
 _PLACE = "umbra.study.measures"
@@ -55,7 +42,9 @@ MEASURES: Registry[Measure] = Registry(
         "irradiation_sky": f"{_PLACE}.weather:IrradiationSky",
         "irradiation_ground": f"{_PLACE}.weather:IrradiationGround",
     },
-    _accept,
+    Measure,
+    "Measure",
+    ("name", "unit", "long_name"),
 )
 """All measures by the name that ``measure=`` takes."""
 
