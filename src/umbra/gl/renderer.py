@@ -201,11 +201,13 @@ class Renderer(DeviceUser):
         mask_filter: str = "joint",
         samples: int = 1,
         sky: Sky = DAY,
+        keeps_light: bool = False,
     ) -> None:
         """
         Draw a picture into ``targets.picture``; parameters as in ``render``.
 
-        With one light, a still eye's view is kept (`StillView`) and may differ by 1 of 255 levels.
+        With one light, a still eye's view is kept (`StillView`) and may differ by 1 of 255 levels,
+        unless the sum of the lights is to be kept in ``targets.light``.
 
         Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
         and rows, and enlarged by a filter of ``upsampling``.
@@ -225,6 +227,7 @@ class Renderer(DeviceUser):
         targets = self.targets = PictureTargets.fit(held, *given)
         at_once = (
             len(lights) <= 1
+            and not keeps_light
             and self.accumulate != "rgba8"
             and self._tables is None
             and not softened.areas

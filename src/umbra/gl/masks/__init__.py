@@ -102,6 +102,17 @@ class Method:
     attenuated: tuple[Step, ...] = ()
     counts: bool = False
 
+    def attenuate(self, remains: float) -> tuple[Step, ...]:
+        """
+        Return the rectangles that map lit to 1 and shadow to the share of brightness that remains.
+
+        The paper's third rectangle adds 1/2 and so attenuates by that alone; any other share takes
+        a fourth, which lifts the 0 of shadow (docs/papers.md, R5).
+        """
+        if remains == 0.5 and self.attenuated:
+            return self.attenuated
+        return (*self.black, Step("lift", remains)) if remains > 0 else self.black
+
     @property
     def channel(self) -> int:
         """The channel to read."""
