@@ -198,7 +198,9 @@ def test_realtime_in_qt(tmp_path):
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is missing: no window can be tried")
     with Display() as display:
-        check_framework("realtime_in_qt.py", tmp_path, {**display.environment, "QT_QPA_PLATFORM": "offscreen"})
+        check_framework(
+            "realtime_in_qt.py", tmp_path, {**display.environment, "QT_QPA_PLATFORM": "offscreen"}
+        )
 
 
 @pytest.mark.usefixtures("_has_gl")

@@ -202,7 +202,7 @@ def test_pixels_outside_and_wrong_arguments_are_refused(context):
 
 
 def test_light_itself_is_linear_and_what_the_picture_shows():
-    """Twice the lamp is twice the light, beyond what a screen shows; compressed it is the picture."""
+    """Eight times the lamp is eight times the light; compressed it is the picture."""
     camera = Camera((24, -30, 18), (0, 0, 3), size=SIZE)
     with Renderer(make_yard(), ground=None) as renderer:
 

@@ -149,7 +149,8 @@ class Wallner(BenchmarkReport):
         """Return Markdown tables that can be read as they stand."""
         times = lay_out_table(
             [
-                "casters", "triangles", "brute as printed ms", "ours ms", *(f"{way} ms" for way in _TREES),
+                "casters", "triangles", "brute as printed ms", "ours ms",
+                *(f"{way} ms" for way in _TREES),
                 "printed / hextree", "paper's", *(f"ours / {way}" for way in _TREES),
                 "64 at once ms",
                 "paper's scene: triangles, brute force ms, hextree ms",

@@ -109,7 +109,7 @@ class Method:
         The paper's third rectangle adds 1/2 and so attenuates by that alone; any other share takes
         a fourth, which lifts the 0 of shadow (docs/papers.md, R5).
         """
-        if remains == 0.5 and self.attenuated:
+        if remains == _HALF_BRIGHT and self.attenuated:
             return self.attenuated
         return (*self.black, Step("lift", remains)) if remains > 0 else self.black
 
@@ -119,7 +119,7 @@ class Method:
         return 3 if self.write == "alpha" else 0
 
 
-_INVERT = Step("invert", 1.0)
+_INVERT, _HALF_BRIGHT = Step("invert", 1.0), 0.5
 _START = 2.0**-8
 
 _ALPHA = Method(
@@ -134,7 +134,7 @@ _ALPHA = Method(
     lit=(0.75, 1.0),
     # Clamped to 1/4 -> 1/2 and 1, then 1/2 and 0; the last "/2" of the paper's figure must double.
     black=(DOUBLE, _INVERT, DOUBLE),
-    attenuated=(DOUBLE, _INVERT, Step("add", 0.5)),
+    attenuated=(DOUBLE, _INVERT, Step("add", _HALF_BRIGHT)),
 )
 _MAXIMUM = Method(
     name="max",
@@ -148,7 +148,7 @@ _MAXIMUM = Method(
     lit=(0.75, 1.0),
     # Shadow is at most 1/2: inverted and doubled it is 1, and light stays 0.
     black=(_INVERT, DOUBLE, _INVERT),
-    attenuated=(Step("max", 0.5),),
+    attenuated=(Step("max", _HALF_BRIGHT),),
 )
 _HALF = Method(
     name="half",
