@@ -14,7 +14,7 @@ from support.shapes import box
 from umbra.cli import main
 from umbra.writers import painter
 
-ANSWERS = re.compile(r"^.*(?: in the sun on average; .* without sun|: the proposal takes .*)\n", re.M)
+ANSWERS = re.compile(r"^.*(?: in the sun on average; .*|: the proposal takes .*)\n", re.MULTILINE)
 PICTURE = b"\x89PNG, a stand-in"
 
 

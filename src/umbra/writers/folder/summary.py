@@ -84,9 +84,9 @@ def _tell_hours(study: Study) -> list[str]:
         return []
     what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
     mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
-    never = counted.add_up(study.sun_hours <= _NEVER) / counted.whole
+    never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
     date = f"{tell_dates(study)}: " if study.period.days else ""
-    lines = [f"{date}{what}: {mean} of {whole} in the sun on average; {100 * never:.3g} % without sun"]
+    lines = [f"{date}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"]
     if "hours_lost" in study.more:
         lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
         taken, most = counted.add_up(lost > _NEVER), say_hours(lost[counted.which].max())
