@@ -67,9 +67,11 @@ class Moment:
     direction: NDArray[np.float64]
 
 
-def choose_stamps(steps: Steps, at: Sequence[str] = ()) -> Stamps:
-    """Return the requested clock times on a date; the ends of its steps by default."""
-    return find_stamps(steps.local()[0].date(), at, steps.zone) if at else steps
+def choose_stamps(steps: Steps, at: Sequence[str] = (), most: int | None = None) -> Stamps:
+    """Return the requested clock times on a date; by default its steps' ends, or N round ones."""
+    if at:
+        return find_stamps(steps.local()[0].date(), at, steps.zone)
+    return steps if most is None or len(steps.stamps) <= most else _find_round(steps, None, most)
 
 
 def find_moments(

@@ -65,6 +65,7 @@ __all__ = [
 _MATTERS = 0.5  # hours lost that the picture must include, at any distance
 MOST_DAYS = 4
 """Most dates that also get separate pictures."""
+_MOST_STAMPS = 12  # of each date on a sheet of many small maps
 TILT = 35
 _ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
@@ -199,7 +200,8 @@ def _make_map(
 def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
     """Draw the profile, with a map for each of several dates."""
     study, plan = job.study, sheets.plan
-    steps = [choose_stamps(each, job.outputs.at) for each in study.period.steps]
+    most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
+    steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
         view = refine_preview(study, sheets.preview, steps=steps[0])
         _draw_profile(job, "profile.png", describe_smooth(plan, study, view), [(0, steps[0], view)])
