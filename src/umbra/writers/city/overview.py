@@ -142,7 +142,8 @@ class _Drawing:
             hatched[_shrink(tile.rows, times), _shrink(tile.cols, times)] = True
         words: dict[str, Any] = {}
         if self.told is not None:
-            squares = Grid(x[0], y[0], *(times * side for side in result.cell), cols, rows)
+            dx, dy = (times * side for side in result.cell)
+            squares = Grid(float(x[0]), float(y[0]), dx, dy, cols, rows)
             words = self.told.describe() | {"proposed": self.told.find_proposed(squares)}
         if times > 1:
             drawn = f"drawn as means of {times} x {times} cells"

@@ -209,10 +209,11 @@ def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
     views: list[tuple[int, Stamps, Preview]] = []
-    view = fine = None
+    coarse: Preview | None = None
+    fine: Preview | None = None
     for k in shown:
-        view = make_preview(study, longest, steps[k], like=view)
-        fine = refine_preview(study, view, longest, steps[k], like=fine)
+        coarse = make_preview(study, longest, steps[k], like=coarse)
+        fine = refine_preview(study, coarse, longest, steps[k], like=fine)
         views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
