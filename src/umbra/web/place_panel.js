@@ -44,7 +44,11 @@ export const makePlacePanel = (app) => {
     }
     return kept.days;
   };
-  /** Hours of sun and, of them, how long it is up. @param {import('./place.js').Sunlight} sun @param {string} date */
+  /**
+   * Hours of sun, of those that it is up.
+   * @param {import('./place.js').Sunlight} sun
+   * @param {string} date
+   */
   const tellShare = (sun, date) => {
     const up = (app.daylight.day(date)?.up ?? []).reduce((sum, [from, to]) => sum + to - from, 0);
     return `${tellHours(sun.hours)} of ${tellHours(up / 3.6e6)}`;
