@@ -244,7 +244,8 @@ def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
     brief = live.ask("document.querySelector('.brief').textContent")
     assert re.fullmatch(
         r"Before: \d+ h( \d+ min)? of \d+ h \d+ min in the sun, \S+\. Now in the sun\. "
-        r"After: \d+ h( \d+ min)? of \d+ h \d+ min in the sun, \S+\. Now in shadow of tower\.", brief,
+        r"After: \d+ h( \d+ min)? of \d+ h \d+ min in the sun, \S+\. Now in shadow of tower\.",
+        brief,
     )  # fmt: skip
     wide = "document.querySelector('.brief').clientWidth"
     assert live.ask(wide) == 1  # beside the panel it is only read out
