@@ -20,13 +20,27 @@ _MEAN = 256  # corners of feet of which the height between them is the mean
 
 
 class Triangulated(Protocol):
-    """Triangulated bases."""
+    """Triangulated bases, as ``_Bases`` of `umbra.ground.surface`."""
 
-    plan: NDArray[np.float64]
-    triangles: NDArray[np.int32]
-    neighbours: NDArray[np.int32]
-    label: NDArray[np.int32]
-    own: int
+    @property
+    def plan(self) -> NDArray[np.float64]:
+        """Corners (n, 3), those of feet first."""
+
+    @property
+    def triangles(self) -> NDArray[np.int32]:
+        """Corners of each triangle, (t, 3)."""
+
+    @property
+    def neighbours(self) -> NDArray[np.int32]:
+        """Triangle opposite to each corner, (t, 3); -1 beyond the hull."""
+
+    @property
+    def label(self) -> NDArray[np.int32]:
+        """Base face that holds each triangle, (t,); -1 between the buildings."""
+
+    @property
+    def own(self) -> int:
+        """Number of corners of feet."""
 
 
 def find_mean_heights(

@@ -40,8 +40,8 @@ def find_cellars(feet: Feet) -> NDArray[np.int64]:
     foot = np.full(count, np.inf)
     np.minimum.at(foot, owner, corners[:, 2])
     number = np.maximum(np.bincount(owner, minlength=count), 1)
-    middle = np.stack([np.bincount(owner, corners[:, k], count) for k in (0, 1)], 1)
-    middle /= number[:, None]
+    sums = np.stack([np.bincount(owner, corners[:, k], count) for k in (0, 1)], axis=1)
+    middle = sums.astype(np.float64) / number[:, None]
     reach = range(1, min(_MOST, len(corners)) + 1)
     away, near = cKDTree(corners[:, :2]).query(corners[:, :2], reach)
     one, rank = np.nonzero(away < _NEAR)
