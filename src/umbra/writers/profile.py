@@ -37,7 +37,7 @@ from umbra.writers.tips import Lines, name_tips, rule_shadows
 __all__ = ["compose_profile", "find_tints", "make_profile_sheet"]
 
 PAPER = 0.99  # lightness where no shadow falls
-DEEPEST = 0.44  # lightness where all shadows fall
+DEEPEST = 0.475  # lightness where all shadows fall
 CHROMA = 0.75  # of the tints that one shadow alone keeps
 
 
