@@ -22,7 +22,7 @@ CORNERS = 5
 """Most corners of a face that is cut to the horizon and to the receiver's plane."""
 HORIZON, PLANE = -1, -2
 """Edges that are not of the face: on the horizon, on the receiver's plane."""
-_BLOCK = 32
+_BLOCK = 16
 
 
 class SeenFaces(NamedTuple):

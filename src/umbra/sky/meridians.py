@@ -74,6 +74,8 @@ def cut_plane(normal, dx, dy):
         along, up = -along, -up
     up = max(up, 0.0)
     length = math.sqrt(along * along + up * up)
+    if length == 0.0:  # an upright plane, which meets the meridian in its own azimuth alone
+        return 1.0, 0.0
     return along / length, up / length
 
 

@@ -331,6 +331,7 @@ class StudyOptions:
         if self.asks_hours:
             return
         taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
+        taken |= {name for one in self.measures for name in one.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
             if is_other and getattr(self, name) != default:

@@ -16,7 +16,7 @@ from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_l
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity, guard
 
-__all__ = ["MeasureSums"]
+__all__ = ["FindParts", "MeasureSums", "compare_measured", "level_normals"]
 
 _MOST_BLOCKS = 16
 FindParts = Callable[[Tile], Sequence[int]]
@@ -130,7 +130,7 @@ class MeasureSums(Accumulator):
     def _solve(self, tile: Tile, where: tuple[Any, ...]) -> None:
         """Find the exact values of a tile, with and without the proposal."""
         scene, threads = tile.casting.scene, tile.casting.threads
-        places = Places(tile.places.points, _level(tile.places.normals))
+        places = Places(tile.places.points, level_normals(tile.places.normals))
         rest = self._find_rest(tile) if self._find_rest is not None else ()
         for values, parts in ((self._after, self._casters), (self._before, rest)):
             if values is None:
@@ -170,7 +170,7 @@ class MeasureSums(Accumulator):
         """Return the sums times the cosine at each receiver's normal, from those of each axis."""
         if self._is_level:
             return free
-        normals = _level(tile.places.normals)
+        normals = level_normals(tile.places.normals)
         axes = free.reshape(-1, 3, *tile.shape)
         return np.einsum("kc...,c...->k...", axes, normals.T.reshape(3, *tile.shape))
 
@@ -192,11 +192,11 @@ class MeasureSums(Accumulator):
             after = self._after[k]
             found[one.name] = (laid.dims, after)
             if self._before is not None:
-                found |= _compare(one, self._before[k], after, laid.dims)
+                found |= compare_measured(one, self._before[k], after, laid.dims)
         return found
 
 
-def _level(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def level_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return unit normals (n, 3), upward where there are none; slopes of plans have any length."""
     missing = np.isnan(normals[:, 0])
     known = np.where(missing[:, None], (0.0, 0.0, 1.0), normals) if missing.any() else normals
@@ -260,7 +260,10 @@ class _Sums:
         return free
 
 
-def _compare(one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]) -> Variables:
+def compare_measured(
+    one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]
+) -> Variables:
+    """Return a quantity before a proposal, what it takes, and the ratio."""
     ratio = np.divide(after, before, out=np.full_like(after, np.nan), where=before > 0)
     return {
         f"{one.name}_before": (dims, before),

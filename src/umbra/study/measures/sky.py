@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.lights import Lights, find_directions
-from umbra.study.measures.measure import Asked, Measure
+from umbra.study.measures.measure import Asked, Measure, Quantity
 
-__all__ = ["SkyComponent", "SkyViewFactor"]
+__all__ = ["SkyBlockedBy", "SkyComponent", "SkyViewFactor"]
 
 _AT_ONCE = 256
 """Places that are solved at a time: a second or so, in which an interrupt waits."""
@@ -93,3 +93,37 @@ class SkyComponent(SkyViewFactor):
         directions, angles = find_directions(asked.options.sky_directions)
         weights = angles * (1 + 2 * directions[:, 2]) * (100 * 3 / (7 * math.pi))
         return Lights.of(directions, weights, (self.name,), (self.unit,))
+
+
+class SkyBlockedBy(SkyComponent):
+    """
+    The share of the open sky component that each group of casters takes (``by``, ``who``).
+
+    The nearest caster in a direction takes it. The share is of the receiver's own open sky
+    component, that of its plane without obstacles; with what is free all shares add up to 100 %.
+    """
+
+    name, long_name = "sky_blocked_by", "sky component that the caster takes, of the open plane's"
+    by_caster = True
+    takes = ("by", "who")
+    most = None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What all casters take, and what each group does."""
+        whole = "sky component that is blocked, of the open plane's"
+        return (
+            Quantity("sky_blocked", self.unit, whole, 100.0, "loss"),
+            Quantity(self.name, self.unit, self.long_name, ramp="loss", per="caster"),
+        )
+
+    def check(self, options: Any) -> None:
+        """Check that there are groups, and no canopies, which take a part of a direction."""
+        super().check(options)
+        if options.by is None and not options.who:
+            msg = "measure sky_blocked_by needs by='part' (or kind, layer) or who='NAME'; give one"
+            raise InputError(msg, option="by")
+        if options.canopy:
+            msg = "sky_blocked_by gives a direction to one caster, not in part to a canopy; leave "
+            msg += "canopy= out"
+            raise InputError(msg, option="canopy")
