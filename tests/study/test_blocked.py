@@ -159,3 +159,14 @@ def test_maps_are_of_those_that_take_most(yard, tmp_path):
     )  # fmt: skip
     names = {path.name for path in study.write(tmp_path / "out")}
     assert {"sky_blocked.png", *(f"sky_blocked_by_{n}.png" for n in (1, 2, 3))} <= names
+
+
+def test_what_is_0_everywhere_has_no_map(tmp_path):
+    low = make_scene([Part("slab", "", Mesh(*box((0, 0, -3), (9, 9, -1))))])
+    study = umbra.shadow_study(
+        low, measure="sky_blocked_by,sky_component", by="part", receivers="ground", ground=0.0,
+        extent=(-5, -5, 15, 5), cell=5.0, sky_directions=50,
+    )  # fmt: skip
+    names = {path.name for path in study.write(tmp_path / "out")}
+    assert not any(name.startswith("sky_blocked") for name in names)
+    assert "sky_component.png" in names

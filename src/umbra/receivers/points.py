@@ -41,7 +41,7 @@ class SampledSurfaces(SampleKind):
 
     name = "surfaces"
     spot = "sample"
-    formats = ("csv", "glb", "3dtiles", "geoparquet", "cityjson")
+    formats = ("csv", "glb", "3dtiles", "solids", "geoparquet", "cityjson")
     tables = {  # noqa: RUF012  (a constant)
         "samples.csv": "sample", "surfaces.csv": "surface", "parts.csv": "part",
     }  # fmt: skip

@@ -19,6 +19,8 @@ from umbra.study.measures import Asked, Measure, Quantity, guard
 __all__ = ["FindParts", "MeasureSums", "compare_measured", "level_normals"]
 
 _MOST_BLOCKS = 16
+_AT_ONCE = 256
+"""Places that are solved at a time: a second or so, in which an interrupt waits."""
 FindParts = Callable[[Tile], Sequence[int]]
 
 
@@ -107,8 +109,7 @@ class MeasureSums(Accumulator):
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         tile = run.tiles[0]
         if self.asked.options.exact and self.measure.has_exact:
-            self._solve(tile, where)
-            progress(len(self.lights))
+            self._solve(tile, where, progress)
             return
         sums = [_Sums(self, tile.shape)]
         if self._find_proposed is not None:
@@ -127,16 +128,26 @@ class MeasureSums(Accumulator):
             before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
             self._before[:, *where] = before
 
-    def _solve(self, tile: Tile, where: tuple[Any, ...]) -> None:
-        """Find the exact values of a tile, with and without the proposal."""
+    def _solve(self, tile: Tile, where: tuple[Any, ...], progress: Callable[[int], object]) -> None:
+        """Find the exact values of a tile, with and without the proposal, some at a time."""
         scene, threads = tile.casting.scene, tile.casting.threads
-        places = Places(tile.places.points, level_normals(tile.places.normals))
+        points, normals = tile.places.points, level_normals(tile.places.normals)
         rest = self._find_rest(tile) if self._find_rest is not None else ()
-        for values, parts in ((self._after, self._casters), (self._before, rest)):
-            if values is None:
-                continue
-            found = guard(self.measure, self.measure.solve, scene, parts, places, threads)
-            values[:, *where] = np.stack(found).reshape(-1, *tile.shape)
+        each = [(self._after, self._casters), (self._before, rest)]
+        asked = [(values, parts) for values, parts in each if values is not None]
+        done, all_, told = 0, len(asked) * len(points), 0
+        for values, parts in asked:
+            found = np.zeros((len(values), len(points)))
+            for first in range(0, len(points), _AT_ONCE):
+                some = slice(first, first + _AT_ONCE)
+                places = Places(points[some], normals[some])
+                solve = self.measure.solve
+                found[:, some] = guard(self.measure, solve, scene, parts, places, threads)
+                done += len(places)
+                now = len(self.lights) * done // all_
+                progress(now - told)
+                told = now
+            values[:, *where] = found.reshape(-1, *tile.shape)
         if self._before is not None and self._find_proposed is not None:
             is_new = np.isin(tile.find_parts(), self._find_proposed(tile))
             self._before[:, *where][:, is_new] = np.nan

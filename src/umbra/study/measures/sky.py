@@ -18,9 +18,6 @@ from umbra.study.measures.measure import Asked, Measure, Quantity
 
 __all__ = ["SkyBlockedBy", "SkyComponent", "SkyViewFactor"]
 
-_AT_ONCE = 256
-"""Places that are solved at a time: a second or so, in which an interrupt waits."""
-
 
 class SkyViewFactor(Measure):
     """
@@ -59,17 +56,12 @@ class SkyViewFactor(Measure):
     def solve(
         self, scene: Any, parts: Sequence[int], places: Any, threads: int
     ) -> list[NDArray[np.float64]]:
-        """Integrate over the outlines of the free sky, some places at a time."""
+        """Integrate over the outlines of the free sky."""
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
         from umbra.sky.points import measure_sky  # noqa: PLC0415
 
         casters, _ = find_sky_casters(scene, parts)
-        found = np.zeros(len(places))
-        for first in range(0, len(found), _AT_ONCE):
-            some = slice(first, first + _AT_ONCE)
-            skies = measure_sky(casters, places.points[some], places.normals[some], threads)
-            found[some] = getattr(skies, self.name)
-        return [found]
+        return [getattr(measure_sky(casters, places.points, places.normals, threads), self.name)]
 
     def derive(self, sums: NDArray, asked: Asked) -> list[NDArray]:
         """Return the sums, at most a free sky's, which sets of patches miss by 1e-4."""

@@ -76,6 +76,9 @@ def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
         if one.per:
             found += _pick(one, values, np.asarray(more[one.per][1]).tolist())
             continue
+        if not np.nanmax(np.abs(values), initial=0.0) > 0:
+            job.say(f"note: {one.name} is 0 everywhere; it has no map")
+            continue
         found.append((one, values))
         lost = more.get(f"{one.name}_lost")
         if lost is not None and np.nanmax(lost[1], initial=0.0) > 0:

@@ -258,7 +258,10 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
-    formats = Job(study, job.folder, title, job.say, job.show, outputs.at)
+    options = job.options
+    formats = Job(
+        study, job.folder, title, job.say, job.show, outputs.at, options.cast, options.no_cast
+    )
     names = write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
