@@ -98,7 +98,6 @@ class SkyBlockedBy(SkyComponent):
     name, long_name = "sky_blocked_by", "sky component that the caster takes, of the open plane's"
     by_caster = True
     takes = ("by", "who")
-    most = None
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -57,9 +57,9 @@ def tell_measures(study: Study) -> list[str]:
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:
-            most = sorted(figures["of"].items(), key=lambda item: -item[1])[:_MOST]
-            told = ", ".join(f"{name} {one.show(mean)}" for name, mean in most)
-            lines.append(f"{one.long_name}, in the mean: {told}")
+            takers = sorted(figures["of"].items(), key=lambda item: -item[1])[:_MOST]
+            shown = ", ".join(f"{name} {one.show(mean)}" for name, mean in takers)
+            lines.append(f"{one.long_name}, in the mean: {shown}")
             continue
         if counted is None or figures["mean"] is None:
             continue
