@@ -27,7 +27,7 @@ _BEHIND = -2
 
 @borrowing
 def find_distance(seen, casters, i, x, y, z):
-    """Return the distance along a direction (x, y, z) to a seen face's plane; inf if level to it."""
+    """Return the distance along a direction (x, y, z) to a seen face; inf if level to it."""
     plane = casters.planes[seen.face[i]]
     corner = seen.corners[i, 0]
     up = plane[0] * corner[0] + plane[1] * corner[1] + plane[2] * corner[2]
