@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot
+from umbra.kernels import borrowing, dot, inlined
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
@@ -26,7 +26,8 @@ _CORNERS = 6
 _FACES = 128  # most that cover one disc in part; of more it is judged by rays
 _HEIGHTS = 8192
 _RAYS = 4096
-_NEAR = 1e-9  # nearest depth of a corner [m]
+_TINY = 1e-30
+_NEAR = 1e-13  # nearest depth of a corner [m]
 _FAR = 4.0  # half side of the square that planes through the point are cut from [radii]
 
 
@@ -103,13 +104,14 @@ def _find_one(tree, p, n, d, radius, stack, sides, sizes, heights, spans):
         if got < 0:
             return 0.0
         count = got
+    inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
     stack[0] = 0
     size = 1
     while size > 0:
         size -= 1
         node = np.int64(stack[size])
         for lane in range(LANES):
-            if not _meets(tree.boxes, node, lane, p, d, radius):
+            if not _meets(tree.boxes, node, lane, p, d, inverse, radius):
                 continue
             child = np.int64(tree.links[node, lane])
             if child >= 0:
@@ -145,24 +147,33 @@ def _sample(tree, p, n, d, u, v, radius, stack):
     return free / _RAYS
 
 
-@borrowing
-def _meets(boxes, node, lane, p, d, radius):
-    """Return whether a box may meet the cone of the disc: its ball does."""
-    along = square = reach = 0.0
-    for k in range(3):
-        low, high = boxes[node, k, lane], boxes[node, k + 3, lane]
-        if not low <= high:
-            return False
-        middle = 0.5 * (np.float64(low) + np.float64(high)) - p[k]
-        along += middle * d[k]
-        square += middle * middle
-        half = 0.5 * (np.float64(high) - np.float64(low))
-        reach += half * half
-    reach = math.sqrt(reach)
-    if along < -reach:
+@inlined
+def _invert(x):
+    return 1.0 / x if abs(x) > _TINY else 1.0 / _TINY
+
+
+@inlined
+def _meets(boxes, node, lane, p, d, inverse, radius):
+    """Return whether a box may meet the cone of the disc: the ray does, as thick as at its end."""
+    least_x, least_y = boxes[node, 0, lane] - p[0], boxes[node, 1, lane] - p[1]
+    least_z = boxes[node, 2, lane] - p[2]
+    most_x, most_y = boxes[node, 3, lane] - p[0], boxes[node, 4, lane] - p[1]
+    most_z = boxes[node, 5, lane] - p[2]
+    if not least_x <= most_x:  # an empty slot
         return False
-    aside = math.sqrt(max(square - along * along, 0.0))
-    return aside <= (max(along, 0.0) * radius + reach) * 1.0001 + 1e-9
+    end = max(least_x * d[0], most_x * d[0]) + max(least_y * d[1], most_y * d[1])
+    end += max(least_z * d[2], most_z * d[2])
+    if not end > 0.0:
+        return False
+    thick = end * radius * 1.0001 + 1e-9
+    near, far = 0.0, math.inf
+    one, two = (least_x - thick) * inverse[0], (most_x + thick) * inverse[0]
+    near, far = max(near, min(one, two)), min(far, max(one, two))
+    one, two = (least_y - thick) * inverse[1], (most_y + thick) * inverse[1]
+    near, far = max(near, min(one, two)), min(far, max(one, two))
+    one, two = (least_z - thick) * inverse[2], (most_z + thick) * inverse[2]
+    near, far = max(near, min(one, two)), min(far, max(one, two))
+    return near <= far
 
 
 @borrowing
@@ -232,17 +243,11 @@ def _add_face(tree, f, p, d, u, v, radius, sides, sizes, count):
     if n < 3:
         return count
     # All of the disc before one side: outside. Behind all sides: it is covered whole.
-    area = 0.0
-    for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        area += sides[count, k, 0] * sides[count, j, 1] - sides[count, j, 0] * sides[count, k, 1]
-    sign = 1.0 if area > 0.0 else -1.0
+    sign = -1.0 if height > 0.0 else 1.0  # wound as in the tree, or seen from behind
     inside = True
     for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        x, y = sides[count, k, 0], sides[count, k, 1]
-        dx, dy = sides[count, j, 0] - x, sides[count, j, 1] - y
-        away, length = sign * (x * dy - y * dx), math.hypot(dx, dy)
+        x, y, dx, dy, turn = _find_side(sides[count], k, n)
+        away, length = sign * turn * (x * dy - y * dx), math.hypot(dx, dy)
         if away <= -length:
             return count
         inside = inside and away >= length
@@ -293,6 +298,20 @@ def _integrate(sides, sizes, count, heights, spans):
     return min(max(free / math.pi, 0.0), 1.0)
 
 
+@inlined
+def _find_side(corners, k, n):
+    """
+    Return a polygon's side from its nearer end: x, y, dx, dy, and -1 if that is its second end.
+
+    The farther may be so far that differences from it have no digit left.
+    """
+    j = k + 1 if k + 1 < n else 0
+    x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[j, 0], corners[j, 1]
+    if x0 * x0 + y0 * y0 <= x1 * x1 + y1 * y1:
+        return x0, y0, x1 - x0, y1 - y0, 1.0
+    return x1, y1, x0 - x1, y0 - y1, -1.0
+
+
 @borrowing
 def _measure_arc(y):
     """Return the integral of sqrt(1 - y^2) from 0 on."""
@@ -308,7 +327,8 @@ def _cross(corners, n, y):
         j = k + 1 if k + 1 < n else 0
         y0, y1 = corners[k, 1], corners[j, 1]
         if (y0 > y) != (y1 > y):
-            x = corners[k, 0] + (y - y0) / (y1 - y0) * (corners[j, 0] - corners[k, 0])
+            x0, y0, dx, dy, _ = _find_side(corners, k, n)
+            x = x0 + (y - y0) / dy * dx
             left, right = min(left, x), max(right, x)
     return left, right
 
@@ -324,10 +344,8 @@ def _list_heights(sides, sizes, count, heights):
     n = 2
     for i in range(count):
         for k in range(sizes[i]):
-            j = k + 1 if k + 1 < sizes[i] else 0
-            x, y = sides[i, k, 0], sides[i, k, 1]
-            dx, dy = sides[i, j, 0] - x, sides[i, j, 1] - y
-            n = _add_height(heights, n, y)
+            n = _add_height(heights, n, sides[i, k, 1])
+            x, y, dx, dy, _ = _find_side(sides[i], k, sizes[i])
             # Where the side passes the circle.
             a, b, c = dx * dx + dy * dy, x * dx + y * dy, x * x + y * y - 1.0
             root = b * b - a * c
@@ -339,9 +357,8 @@ def _list_heights(sides, sizes, count, heights):
                     n = _add_height(heights, n, y + t * dy)
             for other in range(i):
                 for q in range(sizes[other]):
-                    r = q + 1 if q + 1 < sizes[other] else 0
-                    ox, oy = sides[other, q, 0] - x, sides[other, q, 1] - y
-                    ex, ey = sides[other, r, 0] - x - ox, sides[other, r, 1] - y - oy
+                    ox, oy, ex, ey, _ = _find_side(sides[other], q, sizes[other])
+                    ox, oy = ox - x, oy - y
                     turn = dx * ey - dy * ex
                     if turn == 0.0:
                         continue
