@@ -20,6 +20,7 @@ from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.blocked import BlockedSky
+from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measured import FindParts, MeasureSums
@@ -304,6 +305,7 @@ class Setup:
             0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
+            else DiscHours(arrays) if self.options.disc
             else HourSums(arrays)
         )  # fmt: skip
         if isinstance(laid, NamedReceivers) and self.period.days:
@@ -361,6 +363,7 @@ class Setup:
             "longitude": getattr(site, "longitude", None),
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
+            "sun_disc_deg": RADIUS if self.options.disc else None,
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),

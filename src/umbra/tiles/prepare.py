@@ -169,6 +169,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
+    if options.disc:
+        msg = "the sun's disc is not judged in tiles; leave disc= or tiles= out"
+        raise InputError(msg, option="disc")
     told = next((one.name for one in options.measures if one.by_caster), None)
     if told is not None:
         msg = f"{told} is not found in tiles; leave it or tiles= out"
