@@ -22,11 +22,14 @@ if TYPE_CHECKING:
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
+    from umbra.calls.sun_access import sun_access
     from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
     from umbra.readers import read
+    from umbra.rules.catalogue import list_rules
+    from umbra.rules.read import read_rule
     from umbra.scene import (
         Camera,
         Image,
@@ -71,12 +74,14 @@ _HOMES = {
     "draw_vectors": "umbra.calls.vectors",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
+    "list_rules": "umbra.rules.catalogue",
     "make_camera": "umbra.calls.arguments",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "read": "umbra.readers",
+    "read_rule": "umbra.rules.read",
     "render": "umbra.calls.picture",
     "shadow_polygons": "umbra.calls.counts",
     "shadow_study": "umbra.calls.study",
@@ -84,6 +89,7 @@ _HOMES = {
     "sky_view": "umbra.calls.sky",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
+    "sun_access": "umbra.calls.sun_access",
     "sun_light": "umbra.sun",
     "volume_light": "umbra.scene",
 }
@@ -111,12 +117,14 @@ __all__ = [
     "draw_vectors",
     "find_site",
     "find_sun",
+    "list_rules",
     "make_camera",
     "make_image",
     "make_scene",
     "point_light",
     "pose",
     "read",
+    "read_rule",
     "render",
     "shadow_polygons",
     "shadow_study",
@@ -124,6 +132,7 @@ __all__ = [
     "sky_view",
     "sphere_light",
     "spot_light",
+    "sun_access",
     "sun_light",
     "volume_light",
 ]

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["StudyOptions"]
 
+_OF_AREAS = ("areas", "areas_on", "least")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 
@@ -81,6 +82,11 @@ class StudyOptions(ReceiverOptions):
         "any", "Also write the hours of sun that last this long at a time; implies --spells.",
         metavar="DURATION",
     )  # fmt: skip
+    disc: bool = _results(
+        "flag", "Weigh each step by the share of the sun's disc (0.2666 degrees radius) that is "
+        "seen, instead of its middle alone; and write its first and last contact.",
+        default=False,
+    )  # fmt: skip
     masks: bool = _results(
         "flag", "Also write which cells are in shadow at each step.", default=False
     )
@@ -111,6 +117,23 @@ class StudyOptions(ReceiverOptions):
             points, names = read_points(self.points)
             object.__setattr__(self, "points", points)
             object.__setattr__(self, "names", self.names or tuple(names))
+        self._check_areas()
+
+    def _check_areas(self) -> None:
+        """Read a file of areas; check what they are judged on, and the least sun."""
+        from umbra.study.compare import read_hours  # noqa: PLC0415  (the help needs none)
+
+        if self.areas is None:
+            for name, default in (("areas_on", "ground"), ("least", "2h")):
+                if getattr(self, name) != default:
+                    msg = f"{name}= is about areas; give areas='FILE', or leave it out"
+                    raise InputError(msg, option=name)
+            return
+        from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+
+        object.__setattr__(self, "areas", check_areas(self.areas))
+        AreaLevel.of(self.areas_on)
+        read_hours(self.least, "least")
 
     def _check_receivers(self) -> None:
         """Refuse options of other receivers; require the options that these receivers need."""
@@ -185,6 +208,7 @@ class StudyOptions(ReceiverOptions):
         if self.asks_hours:
             return
         taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
+        taken |= {name for one in self.measures for name in one.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
             if is_other and getattr(self, name) != default:
@@ -214,7 +238,17 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
+        self._check_disc()
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
+
+    def _check_disc(self) -> None:
+        """Refuse what is of the sun's middle alone beside its disc."""
+        others = ("by", "who", "proposed", "spells", "exact", "min_spell", "masks", "canopy")
+        wrong = [name for name in others if getattr(self, name)]
+        if self.disc and wrong:
+            msg = f"disc= counts hours and contacts; {wrong[0]}= is of the sun's middle, leave it "
+            msg += "or disc= out"
+            raise InputError(msg, option="disc")
 
     @cached_property
     def kind(self) -> "ReceiverKind":
@@ -248,5 +282,6 @@ class StudyOptions(ReceiverOptions):
             for name, said, default in list_options(self)
             if said.heading in ({"Results"} if measures else {"Results", "Measures"})
             or (said.receivers and kind not in said.receivers)
+            or (name in _OF_AREAS and kind != "areas")
         }
         return replace(self, **{**dropped, "receivers": receivers, **changes})

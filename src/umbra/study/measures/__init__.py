@@ -3,7 +3,7 @@ Measures: what a study can be asked, each in one file.
 
     measure.py   what a measure is                  Measure, Quantity, Asked
     hours.py     hours of sun and shadow            sun_hours, shadow_hours
-    sky.py       the sky before a receiver          sky_view_factor, sky_component
+    sky.py       the sky before a receiver          sky_view_factor, sky_component, sky_blocked_by
     probable.py  probable sun of a year             probable_sun_hours, ..._share
     weather.py   a weather file's sun and sky       sunshine_hours, irradiation, irradiation_...
 
@@ -17,7 +17,7 @@ from umbra.registry import Registry
 from umbra.study.measures.measure import Asked, Measure, Quantity, guard
 
 __all__ = [
-    "HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "find_quantity", "guard",
+    "HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "guard",
 ]  # fmt: skip
 
 HOURS = ("sun_hours", "shadow_hours")
@@ -33,6 +33,7 @@ MEASURES: Registry[Measure] = Registry(
         "shadow_hours": f"{_PLACE}.hours:ShadowHours",
         "sky_view_factor": f"{_PLACE}.sky:SkyViewFactor",
         "sky_component": f"{_PLACE}.sky:SkyComponent",
+        "sky_blocked_by": f"{_PLACE}.sky:SkyBlockedBy",
         "probable_sun_hours": f"{_PLACE}.probable:ProbableSunHours",
         "probable_sun_share": f"{_PLACE}.probable:ProbableSunShare",
         "winter_probable_sun_share": f"{_PLACE}.probable:WinterProbableSunShare",
@@ -72,9 +73,3 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
                 )
                 raise InputError(msg, option="measure")
     return found
-
-
-def find_quantity(name: str) -> Quantity | None:
-    """Return the variable of a name among those of the measures asked for so far."""
-    each = (one for measure in MEASURES.loaded.values() for one in measure.quantities)
-    return next((one for one in each if one.name == name), None)

@@ -15,6 +15,9 @@ __all__ = ["sum_up", "tell_answers"]
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
 
+_MOST = 4
+"""Casters that a line tells."""
+
 
 def sum_up(study: Study) -> dict[str, Any]:
     """
@@ -67,6 +70,11 @@ def tell_answers(study: Study) -> list[str]:
             lines.append(f"and {len(dates) - _MOST_DATES} more dates (--json has the hours of all)")
     for one in study.quantities:
         figures = _find_figures(study, one)
+        if one.per and "of" in figures:
+            takers = sorted(figures["of"].items(), key=lambda item: -item[1])[:_MOST]
+            shown = ", ".join(f"{name} {one.show(mean)}" for name, mean in takers)
+            lines.append(f"{one.long_name}, in the mean: {shown}")
+            continue
         if counted is None or figures["mean"] is None:
             continue
         mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
@@ -117,6 +125,10 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
     figures: dict[str, Any] = {"unit": one.unit, "mean": None, "least": None, "most": None}
     if counted is None or not counted.which.any():
         return figures
+    if one.per:
+        names = np.asarray(study.more[one.per][1]).tolist()
+        each = {name: counted.average(row) for name, row in zip(names, values, strict=True)}
+        return {"unit": one.unit, "of": each}
     known = values[counted.which]
     least, most = float(known.min()), float(known.max())
     return {**figures, "mean": counted.average(values), "least": least, "most": most}
