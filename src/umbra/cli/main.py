@@ -22,6 +22,7 @@ COMMANDS = {
     "bench": "Measure umbra against its peers.",
     "doctor": "Show which devices work on this machine.",
     "inspect": "Show what a file contains.",
+    "prove": "Judge gardens, windows and flats by cited rules, and write the sheet.",
     "render": "Draw a picture with exact shadows.",
     "rules": "List the rules that a proposal is judged by, or print one.",
     "sky": "Show the sky above a place, and what obstructs it.",

@@ -41,8 +41,10 @@ class Finding:
     outcome : Outcome
     because : str
         Receiver that decides for a group; how many decide for a share.
-    members : tuple of int
-        Indices of the receivers.
+    members : tuple of str
+        Names of the receivers.
+    of : str
+        Kind of the receivers.
     variants : tuple of str
         Variants of the rule that it holds for.
     """
@@ -53,7 +55,8 @@ class Finding:
     where: str
     outcome: Outcome
     because: str = ""
-    members: tuple[int, ...] = ()
+    members: tuple[str, ...] = ()
+    of: str = ""
     variants: tuple[str, ...] = ()
 
     @property
@@ -245,6 +248,7 @@ def _judge_condition(
     needs = NO_PROPOSAL if condition.needs_before and not has_before else ""
     reads_before = has_before and (condition.needs_before or not condition.has_limit)
     values = measure(condition, sunlight, has_before=reads_before)
+    sunlight.keep_line(condition, values)
     return [
         [judge_value(condition, one, k, needs) for k in range(len(sunlight.subjects))]
         for one in values
@@ -276,7 +280,8 @@ def _list_findings(
             because = subjects.names[decides] if kind == requirement.of_each else ""
             findings.append(
                 Finding(rule=rule, check=requirement.name, kind=kind, where=where, outcome=outcome,
-                        because=because, members=tuple(members))
+                        because=because, members=tuple(subjects.names[k] for k in members), of=subjects.kind,
+                        )
             )  # fmt: skip
     return findings
 

@@ -1,7 +1,7 @@
 """Sun at each moment on the samples of what is judged: before, after, or by the proposal alone."""
 
 import datetime as dt
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -107,10 +107,13 @@ class SunlightOf:
     ----------
     model : Model
     subjects : Subjects
+    lines : dict
+        Of a limit in hours and a date, the hours of each sample of areas, (n,) [h].
     """
 
     model: Model
     subjects: Subjects
+    lines: dict[tuple[float, str], NDArray[np.float64]] = field(default_factory=dict)
     _studies: dict[Any, Study] = field(default_factory=dict)
 
     def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
@@ -128,6 +131,14 @@ class SunlightOf:
         assert masks is not None
         for day, date in enumerate(period.days):
             yield _cut_day(period, masks, day, date)
+
+    def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:
+        """Keep the hours at the samples of areas, on which a drawing rules the limit's line."""
+        amount = condition.at_most if condition.at_least is None else condition.at_least
+        for one in values:
+            has_line = self.subjects.kind in {"areas", "band"} and one.hours is not None and amount
+            if has_line and one.date and one.date[0] is not None:
+                self.lines[float(amount or 0.0), f"{one.date[0]}"] = one.hours
 
     def _count(self, condition: Condition, which: str) -> Study:
         time = {
