@@ -1,7 +1,7 @@
 """``umbra.prove``: verdicts by rules, and the sheet that an office hands in."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from umbra.scene import Scene
 from umbra.study.setup import settle_ground
 from umbra.sun import Site
 from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
+from umbra.verdicts.judge import spell_out
 
 __all__ = ["Proof", "make_proof", "prove"]
 
@@ -108,8 +109,8 @@ def prove(
     rules : str, path, or several
         Names of ``umbra.list_rules``, ``NAME:VARIANT``, or files.
     **options
-        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``, ``cast``,
-        ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``, ``sunshine``,
+        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``,
+        ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``, ``sunshine``,
         ``threads``; and of the sheet ``title``, ``project``, ``author``, ``number``, ``logo``,
         ``paper``.
 
@@ -125,7 +126,7 @@ def prove(
 
     Examples
     --------
-    >>> proof = umbra.prove(scene, site, "tno-light", windows="windows.csv")  # doctest: +SKIP
+    >>> proof = umbra.prove(scene, site, "tno-light", windows="w.csv")  # doctest: +SKIP
     >>> proof.verdict  # doctest: +SKIP
     'pass'
     """
@@ -144,9 +145,13 @@ def prove(
 
 
 def make_proof(
-    scene: Scene, site: Site, options: ProofOptions, rules: list[list[Rule]] | None = None
+    scene: Scene,
+    site: Site,
+    options: ProofOptions,
+    rules: list[list[Rule]] | None = None,
+    spell: Callable[[str], str] = str,
 ) -> Proof:
-    """Judge a model by rules, with the options of a record."""
+    """Judge a model by rules, with the options of a record; ``spell`` writes options' names."""
     if rules is None:
         rules = read_rules_of(options)
     study = take_study_options(options)
@@ -161,8 +166,8 @@ def make_proof(
         model, areas=options.areas, windows=options.windows, plot=options.plot,
         areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
-    verdicts = judge_rules(gathered, rules)
-    notes = tuple(dict.fromkeys([*gathered.notes, *ground.notes]))
+    verdicts = spell_out(judge_rules(gathered, rules), spell)
+    notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes))))
     return Proof(verdicts, gathered, options, notes)
 
 

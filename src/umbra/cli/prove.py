@@ -44,7 +44,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
 
     \b
     Examples:
-    umbra prove quarter.city.json house.ifc --proposed house.ifc --areas gardens.geojson \\
+    umbra prove quarter.city.json house.ifc --proposed house --areas gardens.geojson \\
       --rules bre-209-gardens --out proof
     umbra prove tower.obj --plot plot.geojson --rules japan-56-2:4m-4h --out proof
     """  # noqa: D301  (click asks for a real backspace)
@@ -67,7 +67,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         site = find_model_site(scene, say)
         stages.show_scene(scene)
         stages.begin("judging")
-        proof = make_proof(scene, site, options, rules)
+        proof = make_proof(scene, site, options, rules, write_for_shell)
         for note in proof.notes:
             say(f"note: {note}")
         stages.begin("drawing and writing")

@@ -98,9 +98,12 @@ class Condition:
     def needs_before(self) -> bool:
         """Whether it compares with what stands without the proposal."""
         limits = (self.ratio_to_before, self.loss_at_most)
-        return self.measure in {"hours_lost", "new_shadow_hours", "new_shadow_share"} or any(
-            limit is not None for limit in limits
-        )
+        return not self.has_value_alone or any(limit is not None for limit in limits)
+
+    @property
+    def has_value_alone(self) -> bool:
+        """Whether its measure has a value without a proposal."""
+        return self.measure not in {"hours_lost", "new_shadow_hours", "new_shadow_share"}
 
     @property
     def has_limit(self) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.rules.record import Condition
-from umbra.scene import Scene
+from umbra.scene import Mesh, Part, Scene, make_scene
 from umbra.study import run
 from umbra.study.accumulators.hours import Masks
 from umbra.study.options import StudyOptions
@@ -22,7 +22,7 @@ from umbra.verdicts.subjects import Subjects
 
 __all__ = ["Model", "SunDay", "SunlightOf"]
 
-CAST = ("after", "before", "proposed")
+_DEEP = 1000.0  # below all that is judged [m]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -108,12 +108,12 @@ class SunlightOf:
     model : Model
     subjects : Subjects
     lines : dict
-        Of a limit in hours and a date, the hours of each sample of areas, (n,) [h].
+        Of a limit in hours, its measure and a date, the hours of each sample of areas, (n,) [h].
     """
 
     model: Model
     subjects: Subjects
-    lines: dict[tuple[float, str], NDArray[np.float64]] = field(default_factory=dict)
+    lines: dict[tuple[float, str, str], NDArray[np.float64]] = field(default_factory=dict)
     _studies: dict[Any, Study] = field(default_factory=dict)
 
     def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
@@ -138,7 +138,7 @@ class SunlightOf:
         for one in values:
             has_line = self.subjects.kind in {"areas", "band"} and one.hours is not None and amount
             if has_line and one.date and one.date[0] is not None:
-                self.lines[float(amount or 0.0), f"{one.date[0]}"] = one.hours
+                self.lines[float(amount or 0.0), condition.measure, f"{one.date[0]}"] = one.hours
 
     def _count(self, condition: Condition, which: str) -> Study:
         time = {
@@ -175,11 +175,19 @@ class SunlightOf:
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
-        asked = StudyOptions(
-            receivers="points", points=np.hstack([given.points, normals]), **kept,
-            **model.choose_casters(which), **more,
-        )  # fmt: skip
-        return run(model.scene, model.site, asked)
+        casters, scene = model.choose_casters(which), model.scene
+        if not scene.select(casters["cast"], casters["no_cast"]):
+            scene, casters, kept = _make_empty(given.points), {}, {"threads": options.threads}
+        points = np.hstack([given.points, normals])
+        asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
+        return run(scene, model.site, asked)
+
+
+def _make_empty(points: NDArray[np.float64]) -> Scene:
+    """Return a scene in which nothing shades some points: a study needs a caster."""
+    low = points.min(0) - (0.0, 0.0, _DEEP)
+    corners = low + np.array([(0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), (0.0, 1e-3, 0.0)])
+    return make_scene([Part("nothing", "", Mesh(corners, np.array([[0, 1, 2]], np.int32)))])
 
 
 def _cut_day(period: Period, masks: Masks, day: int, date: dt.date) -> SunDay:

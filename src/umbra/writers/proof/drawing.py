@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.ground.level import TERRAIN
 from umbra.packages import need
+from umbra.rules.words import MEASURES, tell_hours
 from umbra.verdicts.gather import Gathered
 from umbra.verdicts.judge import RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
@@ -17,8 +18,8 @@ from umbra.verdicts.sunlight import SunlightOf
 
 __all__ = ["COLORS", "Drawing", "make_drawing"]
 
-COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94"}
-TINTS = {PASS: "#cfe8df", FAIL: "#f6d3c8", UNKNOWN: "#e2e2e6"}
+COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
+TINTS = {PASS: "#cfe8df", FAIL: "#f6d3c8", UNKNOWN: "#e2e2e6", "": "#dbe4f0"}
 _WORST = {PASS: 0, UNKNOWN: 1, FAIL: 2}
 _MOST_TRIANGLES = 400_000
 _FINE = 160  # squares across an area for its lines
@@ -37,7 +38,7 @@ class Drawing:
         xmin, ymin, xmax, ymax of what is judged.
     buildings, proposal : list of (n, 2) float64
         Outlines from above.
-    shapes : list of (rings, verdict, name)
+    shapes : list of (rings, verdict, name); no verdict where rules only report
         Of areas and bands.
     windows : list of (x, y, azimuth in plan, verdict, name)
     lines : list of (polylines, label)
@@ -68,7 +69,7 @@ def make_drawing(gathered: Gathered, verdicts: Sequence[RuleVerdict]) -> Drawing
         plan = subjects.points[:, :2]
         if subjects.kind in {"areas", "band"}:
             for area in subjects.records:
-                verdict = worst.get((subjects.kind, area.name), UNKNOWN)
+                verdict = worst.get((subjects.kind, area.name), "")
                 drawing.shapes.append((_list_rings(shapely, area.polygon), verdict, area.name))
             drawing.lines += _trace(shapely, sunlight)
             near = plan if subjects.kind == "areas" else plan[:0]
@@ -80,8 +81,8 @@ def make_drawing(gathered: Gathered, verdicts: Sequence[RuleVerdict]) -> Drawing
                 toward = subjects.normals[starts[k]]
                 azimuth = math.degrees(math.atan2(toward[0], toward[1]))
                 is_up = not np.isfinite(toward).all() or abs(toward[2]) > 0.99
-                known = worst.get((kind, name))
-                if known is not None:
+                known = worst.get((kind, name), "")
+                if kind == "windows" or known:
                     spot = (float(x), float(y), math.nan if is_up else azimuth, known, name)
                     if spot not in drawing.windows:
                         drawing.windows.append(spot)
@@ -94,10 +95,12 @@ def make_drawing(gathered: Gathered, verdicts: Sequence[RuleVerdict]) -> Drawing
 
 
 def _find_worst(verdicts: Sequence[RuleVerdict]) -> dict[tuple[str, str], str]:
-    """Return the worst verdict of each receiver."""
+    """Return the worst verdict of each receiver, of rules that ask for something."""
     worst: dict[tuple[str, str], str] = {}
     for verdict in verdicts:
         for finding in verdict.findings:
+            if finding.outcome.value is not None and finding.outcome.limit is None:
+                continue  # it only reports
             for name in finding.members:
                 key = (finding.of, name)
                 if _WORST[finding.verdict] >= _WORST[worst.get(key, PASS)]:
@@ -118,10 +121,8 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[tuple[list[NDArray], str]
     from contourpy import contour_generator  # noqa: PLC0415
     from scipy.interpolate import griddata  # noqa: PLC0415
 
-    from umbra.rules.words import tell_hours  # noqa: PLC0415
-
     subjects, found = sunlight.subjects, []
-    for (limit, date), hours in sunlight.lines.items():
+    for (limit, measure, date), hours in sunlight.lines.items():
         lines: list[NDArray] = []
         for k, area in enumerate(subjects.records):
             mine = subjects.owner == k
@@ -142,7 +143,7 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[tuple[list[NDArray], str]
                 if shapely.get_type_id(part) == 1
             ]
         if lines:
-            found.append((lines, f"{tell_hours(limit)} on {date}"))
+            found.append((lines, f"{tell_hours(limit)} of {MEASURES[measure].words}, {date}"))
     return found
 
 

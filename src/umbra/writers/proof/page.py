@@ -16,7 +16,8 @@ body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c22; margin: 0 auto; max
 header { border-bottom: 2px solid #1c1c22; margin-bottom: 1rem; }
 h1 { font-size: 1.5rem; margin: 0 0 .2rem; } h2 { font-size: 1.1rem; margin: 2rem 0 .2rem; }
 header dl { display: flex; flex-wrap: wrap; gap: .2rem 1.5rem; margin: .3rem 0 .8rem; }
-header dl div { display: flex; gap: .4rem; } header dt, .remark, figcaption { color: #5a5a64; }
+header dl div { display: flex; gap: .4rem; }
+header dt, .remark, figcaption { color: #5a5a64; }
 header dd { margin: 0; } header img { max-height: 4rem; float: right; }
 ul.verdicts { list-style: none; padding: 0; }
 ul.verdicts li { border-left: 6px solid var(--unknown); padding: .15rem .8rem; margin: .6rem 0; }

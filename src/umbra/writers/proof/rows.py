@@ -16,8 +16,8 @@ __all__ = [
 
 COLUMNS = (
     "rule", "title", "edition", "source", "standing", "variant", "check", "receiver", "name",
-    "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before", "close",
-    "wanted", "because", "first_sun", "last_sun", "needs",
+    "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
+    "close", "wanted", "because", "first_sun", "last_sun", "needs",
 )  # fmt: skip
 _NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "flat"}
 
@@ -128,32 +128,34 @@ def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for one in sorted(verdict.findings, key=lambda one: (_ORDER[one.verdict], one.outcome.slack)):
         outcome = one.outcome
-        note = outcome.needs or ("close to the limit" if outcome.is_close else "")
         first, last = _tell_time(outcome.first, zone), _tell_time(outcome.last, zone)
-        if outcome.before is not None:
-            before = outcome.before
-            unit = outcome.unit if outcome.unit != "1" else ""
-            if unit:
-                note = "; ".join(filter(None, (f"{tell_amount(before, unit)} before", note)))
-        if outcome.level:
-            note = "; ".join(filter(None, (f"level {outcome.level}", note)))
-        if one.because and one.kind != "areas":
-            note = "; ".join(filter(None, (f"by {one.because}", note)))
+        notes = [
+            f"level {outcome.level}" if outcome.level else "",
+            f"by {one.because}" if one.because else "",
+            "close to the limit" if outcome.is_close else "",
+            outcome.needs,
+        ]
+        before = None if outcome.unit == "1" else outcome.before
         rows.append((
-            one.where, str(outcome.date or ""), tell_value(outcome),
+            one.where, str(outcome.date or ""),
+            "" if before is None else tell_amount(before, outcome.unit), tell_value(outcome),
             "" if outcome.limit is None else tell_amount(outcome.limit, outcome.unit),
             "" if outcome.margin is None else _sign(outcome.margin, outcome.unit),
-            f"{first} to {last}" if first and outcome.unit == "h" else "", outcome.verdict, note,
+            f"{first} to {last}" if first and outcome.unit == "h" else "", outcome.verdict,
+            "; ".join(filter(None, notes)),
         ))  # fmt: skip
     return rows
 
 
-SHOWN = ("name", "date", "value", "limit", "margin", "from, to", "verdict", "remark")
+SHOWN = (
+    "name", "date", "before", "value", "limit", "margin", "from, to", "verdict", "remark",
+)  # fmt: skip
 _ORDER = {FAIL: 0, UNKNOWN: 1, PASS: 2}
 
 
 def _sign(value: float, unit: str) -> str:
-    return f"{'\u2212' if value < 0 else '+'}{tell_amount(abs(value), unit)}"
+    sign = "\u2212" if value < 0 else "+"
+    return sign + tell_amount(abs(value), unit)
 
 
 def sum_up(verdicts: Sequence[RuleVerdict], zone: str) -> list[dict[str, Any]]:

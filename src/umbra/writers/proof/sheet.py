@@ -311,7 +311,7 @@ class _Pen:
 
     def name(self, ring: NDArray, text: str, color: str) -> None:
         """Write an area's name in it, or at the middle of its upper side."""
-        spots = self.put(ring)
+        spots = self.put(ring[:-1])
         spot = spots.mean(0)
         if self.holds(spot, 0.1):
             self.paper.write(spot[0], spot[1], _fit(text, 7.0, 2.2), 7.0, color=color, ha="center",
@@ -331,7 +331,7 @@ def _draw_key(
 ) -> None:  # fmt: skip
     """Draw the scale bar, and what colours and lines mean."""
     x, y = box[0] + 0.15, box[1] + 0.14
-    entries = [(word, COLORS[word]) for word in COLORS]
+    entries = [(word, COLORS[word]) for word in COLORS if word]
     used = {verdict for _, verdict, _ in drawing.shapes} | {one[3] for one in drawing.windows}
     items: list[tuple[str, str, str]] = [
         ("box", word, color) for word, color in entries if word in used
@@ -340,7 +340,7 @@ def _draw_key(
         items.append(("box", "proposal", "#f3e3b5"))
     if drawing.boundary:
         items.append(("line", "plot", "#7a4fa3"))
-    items += [("line", f"{label} of sun or shadow", INK) for _, label in drawing.lines[:3]]
+    items += [("line", label, INK) for _, label in drawing.lines[:2]]
     length = next(one for one in _NICE if one * factor >= 0.8)
     room = length * factor
     whole = 0.3 + room + 1.3 + sum(0.4 + measure(text, SMALL) for _, text, _ in items)
@@ -466,7 +466,8 @@ def _find_widths(table: TableOf, room: float) -> list[float]:
     for k, name in enumerate(table.columns):
         texts = [name, *(row[k] for row in table.rows)]
         longest = max(texts, key=len)
-        wanted.append(min(measure(longest, SMALL), 2.4) + 0.15)
+        weight = "bold" if name == "verdict" else "normal"
+        wanted.append(min(measure(longest, SMALL, weight), 2.4) + 0.15)
     spare = room - sum(wanted[:-1])
     return [*wanted[:-1], max(spare, 1.2)]
 
