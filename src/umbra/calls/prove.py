@@ -110,9 +110,9 @@ def prove(
         Names of ``umbra.list_rules``, ``NAME:VARIANT``, or files.
     **options
         ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``,
-        ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``, ``sunshine``,
-        ``threads``; and of the sheet ``title``, ``project``, ``author``, ``number``, ``logo``,
-        ``paper``.
+        ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``,
+        ``sunshine``, ``threads``; and of the sheet ``title``, ``project``, ``author``,
+        ``number``, ``logo``, ``paper``.
 
     Returns
     -------

@@ -10,7 +10,7 @@ from umbra.writers.proof.sheet import TableOf, Titles
 __all__ = ["make_page"]
 
 _STYLE = """
-:root { --pass: #1f7a60; --fail: #c23a1a; --unknown: #6a6a74; color-scheme: light; }
+:root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c22; margin: 0 auto; max-width: 70rem;
   padding: 1.5rem; }
 header { border-bottom: 2px solid #1c1c22; margin-bottom: 1rem; }
@@ -20,17 +20,17 @@ header dl div { display: flex; gap: .4rem; }
 header dt, .remark, figcaption { color: #5a5a64; }
 header dd { margin: 0; } header img { max-height: 4rem; float: right; }
 ul.verdicts { list-style: none; padding: 0; }
-ul.verdicts li { border-left: 6px solid var(--unknown); padding: .15rem .8rem; margin: .6rem 0; }
-ul.verdicts li.pass { border-color: var(--pass); } ul.verdicts li.fail { border-color: var(--fail); }
+ul.verdicts li { border-left: 6px solid #6a6a74; padding: .15rem .8rem; margin: .6rem 0; }
+ul.verdicts li.pass { border-color: #1f7a60; } ul.verdicts li.fail { border-color: #c23a1a; }
 figure { margin: 1rem 0; } figure img { width: 100%; border: 1px solid #d0d0d6; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { text-align: left; padding: .25rem .7rem .25rem 0; border-bottom: 1px solid #e2e2e6;
   vertical-align: top; }
 th { color: #5a5a64; font-weight: normal; border-color: #8c8c96; white-space: nowrap; }
-td.pass { color: var(--pass); font-weight: 600; }
-td.fail { color: var(--fail); font-weight: 600; }
-td.unknown { color: var(--unknown); font-weight: 600; }
+td.pass { color: #1f7a60; font-weight: 600; }
+td.fail { color: #c23a1a; font-weight: 600; }
+td.unknown { color: #6a6a74; font-weight: 600; }
 dl.facts { display: grid; grid-template-columns: minmax(8rem, 14rem) 1fr; gap: .3rem 1rem; }
 dl.facts dt { color: #5a5a64; }
 dl.facts dd { margin: 0; overflow-wrap: anywhere; white-space: pre-line; }
