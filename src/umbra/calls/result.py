@@ -12,6 +12,7 @@ import numpy as np
 
 from umbra.errors import InputError, find_similar
 from umbra.packages import need
+from umbra.registry import take_notes
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
@@ -254,10 +255,10 @@ class ShadowStudy:
         ------
         InputError
             If a format is unknown, is not for such receivers, or needs a package that is
-            not installed.
+            not installed; or, when all else is written, if a package's output fails.
         """
         from umbra.writers.folder import Outputs  # noqa: PLC0415
-        from umbra.writers.folder.write import note_earlier, write_study  # noqa: PLC0415
+        from umbra.writers.folder.write import note_earlier, raise_failures, write_study  # noqa: PLC0415
 
         outputs = Outputs(
             formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
@@ -265,8 +266,15 @@ class ShadowStudy:
         )  # fmt: skip
         if rules:
             self._tell_panes()
-        written = write_study(self.result, folder, outputs, self.options)
-        note_earlier(written, lambda line: warnings.warn(line, stacklevel=4))
+        written, failures = write_study(self.result, folder, outputs, self.options)
+
+        def warn(line: str) -> None:
+            warnings.warn(line, stacklevel=4)
+
+        for note in take_notes():
+            warnings.warn(note, stacklevel=2)
+        note_earlier(written, warn)
+        raise_failures(failures, warn)
         return written
 
     def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":

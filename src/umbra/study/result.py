@@ -1,5 +1,6 @@
 """A study's result, and what its files and pictures are made from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -165,7 +166,7 @@ class Study:
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the result as a dataset, as ``study.nc`` reads back."""
-        return make_dataset(self.variables(), self.facts)
+        return make_dataset(self.variables(), self.facts, self.quantities)
 
 
 class SunHours:
@@ -206,9 +207,13 @@ def time_variables(period: Period) -> Variables:
     }
 
 
-def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
+def make_dataset(
+    variables: Variables, facts: dict[str, object], quantities: Sequence[Quantity] = ()
+) -> "xr.Dataset":
     """
     Make an xarray.Dataset of arrays and attributes; unpack packed masks.
+
+    ``quantities`` are the variables of the study's measures.
 
     Raises
     ------
@@ -233,7 +238,7 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
             array = array.copy()
         if array.dtype.kind == "M":
             array = array.astype("datetime64[ns]")
-        arrays[name] = (dims, array, find_attributes(name, dates))
+        arrays[name] = (dims, array, find_attributes(name, dates, quantities))
     return xr.Dataset(arrays, attrs=facts)
 
 
