@@ -206,6 +206,8 @@ class Rule:
         The variant that was chosen, or that these requirements are of; empty without variants.
     about_variant : str
     requirements : tuple of Requirement
+    is_first_format : bool
+        Whether the file is of format 1.
     text : str
         The file.
     """
@@ -225,6 +227,7 @@ class Rule:
     variant: str = ""
     about_variant: str = ""
     requirements: tuple[Requirement, ...] = ()
+    is_first_format: bool = False
     text: str = field(default="", repr=False)
 
 

@@ -18,6 +18,7 @@ from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.verdicts.dates import settle_dates
+from umbra.verdicts.moments import find_windows, follows_clock
 from umbra.verdicts.subjects import Subjects
 
 __all__ = ["Model", "SunDay", "SunlightOf"]
@@ -97,6 +98,12 @@ class SunDay:
             },
         )
 
+    def trim(self, first: int, last: int) -> "SunDay":
+        """Return the steps between two instants [us since 1970], those at the ends cut."""
+        kept = self.pick((self.ends > first) & (self.starts < last))
+        starts, ends = np.maximum(kept.starts, first), np.minimum(kept.ends, last)
+        return replace(kept, starts=starts, ends=ends, hours=(ends - starts) / 3.6e9)
+
 
 @dataclass(eq=False)
 class SunlightOf:
@@ -129,8 +136,12 @@ class SunlightOf:
         study = self._count(condition, which)
         period, masks = study.period, study.masks
         assert masks is not None
+        windows = None
+        if not follows_clock(condition):
+            windows = find_windows(condition, period.days, self.model.site)
         for day, date in enumerate(period.days):
-            yield _cut_day(period, masks, day, date)
+            whole = _cut_day(period, masks, day, date)
+            yield whole if windows is None else whole.trim(*windows[day])
 
     def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:
         """Keep the hours at the samples of areas, on which a drawing rules the limit's line."""
@@ -141,12 +152,13 @@ class SunlightOf:
                 self.lines[float(amount or 0.0), condition.measure, f"{one.date[0]}"] = one.hours
 
     def _count(self, condition: Condition, which: str) -> Study:
+        # Hours by the sun or another clock are cut out of whole days, which rules share.
+        hours = (condition.start, condition.end) if follows_clock(condition) else ("00:00", "24:00")
         time = {
-            "date": settle_dates(condition, self.model.year),
-            "start": condition.start,
-            "end": condition.end,
+            "date": settle_dates(condition, self.model.year, self.model.site.zone),
+            "start": hours[0],
+            "end": hours[1],
             "every": condition.every,
-            **({"clock": condition.clock} if condition.clock != "local" else {}),
         }
         key = (which, *map(str, time.values()))
         if key not in self._studies:

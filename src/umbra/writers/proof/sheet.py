@@ -1,10 +1,8 @@
 """The sheets of a proof on A3 or A4: verdicts and plan with a title block, then tables."""
 
 import datetime as dt
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +10,8 @@ from numpy.typing import NDArray
 from umbra.version import __version__
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure, wrap
 from umbra.writers.plan import DOTS_PER_INCH
-from umbra.writers.proof.drawing import COLORS, TINTS, Drawing
+from umbra.writers.proof.drawing import COLORS, Drawing
+from umbra.writers.proof.pen import draw_plan, fit
 
 __all__ = ["SIZES", "Sheets", "TableOf", "Titles", "draw_sheets"]
 
@@ -20,9 +19,6 @@ SIZES = {"a3": (16.54, 11.69), "a4": (11.69, 8.27)}
 """Landscape [inch]."""
 _MARGIN, _BLOCK = 0.45, 0.95  # of the page; height of the title block [inch]
 _LINE = 0.155  # between lines of small type [inch]
-_SCALES = (50, 100, 200, 250, 500, 1000, 2000, 2500, 5000, 10_000, 20_000, 25_000, 50_000)
-_METRE = 39.3701  # [inch]
-_MOST_NAMES = 60  # windows with names
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,14 +86,14 @@ def draw_sheets(
         _MARGIN + column, _MARGIN + _BLOCK + 0.15, width - 2 * _MARGIN - column,
         height - 2 * _MARGIN - _BLOCK - 0.15,
     )  # fmt: skip
-    _draw_plan(first, box, drawing, true_north)
+    draw_plan(first, box, drawing, true_north)
     flow = _Flow(book)
     for table in tables:
         flow.add_table(table)
     flow.add_facts(facts)
     book.number_pages()
     alone = Leaf(9.0, 7.0)
-    _draw_plan(Paper(alone), (0.05, 0.05, 8.9, 6.9), drawing, true_north)
+    draw_plan(Paper(alone), (0.05, 0.05, 8.9, 6.9), drawing, true_north)
     return Sheets(book.leaves, alone)
 
 
@@ -138,14 +134,14 @@ class _Book:
             (titles.title, 13.0, "bold", top - 0.33), (titles.project, 9.5, "normal", top - 0.58),
         ):  # fmt: skip
             if text:
-                paper.write(x, y, _fit(text, size, room, weight), size, weight=weight)
+                paper.write(x, y, fit(text, size, room, weight), size, weight=weight)
         left = x + room + 0.2
         rows_of = [("author", titles.author), ("number", titles.number), ("date", titles.date)]
         y = top - 0.25
         for name, text in rows_of:
             if text:
                 paper.write(left, y, name, SMALL, color=QUIET)
-                paper.write(left + 0.65, y, _fit(text, SMALL, x1 - left - 0.8), SMALL)
+                paper.write(left + 0.65, y, fit(text, SMALL, x1 - left - 0.8), SMALL)
                 y -= 0.19
         paper.write(x0 + 0.15 if titles.logo is None else x, y0 + 0.1,
                     f"made with umbra {__version__}; the assumptions are part of this sheet",
@@ -161,7 +157,7 @@ class _Book:
             if k > 1:
                 head = " · ".join(filter(None, (self.titles.title, self.titles.project,
                                                 self.titles.number, self.titles.date)))  # fmt: skip
-                paper.write(_MARGIN + 0.15, y, _fit(head, SMALL, self.width - 3), SMALL, **style)
+                paper.write(_MARGIN + 0.15, y, fit(head, SMALL, self.width - 3), SMALL, **style)
 
 
 def _paste_logo(paper: Paper, logo: NDArray[np.uint8], x: float, y: float, high: float) -> None:
@@ -173,13 +169,6 @@ def _paste_logo(paper: Paper, logo: NDArray[np.uint8], x: float, y: float, high:
     white = Image.new("RGBA", (cols, rows), "white")
     small = Image.alpha_composite(white, Image.fromarray(logo)).convert("RGB").resize(size)
     paper.paste(np.asarray(small)[::-1], x, y)
-
-
-def _fit(text: str, size: float, room: float, weight: str = "normal") -> str:
-    """Cut a text to a width."""
-    while len(text) > 1 and measure(text, size, weight) > room:
-        text = text[:-2].rstrip() + "…"
-    return text
 
 
 def _write_sentence(
@@ -194,188 +183,6 @@ def _write_sentence(
     for k, line in enumerate(lines):
         paper.write(x + 0.24, y - 0.12 - 0.18 * k, line, 9.0)
     return low - 0.14
-
-
-def _draw_plan(
-    paper: Paper, box: tuple[float, float, float, float], drawing: Drawing, true_north: float
-) -> None:
-    """Draw the plan at a standard scale, in the middle of a box [inch]."""
-    x0, y0, width, height = box
-    low_x, low_y, high_x, high_y = drawing.frame
-    needed = max((high_x - low_x) * _METRE / width, (high_y - low_y) * _METRE / height)
-    scale = next((one for one in _SCALES if one >= needed), math.ceil(needed))
-    factor = _METRE / scale
-    middle = np.array([(low_x + high_x) / 2, (low_y + high_y) / 2])
-    corner = np.array([x0 + width / 2, y0 + height / 2])
-
-    def put(points: NDArray) -> NDArray:
-        return (np.asarray(points, float) - middle) * factor + corner
-
-    pen = _Pen(paper, box, put)
-    pen.fill(drawing.buildings, "#ececef", "#8c8c96", 0.5)
-    for rings, verdict, _ in drawing.shapes:
-        pen.fill_rings(rings, TINTS[verdict], COLORS[verdict], 1.1)
-    pen.fill(drawing.proposal, "#f3e3b5", "#8a6d1c", 0.9)
-    for lines, _ in drawing.offsets:
-        pen.rule(lines, "#7a4fa3", 0.7, "--")
-    pen.rule(drawing.boundary, "#7a4fa3", 1.2)
-    for lines, label in drawing.lines:
-        pen.rule(lines, INK, 0.9)
-        pen.label(lines, label)
-    for lines, label in drawing.offsets:
-        pen.label(lines, label)
-    names = len(drawing.windows) <= _MOST_NAMES
-    for x, y, azimuth, verdict, name in drawing.windows:
-        pen.mark(x, y, azimuth, COLORS[verdict], verdict, name if names else "")
-    for rings, verdict, name in drawing.shapes:
-        pen.name(rings[0], name, COLORS[verdict])
-    x1, y1 = x0 + width, y0 + height
-    paper.rule([np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])], RULE, 0.5)
-    _draw_key(paper, box, scale, factor, drawing)
-    _draw_north(paper, x1 - 0.4, y1 - 0.5, true_north)
-
-
-class _Pen:
-    """Drawing within a box, in the model's coordinates."""
-
-    def __init__(self, paper: Paper, box: tuple[float, float, float, float], put: Callable) -> None:
-        from matplotlib.patches import Rectangle  # noqa: PLC0415
-
-        self.paper, self.put, self.box = paper, put, box
-        x, y, w, h = box
-        self.clip = Rectangle((x, y), w, h, transform=paper.leaf.dpi_scale_trans)
-        self.taken: list[tuple[float, float]] = []
-
-    def fill(self, polygons: list[NDArray], color: str, edge: str, width: float) -> None:
-        if polygons:
-            shown = [self.put(one) for one in polygons]
-            self.paper.fill(shown, color, edge, width).set_clip_path(self.clip)
-
-    def fill_rings(self, rings: list[NDArray], color: str, edge: str, width: float) -> None:
-        """Fill rings of which the inner are holes."""
-        from matplotlib.collections import PathCollection  # noqa: PLC0415
-        from matplotlib.path import Path  # noqa: PLC0415
-
-        path = Path.make_compound_path(*(Path(self.put(ring), closed=True) for ring in rings))
-        artist = PathCollection(
-            [path], facecolors=color, edgecolors=edge, linewidths=width,
-            transform=self.paper.leaf.dpi_scale_trans,
-        )  # fmt: skip
-        artist.set_clip_path(self.clip)
-        self.paper.leaf.add(artist)
-
-    def rule(self, lines: list[NDArray], color: str, width: float, style: Any = "-") -> None:
-        if lines:
-            artist = self.paper.rule([self.put(line) for line in lines], color, width)
-            artist.set_linestyle(style)
-            artist.set_clip_path(self.clip)
-
-    def label(self, lines: list[NDArray], text: str) -> None:
-        """Write a line's name at its longest piece."""
-        if not lines:
-            return
-        longest = self.put(max(lines, key=len))
-        inside = [spot for spot in longest if self.holds(spot, 0.3)]
-        free = [spot for spot in inside if self.is_free(spot)]
-        if free:
-            spot = free[len(free) // 2]
-            self.taken.append((float(spot[0]), float(spot[1])))
-            self.paper.write(
-                spot[0], spot[1], text, 6.5, ha="center", va="center", halo="#ffffffe0"
-            )
-
-    def mark(self, x: float, y: float, azimuth: float, color: str, verdict: str, name: str) -> None:
-        """Mark a window: a wedge that looks out, filled for pass, hollow for unknown."""
-        spot = self.put(np.array([[x, y]]))[0]
-        if not self.holds(spot, 0.05):
-            return
-        if math.isnan(azimuth):
-            angles = np.radians(np.arange(0, 360, 45))
-            shape = spot + 0.045 * np.stack([np.sin(angles), np.cos(angles)], 1)
-        else:
-            turn = math.radians(azimuth)
-            out, side = (math.sin(turn), math.cos(turn)), (math.cos(turn), -math.sin(turn))
-            shape = spot + np.array([
-                0.11 * np.array(out) + 0.0 * np.array(side), 0.055 * np.array(side),
-                -0.055 * np.array(side),
-            ])  # fmt: skip
-        self.paper.fill([shape], "white" if verdict == "unknown" else color, color, 0.9)
-        if name and self.is_free(spot):
-            self.taken.append((float(spot[0]), float(spot[1])))
-            away = (0.0, -1.0) if math.isnan(azimuth) else out
-            self.paper.write(
-                spot[0] + 0.16 * away[0], spot[1] + 0.16 * away[1], name, 5.5, color=QUIET,
-                ha="left" if away[0] > 0.3 else "right" if away[0] < -0.3 else "center",
-                va="center", halo="#ffffffd0",
-            )  # fmt: skip
-
-    def name(self, ring: NDArray, text: str, color: str) -> None:
-        """Write an area's name in it, or at the middle of its upper side."""
-        spots = self.put(ring[:-1])
-        spot = spots.mean(0)
-        if self.holds(spot, 0.1):
-            self.paper.write(spot[0], spot[1], _fit(text, 7.0, 2.2), 7.0, color=color, ha="center",
-                             va="center", weight="bold", halo="#ffffffe0")  # fmt: skip
-
-    def holds(self, spot: NDArray, margin: float) -> bool:
-        x, y, w, h = self.box
-        return bool(x + margin < spot[0] < x + w - margin and y + margin < spot[1] < y + h - margin)
-
-    def is_free(self, spot: NDArray) -> bool:
-        return all(math.hypot(x - spot[0], y - spot[1]) > 0.28 for x, y in self.taken)
-
-
-def _draw_key(
-    paper: Paper, box: tuple[float, float, float, float], scale: float, factor: float,
-    drawing: Drawing,
-) -> None:  # fmt: skip
-    """Draw the scale bar, and what colours and lines mean."""
-    x, y = box[0] + 0.15, box[1] + 0.14
-    entries = [(word, COLORS[word]) for word in COLORS if word]
-    used = {verdict for _, verdict, _ in drawing.shapes} | {one[3] for one in drawing.windows}
-    items: list[tuple[str, str, str]] = [
-        ("box", word, color) for word, color in entries if word in used
-    ]
-    if drawing.proposal:
-        items.append(("box", "proposal", "#f3e3b5"))
-    if drawing.boundary:
-        items.append(("line", "plot", "#7a4fa3"))
-    items += [("line", label, INK) for _, label in drawing.lines[:2]]
-    length = next(one for one in _NICE if one * factor >= 0.8)
-    room = length * factor
-    whole = 0.3 + room + 1.3 + sum(0.4 + measure(text, SMALL) for _, text, _ in items)
-    back = np.array([(x - 0.1, y - 0.1), (x + whole, y - 0.1), (x + whole, y + 0.22),
-                     (x - 0.1, y + 0.22)])  # fmt: skip
-    paper.fill([back], "#ffffffee", "none")
-    paper.rule([np.array([(x, y + 0.06), (x, y), (x + room, y), (x + room, y + 0.06)])], INK, 0.8)
-    told = f"{length:g} m, 1 : {scale:,.0f}"
-    paper.write(x + room + 0.08, y, told, SMALL)
-    x += room + 0.25 + measure(told, SMALL)
-    for kind, text, color in items:
-        if kind == "box":
-            corner = np.array([(x, y), (x + 0.14, y), (x + 0.14, y + 0.1), (x, y + 0.1)])
-            paper.fill([corner], color, RULE, 0.4)
-        else:
-            paper.rule([np.array([(x, y + 0.05), (x + 0.18, y + 0.05)])], color, 1.0)
-        paper.write(x + 0.22, y, text, SMALL)
-        x += 0.4 + measure(text, SMALL)
-
-
-_NICE = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 10**9)
-
-
-def _draw_north(paper: Paper, x: float, y: float, true_north: float) -> None:
-    turn = math.radians(true_north)
-    out, side = (
-        np.array([math.sin(turn), math.cos(turn)]),
-        np.array([math.cos(turn), -math.sin(turn)]),
-    )
-    middle = np.array([x, y])
-    paper.fill([middle + np.array([0.22 * out, -0.12 * out + 0.09 * side, -0.06 * out,
-                                   -0.12 * out - 0.09 * side])], INK, INK)  # fmt: skip
-    spot = middle + 0.3 * out
-    paper.write(spot[0], spot[1], "N", SMALL, ha="center", va="center", weight="bold",
-                halo="#ffffffe0")  # fmt: skip
 
 
 class _Flow:
@@ -426,7 +233,7 @@ class _Flow:
         remark = wrap(table.remark, SMALL, room) if first and table.remark else []
         paper = self._need(0.9 + _LINE * len(remark))
         words = table.heading if first else f"{table.heading} (continued)"
-        paper.write(left, self.y, _fit(words, 9.5, room, "bold"), 9.5, weight="bold")
+        paper.write(left, self.y, fit(words, 9.5, room, "bold"), 9.5, weight="bold")
         self.y -= 0.2
         for line in remark:
             paper.write(left, self.y, line, SMALL, color=QUIET)
