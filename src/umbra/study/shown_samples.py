@@ -98,7 +98,7 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
         for name, (dims, values) in study.more.items()
         if name in shown
     }
-    others = {"day", "neighbour"}
+    others = {"day", "neighbour", "caster"}
     more |= {name: one for name, one in study.more.items() if others.issuperset(one[0])}
     hours = show("shadow_hours", study.shadow_hours)
     return replace(

@@ -273,7 +273,11 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     from umbra.writers.proof.of_study import write_study_verdicts  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
-    formats = Job(study, job.folder, title, job.say, job.show, outputs.at, job.failures)
+    options = job.options
+    formats = Job(
+        study, job.folder, title, job.say, job.show, outputs.at, job.failures, options.cast,
+        options.no_cast,
+    )  # fmt: skip
     names = own + write_formats(formats, outputs.files)
     tables = []
     if isinstance(outputs.rules, list):
