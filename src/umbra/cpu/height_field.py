@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numba import get_thread_id, njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.sweep import Sweep, bound_counts
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, inner, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -120,7 +120,8 @@ class HeightFieldSweep(Sweep):
         level = self._buffer("level", shape, count_type)
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
-        _sweep(
+        run_shared(
+            len(which), _sweep,
             self.ends, self.caster.weight, found.codes, found.starts, away, which,
             self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
             self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
@@ -141,7 +142,8 @@ class HeightFieldSweep(Sweep):
         planes = self.slopes.planes
         lit = np.zeros(planes.shape[1], np.uint64)
         edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
-        find_lit(planes, np.append(suns, np.zeros((len(suns), 1)), 1), lit, edge_on)
+        lights = np.append(suns, np.zeros((len(suns), 1)), 1)
+        find_lit(planes, lights, lit, edge_on)
         return lit
 
 
@@ -377,15 +379,18 @@ def _add_up(level, weights, sums, cells, face, lit, sun):
             n[c] = 0
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+@njit(cache=True, nogil=True, boundscheck=False)
 def _sweep(
     ends, weight, codes, starts, away, which, heights, lowest, floor, corner, cells, face, lit,
-    level, weights, out, counts, too_deep,
+    level, weights, out, counts, too_deep, taken,
 ):  # fmt: skip
-    """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
+    """Count ``which`` suns as the plane's sweep does, in this thread's buffers."""
     keep = counts.shape[0] == away.shape[0]
-    for q in prange(which.size):
-        t = get_thread_id()
+    t = take_next(taken[1:])
+    while True:
+        q = take_next(taken)
+        if q >= which.size:
+            return
         s = which[q]
         load = np.zeros(heights.shape[0] + 1, np.int64)
         too_deep[s] = _fill(
@@ -393,7 +398,9 @@ def _sweep(
             away[s, 0], away[s, 1], away[s, 2], heights, lowest, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
-            counts[s, :, :] = level[t, : counts.shape[1]]
+            for r in range(counts.shape[1]):
+                for c in range(counts.shape[2]):
+                    counts[s, r, c] = level[t, r, c]
         if keep or too_deep[s]:
             level[t, :, :] = 0
         else:

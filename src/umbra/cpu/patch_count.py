@@ -24,16 +24,15 @@ from umbra.cpu.patch_rims import add_rim, clear, find_runs
 from umbra.cpu.patch_search import find_rims, find_window, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
+    count_blocks,
     find_doubts,
     find_errors,
     find_run,
     is_marked,
     make_patch_work,
-    run_blocks,
-    take_next,
 )
 from umbra.cpu.patches import Patches
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, inlined, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 
@@ -128,7 +127,8 @@ class PatchCounter:
         """Fill in masks, if any; otherwise the sums of weights, given as in ``darken``."""
         use_threads(self._threads)
         bins = self._binner.bin(np.ascontiguousarray(suns))
-        run_blocks(_count, self._patches, bins, self._binner.edges, self._tree, sums, masks)
+        given = self._patches, bins, self._binner.edges, self._tree, sums, masks
+        run_shared(count_blocks(self._patches), _count, *given)
 
 
 @njit(cache=True, nogil=True)
