@@ -13,9 +13,9 @@ face that is almost in the plane; patches of few samples, and patches at grazing
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
@@ -128,20 +128,17 @@ class PatchCounter:
         use_threads(self._threads)
         bins = self._binner.bin(np.ascontiguousarray(suns))
         given = self._patches, bins, self._binner.edges, self._tree, sums, masks
-        run_shared(count_blocks(self._patches), _count, *given)
+        n = len(self._patches.size)
 
+        def count(taken: NDArray[np.int64]) -> None:
+            work = make_patch_work(self._patches, bins, 0, n)
+            _count_blocks(*given, work, *np.zeros((2, BLOCK), np.int64), n, taken)
 
-@njit(cache=True, nogil=True)
-def _count(patches, bins, edges, tree, sums, masks, taken):
-    """Count blocks of patches until all are taken."""
-    n = patches.size.shape[0]
-    work = make_patch_work(patches, bins, 0, n)
-    last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
-    _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n)
+        run_shared(count_blocks(self._patches), count)
 
 
 @borrowing
-def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n):
+def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n, taken):
     """
     Count blocks of patches until all ``n`` patches are taken.
 
@@ -177,7 +174,7 @@ def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, ta
                         change[k, c] += change[k - 1, c]
 
 
-@inlined
+@partial(borrowing, inline="always")  # here alone: it is compiled once
 def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last, k):
     """
     Count a patch for one sun.
