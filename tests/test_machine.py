@@ -1,6 +1,7 @@
 """What memory there is: the least of the machine's, the control groups' and the process's own."""
 
 import math
+import os
 import subprocess
 import sys
 
@@ -135,6 +136,26 @@ print(kernels.add(kernels.square(np.arange(4.0))))
 print({"numba.np.linalg", "scipy.linalg"} & sys.modules.keys() != set())
 assert numba.njit(lambda n: np.linalg.det(np.eye(n)))(2) == 1  # now the compiler is needed
 """
+
+
+FIRST = """
+import numpy as np
+from umbra.volume.half_edges import sort
+import umbra.kernels
+for _ in range(2):
+    print(sort(np.array([2, 1], np.int32), np.arange(2, dtype=np.int32)))
+"""
+
+
+def test_a_session_of_python_tells_once_that_it_compiles(tmp_path):
+    told = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    lines = [
+        subprocess.run(
+            [sys.executable, "-c", FIRST], env=told, capture_output=True, text=True, check=True
+        ).stderr.splitlines()
+        for _ in range(2)
+    ]
+    assert lines == [[f"umbra: {machine.FIRST_RUN}"], []]
 
 
 def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):

@@ -14,15 +14,32 @@ from typing import Any, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba import config, get_num_threads, njit, types
+from numba.core import event
 from numba.core.options import DefaultOptions
 from numba.core.types import unliteral
 from numba.extending import intrinsic
+
+from umbra.machine import tell_compiling
 
 __all__ = [
     "borrowing", "cross", "dot", "find_lowest", "inlined", "inner", "run_shared", "take_next",
 ]  # fmt: skip
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class _Listener(event.Listener):
+    """Hears of every kernel that numba compiles, and tells of umbra's."""
+
+    def on_start(self, event: Any) -> None:
+        if event.data["dispatcher"].py_func.__module__.startswith("umbra."):
+            tell_compiling()
+
+    def on_end(self, event: Any) -> None:
+        """Do nothing: what is told is that it has begun."""
+
+
+event.register("numba:compile", _Listener())
 
 # No C calls them, whose wrapper would only take time to compile. That of Python stays: without
 # it a slip would end the process, not in an error.

@@ -32,6 +32,7 @@ except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
 __all__ = [
+    "FIRST_RUN",
     "HOME",
     "choose_threads",
     "count_cores",
@@ -42,6 +43,7 @@ __all__ = [
     "make_command",
     "name_memory",
     "pass_over_settings",
+    "tell_compiling",
     "use_threads",
 ]
 
@@ -168,6 +170,8 @@ def load_compiler() -> None:
     needs the runtime alone. A kernel that is not compiled yet makes the compiler read the rest.
     Users' own kernels might need the packages and the extensions, so only the commands do this.
     """
+    global _is_command  # noqa: PLW0603
+    _is_command = True
     if "numba" in sys.modules:
         return
     # Nearly all objects live as long as the process: looking for garbage among them takes 0.05 s
@@ -191,13 +195,8 @@ def load_compiler() -> None:
 
     def load_overload(self: Any, signature: Any, context: Any) -> Any:
         runtime.initialize(context)
-        found = None
         with self._guard_against_spurious_io_errors():
-            found = self._load_overload(signature, context)
-        if found is None:
-            for listener in tuple(_listeners):
-                listener()
-        return found
+            return self._load_overload(signature, context)
 
     loaded.load_overload = load_overload
     # Compiled kernels never read the globals of the modules that their parts are from; importing
@@ -208,12 +207,29 @@ def load_compiler() -> None:
     )
 
 
+FIRST_RUN = "compiling for this machine, once; later runs start at once"
 _listeners: list[Callable[[], object]] = []
+_is_command = False  # and not a session of Python
+
+
+def tell_compiling() -> None:
+    """Tell that a kernel is compiled: the listeners, or in a session of Python its log, once."""
+    for listener in tuple(_listeners):
+        listener()
+    if not (_listeners or _is_command):
+        _warn_of_first_run()
+
+
+@cache
+def _warn_of_first_run() -> None:
+    from logging import getLogger  # noqa: PLC0415  (commands never need it)
+
+    getLogger("umbra").warning("umbra: %s", FIRST_RUN)
 
 
 @contextmanager
 def listen_to_compiler(listener: Callable[[], object]) -> Iterator[None]:
-    """Call a function in the block whenever a command has to compile a kernel."""
+    """Call a function in the block whenever a kernel is compiled."""
     _listeners.append(listener)
     try:
         yield
