@@ -79,17 +79,6 @@ def test_the_process_own_limits_count(name):
     assert 1e9 < float(done.stdout) <= 3e9
 
 
-LAYER = """
-import umbra.machine, numba
-@numba.njit(parallel=True)
-def count(n):
-    total = 0
-    for k in numba.prange(n):
-        total += k
-    return total
-count(8)
-print(numba.threading_layer())
-"""
 LOAD = """
 import sys
 from umbra.machine import load_compiler
@@ -167,16 +156,3 @@ def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):
         for _ in range(2)
     ]
     assert told == ["14.0\nTrue\n", "14.0\nFalse\n"]
-
-
-def test_threads_by_tbb_are_found_in_another_environment_too(tmp_path):
-    if (
-        "TBB"
-        not in subprocess.run(
-            [sys.executable, "-c", LAYER], capture_output=True, text=True, check=True
-        ).stdout.upper()
-    ):
-        pytest.skip("oneTBB is not installed")
-    code = f"import sys; sys.prefix = {str(tmp_path)!r}\n{LAYER}"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "tbb"

@@ -13,13 +13,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 from llvmlite import ir
-from numba import config, get_num_threads, njit, types
+from numba import njit, types
 from numba.core import event
 from numba.core.options import DefaultOptions
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
-from umbra.machine import tell_compiling
+from umbra.machine import count_cores, get_threads, tell_compiling
 
 __all__ = [
     "borrowing", "cross", "dot", "find_lowest", "inlined", "inner", "run_shared", "take_next",
@@ -130,8 +130,7 @@ def run_shared(items: int, kernel: Callable[..., object], *arguments: Any) -> No
     """
     taken = np.zeros(2, np.int64)
     helpers = [
-        _find_pool().submit(kernel, *arguments, taken)
-        for _ in range(min(get_num_threads(), items) - 1)
+        _find_pool().submit(kernel, *arguments, taken) for _ in range(min(get_threads(), items) - 1)
     ]
     try:
         kernel(*arguments, taken)
@@ -143,7 +142,7 @@ def run_shared(items: int, kernel: Callable[..., object], *arguments: Any) -> No
 
 @cache
 def _find_pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(config.NUMBA_NUM_THREADS, "umbra-kernels")  # type: ignore[attr-defined]
+    return ThreadPoolExecutor(count_cores(), "umbra-kernels")
 
 
 if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads

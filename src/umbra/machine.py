@@ -11,13 +11,13 @@ compile if it can write to neither, as in a read-only container of a user withou
 """
 
 import atexit
-import ctypes
 import gc
 import math
 import os
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, suppress
 from functools import cache
@@ -38,6 +38,7 @@ __all__ = [
     "count_cores",
     "find_kernel_cache",
     "find_memory",
+    "get_threads",
     "listen_to_compiler",
     "load_compiler",
     "make_command",
@@ -147,18 +148,25 @@ def choose_threads(threads: int | None) -> int:
     return cores if threads is None else min(threads, cores)
 
 
+class _Threads(threading.local):
+    number = count_cores()
+
+
+_threads = _Threads()
+
+
 def use_threads(threads: int) -> None:
     """
-    Set the number of threads of kernels called from this thread, at most all.
+    Set the number of threads of kernels called from this thread, at most all; all by default.
 
     Results do not depend on it.
     """
-    import numba  # noqa: PLC0415  (readers need the memory alone)
+    _threads.number = max(1, choose_threads(threads))
 
-    most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    numba.set_num_threads(max(1, min(threads, most)))
-    # Schedule work in small pieces: equal static shares seldom take equal time.
-    numba.set_parallel_chunksize(1)
+
+def get_threads() -> int:
+    """Return the number of threads of kernels called from this thread."""
+    return _threads.number
 
 
 def load_compiler() -> None:
@@ -235,31 +243,6 @@ def listen_to_compiler(listener: Callable[[], object]) -> Iterator[None]:
         yield
     finally:
         _listeners.remove(listener)
-
-
-def _load_tbb() -> None:
-    """
-    Load oneTBB from where pip installed it, so that numba finds this threading layer.
-
-    numba uses the system's loader, which does not search environments, and falls back to OpenMP,
-    which spins while waiting: on a busy machine two threads are then several times slower than one.
-    pip installs it into the environment's ``lib``; for a user installation, or another environment
-    on the path, the package's file list has the location.
-    """
-    name = "libtbb.so.12"
-    library = Path(sys.prefix) / "lib" / name
-    if sys.platform == "linux" and not library.exists():
-        from importlib.metadata import PackageNotFoundError, files  # noqa: PLC0415  (15 ms)
-
-        with suppress(PackageNotFoundError):
-            library = next(
-                (Path(file.locate()) for file in files("tbb") or () if file.name == name), library
-            )
-    with suppress(OSError):
-        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
-
-
-_load_tbb()
 
 
 def make_command(code: str, *arguments: str) -> list[str]:
