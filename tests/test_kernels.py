@@ -1,6 +1,7 @@
 """Inner kernels count no references to arrays; threads share the items of others."""
 
 import os
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -135,3 +136,11 @@ def test_a_fork_has_threads_of_its_own():
         run_shared(300, take_all, times, by)
         os._exit(0 if (times == 2).all() else 1)
     assert os.waitpid(child, 0)[1] == 0
+
+
+def test_no_kernel_has_parallel_loops_of_numba():
+    """They take 2 to 4 times as long to compile; ``run_shared`` does without."""
+    names = ("prange", "parallel=True")
+    for path in Path(machine.HOME).rglob("*.py"):
+        text = path.read_text("utf-8")
+        assert path.name == "kernels.py" or not any(name in text for name in names), path

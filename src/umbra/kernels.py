@@ -22,7 +22,8 @@ from numba.extending import intrinsic
 from umbra.machine import count_cores, get_threads, tell_compiling
 
 __all__ = [
-    "borrowing", "cross", "dot", "find_lowest", "inlined", "inner", "run_shared", "take_next",
+    "borrowing", "copy_rows", "cross", "dot", "find_lowest", "inlined", "inner", "run_shared",
+    "take_next",
 ]  # fmt: skip
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -90,6 +91,18 @@ def dot(p, q):
 def cross(p, q):
     """Return the vector product of two tuples of three."""
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+
+
+@inlined
+def copy_rows(source, target):
+    """
+    Copy the rows of a matrix to the first rows of another.
+
+    An assignment to a slice takes two seconds to compile, for the words of its error.
+    """
+    for i in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[i, k] = source[i, k]
 
 
 @intrinsic
