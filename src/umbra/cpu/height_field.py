@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.sweep import Sweep, bound_counts
-from umbra.kernels import borrowing, inner, run_shared, take_next
+from umbra.kernels import borrowing, copy_rows, inner, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -121,9 +121,8 @@ class HeightFieldSweep(Sweep):
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
         run_shared(
-            len(which), _sweep,
-            self.ends, self.caster.weight, found.codes, found.starts, away, which,
-            self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
+            len(which), _sweep, self.ends, self.caster.weight, found.codes, found.starts, away,
+            which, self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
             self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
@@ -139,11 +138,9 @@ class HeightFieldSweep(Sweep):
 
     def _face_sun(self, suns: NDArray[np.float64]) -> NDArray[np.uint64]:
         """Return a bit mask of the suns that light each sloping face."""
-        planes = self.slopes.planes
-        lit = np.zeros(planes.shape[1], np.uint64)
-        edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
+        lit = np.zeros(self.slopes.planes.shape[1], np.uint64)
         lights = np.append(suns, np.zeros((len(suns), 1)), 1)
-        find_lit(planes, lights, lit, edge_on)
+        find_lit(self.slopes.planes, lights, lit, np.zeros(len(lit) // 512 + 1, np.uint64))
         return lit
 
 
@@ -386,11 +383,8 @@ def _sweep(
 ):  # fmt: skip
     """Count ``which`` suns as the plane's sweep does, in this thread's buffers."""
     keep = counts.shape[0] == away.shape[0]
-    t = take_next(taken[1:])
-    while True:
-        q = take_next(taken)
-        if q >= which.size:
-            return
+    t, q = take_next(taken[1:]), take_next(taken)
+    while q < which.size:
         s = which[q]
         load = np.zeros(heights.shape[0] + 1, np.int64)
         too_deep[s] = _fill(
@@ -398,10 +392,9 @@ def _sweep(
             away[s, 0], away[s, 1], away[s, 2], heights, lowest, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
-            for r in range(counts.shape[1]):
-                for c in range(counts.shape[2]):
-                    counts[s, r, c] = level[t, r, c]
+            copy_rows(level[t, : counts.shape[1]], counts[s])
         if keep or too_deep[s]:
             level[t, :, :] = 0
         else:
             _add_up(level[t], weights[s], out[t], cells, face, lit, s)
+        q = take_next(taken)

@@ -127,14 +127,17 @@ class PatchCounter:
         """Fill in masks, if any; otherwise the sums of weights, given as in ``darken``."""
         use_threads(self._threads)
         bins = self._binner.bin(np.ascontiguousarray(suns))
-        given = self._patches, bins, self._binner.edges, self._tree, sums, masks
-        n = len(self._patches.size)
+        patches, n = self._patches, len(self._patches.size)
 
         def count(taken: NDArray[np.int64]) -> None:
-            work = make_patch_work(self._patches, bins, 0, n)
-            _count_blocks(*given, work, *np.zeros((2, BLOCK), np.int64), n, taken)
+            work = make_patch_work(patches, bins, 0, n)
+            last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
+            _count_blocks(
+                patches, bins, self._binner.edges, self._tree, sums, masks, work, last, known, n,
+                taken,
+            )  # fmt: skip
 
-        run_shared(count_blocks(self._patches), count)
+        run_shared(count_blocks(patches), count)
 
 
 @borrowing

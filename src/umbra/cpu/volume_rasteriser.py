@@ -101,7 +101,8 @@ def count_sides(
     given = ends, codes, weight, matrix, light, floor, surface.tiles, (rows, cols)
     run_shared(chunks, _set_up, *given, quads, spans, filled)
     places, listed, deepest = _list_sides(spans, filled, rows)
-    counts = _make_rows(*keys.shape, np.zeros(0, np.int16 if deepest < 1 << 15 else np.int32))
+    kind = np.zeros(0, np.int16 if deepest < 1 << 15 else np.int32)
+    counts = _make_rows(rows, keys.shape[1], kind)
     run_shared(len(places) - 1, _fill, quads, spans, places, listed, keys, counts)
     return counts[:, :cols]
 

@@ -237,7 +237,7 @@ def _cover(
     hard = counter.count(view, camera, light.light)
     coverage[where] = hard[where] > 0
     run_shared(
-        count_tiles(*where.shape, BLOCK), _count_over_light,
+        count_tiles(where.shape[0], where.shape[1], BLOCK), _count_over_light,
         frame.position, frame.normal, origin, where, edges, lamp, spots,
         hard.astype(np.int32), coverage, unsure,
     )  # fmt: skip

@@ -85,7 +85,7 @@ def _cover(
     unsure = np.zeros(where.shape, np.bool_)
     lamp = place, light.radius, light.edges is not None, find_axes(light, place)
     run_shared(
-        count_tiles(*where.shape, BLOCK), add_wedges,
+        count_tiles(where.shape[0], where.shape[1], BLOCK), add_wedges,
         frame.position, origin, where, ends, multiplicity, planes, lamp, coverage, unsure,
     )  # fmt: skip
     hard = counter.count(view, camera, light.light)
