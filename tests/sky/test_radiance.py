@@ -44,7 +44,24 @@ def trace(folder, mesh, rows):
             check=True,
         )  # fmt: skip
     given = "\n".join(" ".join(f"{x:.9g}" for x in row) for row in rows)
-    options = "-h -I -ab 1 -ad 65536 -as 0 -aa 0 -lw 1e-8 -dt 0 -ds 0".split()
+    options = [
+        "-h",
+        "-I",
+        "-ab",
+        "1",
+        "-ad",
+        "65536",
+        "-as",
+        "0",
+        "-aa",
+        "0",
+        "-lw",
+        "1e-8",
+        "-dt",
+        "0",
+        "-ds",
+        "0",
+    ]
     said = subprocess.run(
         [home / "bin" / "rtrace", *options, "scene.oct"], cwd=folder, env=environment, check=True,
         input=given + "\n", capture_output=True, text=True,
