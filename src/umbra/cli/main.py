@@ -116,7 +116,7 @@ def doctor(as_json: bool) -> None:
         return
     cpu, gl = report["cpu"], report["gl"]
     echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
-    echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    echo(f"cpu  runs, {cpu['cores']} cores")
     echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
     for name, found in gl["backends"].items():
         if "reason" in found:
