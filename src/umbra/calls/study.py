@@ -50,6 +50,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     target: Sequence[float] | None = None,
     fov: float = 50.0,
     ground: float | str | Path | None = None,
+    windows: str | Path | Sequence[Any] | None = None,
+    judge: Literal["centre", "sill", "pane"] = "centre",
+    reveal: str | float | None = None,
     areas: Any = None,
     areas_on: str = "ground",
     least: str | float | dt.timedelta = "2h",
@@ -134,7 +137,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         ``'ground'``, the ground alone, without roofs; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
-        ``'points'``; ``'areas'``.
+        ``'points'``; ``'windows'``; ``'areas'``.
     eye, target : (3,) float, optional
         Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
@@ -152,6 +155,15 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         median; z of a plane [m]; or a terrain file. By default what the file states or brings,
         else ``'feet'`` where they differ by more than 3 m, else ``'level'``. Attributes
         ``ground`` and ``assumption`` state it.
+    windows : path, optional
+        Receivers 'windows': a table with the columns name, x, y, z (the middle of the pane's outer
+        face), azimuth, width, height and, if known, tilt, sill, reveal, flat, room [m, degrees
+        clockwise from true north]; by default the model's own. ``study.windows`` is their result.
+    judge : {'centre', 'sill', 'pane'}
+        Where windows are judged; a whole pane by the share of it in the sun.
+    reveal : float or 'none', optional
+        Depth of panes behind the wall's outer face, where neither table nor model tells [m];
+        ``'none'`` judges all on the outer face.
     areas : path, str, GeoDataFrame, mapping or sequence of Area, optional
         Named areas such as gardens, judged each on a lattice of its own besides the receivers: a
         file of polygons, a pattern of the model's parts or kinds, or polygons by name.
