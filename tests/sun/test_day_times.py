@@ -113,7 +113,7 @@ def test_a_study_by_solar_time_says_so(tmp_path):
         ({"start": "altitude:80"}, "does not reach 80° on 2026-03-21"),
         ({"start": "sunrise+soon"}, "is not a duration"),
         ({"clock": "sidereal"}, "clock"),
-        ({"date": "2026-great-heat"}, "neither a date nor a day of the sun's year"),
+        ({"date": "2026-great-heat"}, "is not a date, nor a day of the sun's year"),
         ({"start": "moonrise"}, "is not a clock time"),
     ],
 )

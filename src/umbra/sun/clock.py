@@ -126,7 +126,8 @@ def make_steps(
     if last <= first:
         ends_at_midnight = str(end).strip() in {"00:00", "0:00", "00:00:00"}
         advice = "write 24:00 for midnight" if ends_at_midnight else "swap them or correct one"
-        msg = f"the end {end} is not after the start {start} on {day}; {advice}"
+        when = "" if find is None else f" on {day}"
+        msg = f"the end {end} is not after the start {start}{when}; {advice}"
         raise InputError(msg, start=start, end=end)
     # Whole microseconds from here, so that the lengths add up.
     length, width = (last - first) // MICROSECOND, step // MICROSECOND

@@ -44,8 +44,8 @@ def find_term(word: str, zone: str = "UTC") -> dt.date:
     name = match[2] if match else word
     if match is None or name not in TERMS:
         near = find_similar(name, TERMS)
-        advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(TERMS)}"
-        msg = f"'{word}' is neither a date nor a day of the sun's year; {advice}"
+        advice = f"did you mean {near[0]}?" if near else "such as 2026-09-18 or 2026-equinox"
+        msg = f"'{word}' is not a date, nor a day of the sun's year; write YYYY-MM-DD, {advice}"
         raise InputError(msg, date=word)
     year = int(match[1]) if match[1] else dt.datetime.now(ZoneInfo(zone)).year
     return _find_instant(year, TERMS[name]).astimezone(ZoneInfo(zone)).date()
