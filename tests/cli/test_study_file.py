@@ -183,7 +183,7 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 
 NAMES = """
 files lat lon tz north
-date from to every every-days by-day refraction
+date from to clock every every-days by-day refraction
 measure sky-directions weather albedo sunshine
 receivers spacing on points eye target fov ground extent cell size crs
 windows judge reveal areas areas-on least

@@ -17,7 +17,7 @@ from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
-from umbra.study.time_options import Date, Refraction
+from umbra.study.time_options import Clock, Date, Refraction
 from umbra.sun import Site
 from umbra.sun.site import tell_moved
 
@@ -32,6 +32,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     date: Date | Sequence[Date] | None = None,
     start: str | dt.time = "09:00",
     end: str | dt.time = "17:00",
+    clock: Clock = "local",
     every: str | dt.timedelta = "15min",
     every_days: int = 1,
     by_day: bool | None = None,
@@ -90,13 +91,17 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Needed by measures of the sun.
         Local date, ``"2026-09-18"``; or several: separated by commas, a range
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
-        every month ``"2026-*-21"``.
+        every month ``"2026-*-21"``, ``"2026-winter-solstice"``, ``"2026-great-cold"``.
     every_days : int
         Take every n-th day of a range, a month or a year.
     by_day : bool, optional
         Also return results for each date, along ``day``; by default up to 12 dates.
     start, end : str
-        Local clock times, ``"09:00"`` and ``"17:00"`` by default.
+        Clock times, ``"09:00"`` and ``"17:00"`` by default; or times of the sun: ``"sunrise+1h"``,
+        ``"sunset-1h"`` (of its upper rim), ``"altitude:10"`` (of its middle).
+    clock : {'local', 'standard', 'solar'}
+        By which they are read: the local clock, the same without daylight saving time, or true
+        solar time.
     every : str
         Step, ``"15min"`` by default.
     spells : bool

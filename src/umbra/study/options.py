@@ -244,13 +244,17 @@ class StudyOptions(ReceiverOptions):
         from umbra.casters import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
+        from umbra.sun.day_times import is_of_the_sun  # noqa: PLC0415
         from umbra.sun.local_time import has_offset  # noqa: PLC0415
 
         # UTC has no missing or repeated times: what fails here fails in every zone. Offsets
         # are checked at the site.
         if self.date is not None:
             days, every = parse_dates(self.date, self.every_days), self.every
-        if self.date is not None and not has_offset(self.start) and not has_offset(self.end):
+        times = self.start, self.end
+        if self.date is not None and not any(map(has_offset, times)) and not any(
+            map(is_of_the_sun, times)
+        ):  # fmt: skip
             check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
             parse_duration(self.min_spell, "least spell", "min_spell")
