@@ -140,8 +140,8 @@ def make_steps(
         raise InputError(msg, every=every, length=last - first)
     if find is not None:
         # A solar day is not 24 h to a second: steps are stretched rather than one of seconds added.
-        whole = max(round(length / width), 1)
-        width = -(-length // whole) if abs(length - whole * width) < MINUTE else width
+        near = max(round(length / width), 1)
+        width = -(-length // near) if abs(length - near * width) < MINUTE else width
     count = -(-length // width)
     if count > MOST_STEPS:
         least = _duration_text(dt.timedelta(seconds=-(-length // (MOST_STEPS * 1_000_000))))

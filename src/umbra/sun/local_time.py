@@ -257,8 +257,8 @@ def _find_days(word: Date, every_days: int, zone: str = "UTC") -> list[dt.date]:
     text = word.strip()
     if ".." in text:
         start, _, end = (part.strip() for part in text.partition(".."))
-        first, last = (_find_days(part, 1, zone) for part in (start, end))
-        return _walk(first[0], last[-1], every_days, text)
+        begin, finish = (_find_days(part, 1, zone) for part in (start, end))
+        return _walk(begin[0], finish[-1], every_days, text)
     if match := _YEAR.fullmatch(text):
         year = int(match[1])
         months = range(int(match[2]), int(match[2]) + 1) if match[2] else range(1, 13)
