@@ -227,10 +227,24 @@ def describe(product: Any, uses: Counter[str]) -> IfcWords:
         words.append(getattr(element.get_type(piece), "Name", None))
         words += [getattr(material, "Name", None) for material in element.get_materials(piece)]
         words.append(piece.GlobalId)
-    words.append(_find_storey(element.get_container(whole)))
+    storey = _find_storey(element.get_container(whole))
+    words.append(storey)
+    if product.is_a("IfcWindow") or product.is_a("IfcDoor"):
+        words += [f"storey={storey}" if storey else None, *_find_spaces(product)]
     skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
     tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
     return IfcWords(name, whole.is_a(), tags, product.Name or product.GlobalId, product.is_a())
+
+
+def _find_spaces(product: Any) -> list[str]:
+    """Name the space that an opening serves, by the boundaries of spaces: ``space=Kitchen``."""
+    for boundary in getattr(product, "ProvidesBoundaries", ()) or ():
+        space = boundary.RelatingSpace
+        if space is not None and space.is_a("IfcSpace"):
+            name = getattr(space, "LongName", None) or space.Name
+            if name:
+                return [f"space={name}"]
+    return []
 
 
 def _find_storey(container: Any) -> str | None:

@@ -61,7 +61,7 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
         raise _ask_for_site()
     return make_period(
         options.date, options.start, options.end, options.every, site,
-        every_days=options.every_days, refraction=options.refraction,
+        every_days=options.every_days, refraction=options.refraction, clock=options.clock,
     )  # fmt: skip
 
 

@@ -371,7 +371,8 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
 def describe_points(job: FolderJob) -> Plan:
     """Describe surfaces or points for a report."""
     study, options, outputs = job.study, job.options, job.outputs
-    what, spot = "points", f"{len(study.shadow_hours):,} points"
+    what = study.kind.name
+    spot = f"{len(study.shadow_hours):,} {what}"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
     nowhere = np.zeros(1)
