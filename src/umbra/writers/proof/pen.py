@@ -172,6 +172,9 @@ def _draw_key(
     items += [("line", label, INK) for _, label in drawing.lines[:2]]
     length = next(one for one in _NICE if one * factor >= 0.8)
     room = length * factor
+    left = box[2] - 0.5 - room - 1.3
+    while items and sum(0.4 + measure(text, SMALL) for _, text, _ in items) > left:
+        items.pop()  # the last are lines, which have their names beside them
     whole = 0.3 + room + 1.3 + sum(0.4 + measure(text, SMALL) for _, text, _ in items)
     back = np.array([(x - 0.1, y - 0.1), (x + whole, y - 0.1), (x + whole, y + 0.22),
                      (x - 0.1, y + 0.22)])  # fmt: skip
