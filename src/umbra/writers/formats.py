@@ -20,8 +20,14 @@ if TYPE_CHECKING:
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
 
-__all__ = ["FORMATS", "Format", "Job"]
+__all__ = ["CITY_FORMATS", "FORMATS", "PLAN_FORMATS", "SURFACE_FORMATS", "Format", "Job"]
 
+PLAN_FORMATS = ("geotiff", "map", "stac")
+"""Names of the files of a plan in tiles."""
+SURFACE_FORMATS = ("geoparquet", "3dtiles", "cityjson")
+"""Names of the files of surfaces in tiles."""
+CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
+"""Names of the files of a study in tiles."""
 FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # most clock times that are listed
 
