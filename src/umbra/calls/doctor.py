@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from umbra.cache import LIMIT, find_doubt, find_folder, measure
+from umbra.cache import LIMIT, find_doubt, find_folder, measure_cache
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.target import Target
@@ -68,7 +68,7 @@ def examine() -> dict[str, Any]:
 
 
 def _find_cache() -> dict[str, Any]:
-    files, size = measure()
+    files, size = measure_cache()
     return {"folder": str(find_folder()), "files": files, "bytes": size, "limit": LIMIT}
 
 

@@ -2,7 +2,7 @@
 The engine: tiles of any receivers, any lights, counters of any device, all accumulators.
 
 A study, a chunk, the tiles of a city, ``umbra.count`` and the instants of a page are calls of
-``count_tiles``.
+``count_each_tile``.
 """
 
 import time
@@ -19,7 +19,7 @@ from umbra.receivers.kind import Counter, Tile
 from umbra.study.counters import RayCounter
 from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, make_tile_run, pass_lights
 
-__all__ = ["HiddenSums", "Progress", "count_tiles", "run_by_tiles", "run_on_device"]
+__all__ = ["HiddenSums", "Progress", "count_each_tile", "run_by_tiles", "run_on_device"]
 
 MakeRun = Callable[[int, Any, Tile], TileRun]
 Progress = Callable[[int, int], object]
@@ -27,7 +27,7 @@ _warm: set[type] = set()
 """Counters whose kernels have run in this process."""
 
 
-def count_tiles(
+def count_each_tile(
     tiles: Sequence[tuple[Any, Callable[[], Tile]]],
     lights: Lights,
     accumulators: Sequence[Accumulator],

@@ -21,7 +21,7 @@ from umbra.study.accumulators.attribution import Attribution, AttributionOptions
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measured import FindParts, MeasureSums
-from umbra.study.engine import Progress, count_tiles, run_on_device
+from umbra.study.engine import Progress, count_each_tile, run_on_device
 from umbra.study.loop import Accumulator, TileRun, pass_lights
 from umbra.study.measures import Asked, guard
 from umbra.study.options import StudyOptions
@@ -250,7 +250,9 @@ class Setup:
         suns = self.period.sun.direction[self.period.sun.is_up]
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:
             make_run = run_on_device(counters, self.canopy, suns)
-            seconds = count_tiles(tiles, self.make_lights(), begun.accumulators, make_run, progress)
+            seconds = count_each_tile(
+                tiles, self.make_lights(), begun.accumulators, make_run, progress
+            )
         return replace(begun, seconds=seconds, device=counters.device, note=counters.note)
 
     def finish(

@@ -26,7 +26,7 @@ from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
-from umbra.study.engine import HiddenSums, Progress, count_tiles, run_on_device
+from umbra.study.engine import HiddenSums, Progress, count_each_tile, run_on_device
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.study.setup import Setup, settle_ground
@@ -155,7 +155,7 @@ def count_lights(
     device, above = DEFAULT if canopy else options.device, suns.directions[:, :3]
     with StudyCounters(device, casters, above, math.prod(laid.shape)) as counters:
         make_run = run_on_device(counters, canopy, above)
-        count_tiles(laid.make_tiles(request), suns, [hidden], make_run)
+        count_each_tile(laid.make_tiles(request), suns, [hidden], make_run)
     laid.facts["device"] = counters.device
     if counters.note:
         warnings.warn(counters.note, stacklevel=2)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.lights import Lights, Period
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.study.engine import count_tiles, run_by_tiles
+from umbra.study.engine import count_each_tile, run_by_tiles
 from umbra.study.loop import Accumulator, TileRun
 
 __all__ = [
@@ -191,7 +191,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     tile = study.model.make_tile(grid)
     kept = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
     lights = Lights.of(study.sun.direction[which[shown]], step=shown)
-    count_tiles([(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy))
+    count_each_tile([(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy))
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
@@ -222,7 +222,7 @@ def make_point_timeline(study: Study) -> Instants:
     else:
         lights = Lights.of(study.sun.direction[which[shown]], step=shown)
         tiles = study.laid.make_ray_tiles()
-        count_tiles(tiles, lights, [kept], run_by_tiles(study.model.canopy))
+        count_each_tile(tiles, lights, [kept], run_by_tiles(study.model.canopy))
     return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
 
 

@@ -12,7 +12,7 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
 from umbra.study.compare import NeighbourSums
-from umbra.study.engine import count_tiles
+from umbra.study.engine import count_each_tile
 from umbra.study.loop import TileRun, make_tile_run
 from umbra.study.result import Study
 from umbra.tiles.job import Workplace
@@ -72,7 +72,7 @@ def count_receivers(
             one.skip(run)
         return run
 
-    count_tiles(tiles, place.lights, busy, make_run)
+    count_each_tile(tiles, place.lights, busy, make_run)
     return setup.finish(begun, laid, facts={}), find_neighbours(begun, laid)
 
 

@@ -37,7 +37,7 @@ from umbra.writers.plan import (
     draw_appearance,
     name_hours,
 )
-from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = [
     "OUTLINE",
@@ -80,7 +80,7 @@ def make_hours_sheet(
             of = f" on {day.title}" if day.title else ""
             msg = f"the hours{of} are {day.hours.shape}, but the plan is {plan.shape}"
             raise ValueError(msg)
-    sheet = lay_out(plan, 0.55, days)
+    sheet = lay_out_sheet(plan, 0.55, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         end = 0.0 if day.is_night else max_hours
         fill_hours(panel, day, end, show, has_lines=has_lines, ramp=ramp)

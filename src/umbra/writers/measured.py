@@ -15,7 +15,7 @@ from umbra.writers.paper import wrap
 from umbra.writers.pixels import Ramp, resample, shade_ramp
 from umbra.writers.plan import MISSING, Plan
 from umbra.writers.point_map import fill_points
-from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = ["find_end", "make_measure_sheet", "make_measured_points_sheet"]
 
@@ -49,7 +49,7 @@ def make_measure_sheet(
     end : float
         Upper end of the scale.
     """
-    sheet = lay_out(plan, 0.55)
+    sheet = lay_out_sheet(plan, 0.55)
     (panel,) = sheet.maps
     is_light = quantity.ramp == "light"
     shares = resample(np.asarray(values, np.float32), panel.map_size) / np.float32(end)
@@ -71,7 +71,7 @@ def make_measured_points_sheet(
     names: Sequence[str] = (),
 ) -> Sheet:
     """Draw a measure at points on a plan of the buildings around them; see `make_measure_sheet`."""
-    sheet = lay_out(plan, 0.62)
+    sheet = lay_out_sheet(plan, 0.62)
     (panel,) = sheet.maps
     ramp = _find_colors(quantity)
     share = np.clip(np.nan_to_num(values) / end, 0, 1)
