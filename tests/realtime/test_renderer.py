@@ -5,7 +5,7 @@ import pytest
 from support.own_engine import cast_sure, frustum, look_at, ortho, to_depth
 from support.shapes import box, sheet
 
-from umbra.cpu.shade import compress
+from umbra.cpu.shade import compress, encode_srgb
 from umbra.errors import InputError
 from umbra.realtime import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
