@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from umbra.errors import find_similar
+from umbra.errors import InputError, find_similar
 from umbra.packages import need
 from umbra.registry import take_notes
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from umbra.study.rules import Rules, Verdict
@@ -75,6 +76,20 @@ class ShadowStudy:
     def dataset(self) -> "xr.Dataset":
         """All variables with coordinates, units and attributes, as ``study.nc`` reads back."""
         return self.result.to_dataset()
+
+    @cached_property
+    def areas(self) -> "pd.DataFrame":
+        """
+        Named areas as a pandas frame, a row for each area and date.
+
+        Columns as in ``areas.csv``: ``name``, ``date``, ``area_m2``, ``share_2h`` (a fraction of
+        1, of the hours that ``least`` names), hours of sun, ``first_sun`` and ``last_sun`` [UTC].
+        Raises InputError without ``areas``.
+        """
+        if self.result.areas is None:
+            msg = "the study has no areas; name a file of polygons, or parts, with areas="
+            raise InputError(msg, option="areas")
+        return self.result.areas.to_frame()
 
     def to_xarray(self) -> "xr.Dataset":
         """Return ``dataset``."""

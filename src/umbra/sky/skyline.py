@@ -204,7 +204,7 @@ def _add_strip(strip, p, skyline, first_part, last_part):
         if column <= last:
             dx, dy = _look_along(column % BINS)
             u, v = dx * ay - dy * ax, dx * by - dy * bx
-            share = min(max(u / (u - v), 0.0), 1.0)
+            share = min(max(u / (u - v), 0.0), 1.0) if u != v else 0.0
             along = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
             along /= math.hypot(dx, dy)
             top, low = (az + share * (bz - az)) / along, level / along

@@ -21,6 +21,9 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
+    from umbra.study.accumulators.named import GroupDays
+    from umbra.study.area_table import AreaTable
+
 __all__ = ["Study", "Variables", "split_dates", "tell_dates"]
 
 _LAID_OUT = ("x", "y", "grid", "heights", "ground", "places", "samples")
@@ -54,6 +57,10 @@ class Study:
         Whether hours were asked for. If not, ``shadow_hours`` is 0 where something receives.
     quantities : tuple of Quantity
         Variables of the measures besides hours.
+    groups : GroupDays, optional
+        Of named receivers: the hours of sun of each area or window by date.
+    areas : AreaTable, optional
+        Figures of the named areas that were asked for.
     """
 
     laid: Receivers
@@ -66,6 +73,8 @@ class Study:
     totals: frozenset[str] = frozenset()
     has_hours: bool = True
     quantities: tuple[Quantity, ...] = ()
+    groups: "GroupDays | None" = None
+    areas: "AreaTable | None" = None
 
     def __getattr__(self, name: str) -> Any:
         if name in _LAID_OUT:
@@ -146,13 +155,14 @@ class Study:
         hours: Variables = {
             "shadow_hours": (self.dims, self.shadow_hours), "sun_hours": (self.dims, in_sun),
         }  # fmt: skip
-        return {
+        found: Variables = {
             **self.laid.coordinates(),
             **time_variables(self.period),
             **(hours if self.has_hours else {}),
             **self.laid.variables(),
             **self.more,
         }
+        return found if self.areas is None else found | self.areas.variables(found)
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the result as a dataset, as ``study.nc`` reads back."""

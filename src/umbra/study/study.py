@@ -9,7 +9,7 @@ import functools
 import inspect
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, ParamSpec, TypeVar
 
@@ -20,12 +20,14 @@ from umbra.casters import Canopy
 from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT, StudyCounters
 from umbra.errors import InputError, find_similar
+from umbra.ground.choice import Ground
 from umbra.lights import Lights
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
+from umbra.study.area_table import tabulate
 from umbra.study.engine import HiddenSums, Progress, count_each_tile, run_on_device
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
@@ -60,6 +62,31 @@ def run(
     scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
+    study = _count(setup, kind, ground, progress)
+    if options.areas is None:
+        return study
+    own = options.ask_hours("areas", measures=True, exact=options.exact)
+    alone = Setup.of(scene, site, own)
+    of_areas = study
+    if kind.name != "areas":
+        of_areas = _count(alone, find_kind("areas"), ground, progress)
+    before = None
+    if options.proposed:
+        new = set(scene.select(options.proposed, option="proposed"))
+        rest = [part for part in setup.casters if part not in new]
+        before = _count(_leave_only(alone, rest), find_kind("areas"), ground, progress)
+    return replace(study, areas=tabulate(of_areas, before))
+
+
+def _leave_only(setup: Setup, casters: Sequence[int]) -> Setup:
+    """Return a setup with these casters alone."""
+    asked = setup.options
+    canopy = Canopy.of(setup.scene, casters, asked.canopy, asked.transmissivity, asked.leaf_on)
+    return replace(setup, casters=list(casters), canopy=canopy)
+
+
+def _count(setup: Setup, kind: ReceiverKind, ground: Ground, progress: Progress) -> Study:
+    """Count one kind of receivers."""
     laid = kind.lay_out(setup.request)
     done = setup.count(laid, progress)
     study = setup.finish(done, laid)

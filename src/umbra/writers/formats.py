@@ -225,8 +225,8 @@ def _write_csv(job: Job) -> list[str]:
     write_instants(job.folder / names[1], study, areas)
     table = find_sun_areas(study)
     if table is not None:
-        write_table(job.folder / "areas.csv", table.columns, table.rows)
-        names.append("areas.csv")
+        write_table(job.folder / "areas_by_hours.csv", table.columns, table.rows)
+        names.append("areas_by_hours.csv")
     return names
 
 

@@ -16,6 +16,7 @@ from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions
 from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.areas import write_area_table
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.measured import draw_measures
 from umbra.writers.folder.pictures import (
@@ -49,7 +50,7 @@ _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(cells|instants|areas|areas_by_hours|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
     r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
@@ -264,14 +265,15 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
 
     study, outputs = job.study, job.outputs
     write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
+    own = write_area_table(job)
     if not outputs.report and not outputs.files and not outputs.rules:
-        return []
+        return own
     from umbra.writers.formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
     formats = Job(study, job.folder, title, job.say, job.show, outputs.at, job.failures)
-    names = write_formats(formats, outputs.files)
+    names = own + write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
