@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
+    from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
@@ -80,6 +81,7 @@ _HOMES = {
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
+    "prove": "umbra.calls.prove",
     "read": "umbra.readers",
     "read_rule": "umbra.rules.read",
     "render": "umbra.calls.picture",
@@ -123,6 +125,7 @@ __all__ = [
     "make_scene",
     "point_light",
     "pose",
+    "prove",
     "read",
     "read_rule",
     "render",
