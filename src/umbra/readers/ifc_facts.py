@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.packages import need
-from umbra.readers.georeference import is_known, name_crs
+from umbra.readers.georeference import is_known_crs, name_crs
 from umbra.readers.model import APART, FilePlace, tell_doubt
 
-__all__ = ["IfcWords", "count_names", "describe", "find_grade", "find_map", "find_place"]
+__all__ = ["IfcWords", "count_names", "describe_element", "find_grade", "find_map", "find_place"]
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:
@@ -87,7 +87,7 @@ def find_map(
         return None, None, []
     name = target.get("Name")
     crs = name_crs(name)
-    if crs is None or not is_known(crs):
+    if crs is None or not is_known_crs(crs):
         what = f"'{name}'" if name else "without a name"
         return None, None, [
             f"the map conversion leads to a CRS {what}, which is not known, and is not used"
@@ -212,7 +212,7 @@ def count_names(products: Iterable[Any]) -> Counter[str]:
     return Counter(whole.Name for whole in wholes.values() if whole.Name)
 
 
-def describe(product: Any, uses: Counter[str]) -> IfcWords:
+def describe_element(product: Any, uses: Counter[str]) -> IfcWords:
     """Collect the name, class and tags of an element; ``uses`` are the elements of each name."""
     element = need("ifcopenshell.util.element", "ifc", "IFC")
     chain = _ancestors(product)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.version import __version__
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure, wrap
+from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure_text, wrap
 from umbra.writers.plan import DOTS_PER_INCH
 from umbra.writers.proof.drawing import COLORS, Drawing
 from umbra.writers.proof.pen import draw_plan, fit
@@ -305,7 +305,7 @@ def _find_widths(table: TableOf, room: float) -> list[float]:
     for k, name in enumerate(table.columns):
         texts = [name, *(row[k] for row in table.rows)]
         weight = "bold" if name == "verdict" else "normal"
-        wanted.append(max(measure(text, SMALL, weight) for text in {*texts}) + 0.15)
+        wanted.append(max(measure_text(text, SMALL, weight) for text in {*texts}) + 0.15)
     wanted = [min(one, 2.5) for one in wanted[:-1]] + [wanted[-1]]
     return [*wanted[:-1], min(wanted[-1], max(room - sum(wanted[:-1]), 1.2))]
 
