@@ -187,7 +187,7 @@ date from to every every-days by-day refraction
 measure sky-directions weather albedo sunshine
 receivers spacing on points eye target fov ground areas areas-on least extent cell size crs
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
-by who proposed under spells exact min-spell masks
+by who proposed under spells exact disc min-spell masks
 title subtitle show at pictures report sheet write rules
 tiles min-altitude
 up height-column base-column name-column time animation bbox area geometric-error
