@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.version import __version__
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure, wrap
+from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure_text, wrap
 from umbra.writers.plan import DOTS_PER_INCH
 from umbra.writers.proof.drawing import COLORS, Drawing
 from umbra.writers.proof.pen import draw_plan, fit
@@ -274,7 +274,7 @@ def _find_widths(table: TableOf, room: float) -> list[float]:
         texts = [name, *(row[k] for row in table.rows)]
         longest = max(texts, key=len)
         weight = "bold" if name == "verdict" else "normal"
-        wanted.append(min(measure(longest, SMALL, weight), 2.4) + 0.15)
+        wanted.append(min(measure_text(longest, SMALL, weight), 2.4) + 0.15)
     spare = room - sum(wanted[:-1])
     return [*wanted[:-1], max(spare, 1.2)]
 
