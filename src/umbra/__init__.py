@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
+    from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
+    from umbra.calls.sun_access import sun_access
     from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
@@ -79,6 +81,7 @@ _HOMES = {
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
+    "prove": "umbra.calls.prove",
     "read": "umbra.readers",
     "read_rule": "umbra.rules.read",
     "render": "umbra.calls.picture",
@@ -88,6 +91,7 @@ _HOMES = {
     "sky_view": "umbra.calls.sky",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
+    "sun_access": "umbra.calls.sun_access",
     "sun_light": "umbra.sun",
     "volume_light": "umbra.scene",
 }
@@ -121,6 +125,7 @@ __all__ = [
     "make_scene",
     "point_light",
     "pose",
+    "prove",
     "read",
     "read_rule",
     "render",
@@ -130,6 +135,7 @@ __all__ = [
     "sky_view",
     "sphere_light",
     "spot_light",
+    "sun_access",
     "sun_light",
     "volume_light",
 ]

@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box, torus_knot
 
 from umbra.gl.renderer import Renderer
-from umbra.gl.sides import make_sides
+from umbra.gl.sides import make_shell_sides
 from umbra.scene import (
     Camera,
     Material,
@@ -151,7 +151,7 @@ def test_instances_that_keep_their_place_under_the_light_keep_their_sides(
     device, still, light, monkeypatch
 ):
     found = []
-    original = make_sides
+    original = make_shell_sides
 
     def spy(volumes, wanted):
         found.append(int(wanted.sum()))

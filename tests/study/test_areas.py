@@ -244,7 +244,7 @@ def test_slips_in_what_goes_with_areas(scene):
 
 def test_lit_shares_of_each_moment(scene, at_45, noon):
     from umbra.study.accumulators.named import LitShares  # noqa: PLC0415
-    from umbra.study.loop import look, pass_lights  # noqa: PLC0415
+    from umbra.study.loop import make_tile_run, pass_lights  # noqa: PLC0415
 
     options = StudyOptions(
         **around(noon), refraction="none", ground=0.0, receivers="areas", threads=1,
@@ -253,6 +253,6 @@ def test_lit_shares_of_each_moment(scene, at_45, noon):
     study = run(scene, at_45, options)
     lights = study.period.make_lights()
     lit = LitShares(study.laid, len(lights))
-    for some, tile in study.laid.look_again():
-        pass_lights(look(tile, None, some), lights, [lit])
+    for some, make in study.laid.make_ray_tiles():
+        pass_lights(make_tile_run(make(), None, some), lights, [lit])
     assert lit.shares == pytest.approx(np.array([[0.5, 1.0]]), abs=2e-3)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from umbra.study.rules import Rules, Verdict
+    from umbra.verdicts.judge import Finding
 
 __all__ = ["DrawnSheet", "ShadowStudy"]
 
@@ -90,6 +91,23 @@ class ShadowStudy:
             msg = "the study has no areas; name a file of polygons, or parts, with areas="
             raise InputError(msg, option="areas")
         return self.result.areas.to_frame()
+
+    @cached_property
+    def windows(self) -> "pd.DataFrame":
+        """
+        Windows as a pandas frame, a row for each, with the columns of ``windows.csv``.
+
+        Raises InputError if the study is not of windows.
+        """
+        import pandas as pd  # noqa: PLC0415  (half a second)
+
+        from umbra.receivers.windows import WindowReceivers  # noqa: PLC0415
+        from umbra.writers.folder.named import find_window_columns  # noqa: PLC0415
+
+        if not isinstance(self.result.laid, WindowReceivers):
+            msg = "the study is not of windows; choose receivers='windows'"
+            raise InputError(msg, option="receivers")
+        return pd.DataFrame(find_window_columns(self.result))
 
     def to_xarray(self) -> "xr.Dataset":
         """Return ``dataset``."""
@@ -231,8 +249,8 @@ class ShadowStudy:
             warning names files of an earlier study that have no successor.
         *formats : str
             ``'geotiff'``, ``'geojson'``, ``'gpkg'``, ``'dxf'``, ``'csv'``, ``'glb'``,
-            ``'3dtiles'``, ``'geoparquet'``, ``'cityjson'``, ``'gif'``, ``'mp4'``, ``'pdf'``,
-            ``'svg'``.
+            ``'3dtiles'``, ``'solids'``, ``'geoparquet'``, ``'cityjson'``, ``'gif'``, ``'mp4'``,
+            ``'pdf'``, ``'svg'``.
         report : bool
             Also ``report.html``.
         sheet : bool
@@ -277,31 +295,38 @@ class ShadowStudy:
         raise_failures(failures, warn)
         return written
 
-    def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
+    def judge(self, rules: "str | Path | Rules") -> "list[Verdict] | list[Finding]":
         """
         Judge the receivers by rules, each rule on its own dates and hours.
 
         Parameters
         ----------
-        rules : path or Rules
-            A rule file.
+        rules : str, path or Rules
+            A rule of ``umbra.list_rules``, or a file.
 
         Returns
         -------
         verdicts : list of Verdict
             Each with ``check``, ``date``, ``where``, ``wanted``, ``measured``, ``passes`` and
-            ``evidence``.
+            ``evidence``; by a cited rule a list of ``Finding``, with ``where``, ``verdict`` and
+            ``outcome``.
 
         Raises
         ------
         InputError
             If the rules are malformed, or do not apply to such receivers.
         """
-        from umbra.study.rules import Rules, judge, read_rules  # noqa: PLC0415
+        from umbra.rules.read import read_any  # noqa: PLC0415
+        from umbra.study.rules import Rules, judge  # noqa: PLC0415
 
-        read = rules if isinstance(rules, Rules) else read_rules(Path(rules))
+        read = rules if isinstance(rules, Rules) else read_any(rules)
         self._tell_panes()
-        return judge(self.result, read)
+        if isinstance(read, Rules):
+            return judge(self.result, read)
+        from umbra.verdicts.of_study import judge_study  # noqa: PLC0415
+
+        (verdict,) = judge_study(self.result, self.options, read)
+        return list(verdict.findings)
 
     def _tell_panes(self) -> None:
         """Warn of rules that judge more of windows than their panes."""

@@ -23,6 +23,7 @@ COMMANDS = {
     "bench": "Measure umbra against its peers.",
     "doctor": "Show which devices work on this machine.",
     "inspect": "Show what a file contains.",
+    "prove": "Judge gardens, windows and flats by cited rules, and write the sheet.",
     "render": "Draw a picture with exact shadows.",
     "rules": "List the rules that a proposal is judged by, or print one.",
     "sky": "Show the sky above a place, and what obstructs it.",
@@ -115,7 +116,7 @@ def doctor(as_json: bool) -> None:
         return
     cpu, gl = report["cpu"], report["gl"]
     echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
-    echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    echo(f"cpu  runs, {cpu['cores']} cores")
     echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
     for name, found in gl["backends"].items():
         if "reason" in found:

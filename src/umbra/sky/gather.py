@@ -27,7 +27,7 @@ second may lie before the plane, so that two stay and each of four sides is cut.
 """
 HORIZON, PLANE = -1, -2
 """Edges that are not of the face: on the horizon, on the receiver's plane."""
-_BLOCK = 32
+_BLOCK = 16
 
 
 class SeenFaces(NamedTuple):

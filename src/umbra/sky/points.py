@@ -3,15 +3,17 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.kernels import run_shared, take_next
 from umbra.machine import choose_threads, use_threads
 from umbra.sky.casters import SkyCasters
 from umbra.sky.events import find_events, find_spans
 from umbra.sky.gather import gather_faces
 from umbra.sky.nearest import add_shares
+from umbra.sky.occluders import keep_above, raise_skyline
 from umbra.sky.skyline import BINS, find_skyline, find_skylines
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import find_open, sum_up
@@ -86,12 +88,12 @@ def measure_sky(
     toward = toward / length[:, None]
     use_threads(choose_threads(threads))
     found = np.zeros((len(at), 2))
-    _measure(casters, at, toward, found)
+    run_shared(len(at), _measure, casters, at, toward, found)
     svf, share = np.maximum(found, 0.0).T
     if not objects:
         return PointSkies(svf, 100.0 * share, None)
     taken = np.zeros((len(at), objects))
-    _share(casters, at, toward, taken)
+    run_shared(len(at), _share, casters, at, toward, taken)
     whole = find_open(toward)[1]
     return PointSkies(svf, 100.0 * share, taken / np.where(whole > 0, whole, np.inf)[:, None])
 
@@ -109,23 +111,31 @@ def trace_free_sky(casters, p, normal):
     skylines, reaches = np.zeros((1, BINS)), np.zeros(1)
     skylines[0] = find_skyline(casters.strips, casters.strip_boxes, p)
     seen = gather_faces(casters, p, normal, 0.0, skylines, reaches)
+    raise_skyline(seen, skylines[0])
+    seen = keep_above(seen, skylines[0])
     events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), skylines[0])
     spans, owner = find_spans(seen)
     return seen, find_pieces(seen, normal, events, spans, owner, skylines[0])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _measure(casters, points, normals, found):
-    for i in prange(points.shape[0]):
+@njit(cache=True, nogil=True)
+def _measure(casters, points, normals, found, taken):
+    while True:
+        i = take_next(taken)
+        if i >= points.shape[0]:
+            return
         _, pieces = trace_free_sky(casters, points[i], normals[i])
         moments = np.zeros(7)
         integrate(pieces, moments)
         found[i, 0], found[i, 1] = sum_up(moments, normals[i])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _share(casters, points, normals, shares):
-    for i in prange(points.shape[0]):
+@njit(cache=True, nogil=True)
+def _share(casters, points, normals, shares, taken):
+    while True:
+        i = take_next(taken)
+        if i >= points.shape[0]:
+            return
         seen = find_seen(casters, points[i], normals[i])
         events = find_events(seen, normals[i], casters.is_between, np.zeros(BINS))
         moments = np.zeros((shares.shape[1], 7))

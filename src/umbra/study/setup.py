@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,29 +19,22 @@ from umbra.receivers.named import NamedReceivers
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
+from umbra.study.accumulators.blocked import BlockedSky
+from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measured import FindParts, MeasureSums
 from umbra.study.accumulators.named import GroupDays, NamedDays
 from umbra.study.compare import read_hours
-from umbra.study.loop import (
-    Accumulator,
-    TileRun,
-    count_passes,
-    look,
-    make_advance,
-    pass_lights,
-)
-from umbra.study.measures import Asked, guard
+from umbra.study.engine import Progress, count_each_tile, run_on_device
+from umbra.study.loop import Accumulator, TileRun, pass_lights
+from umbra.study.measures import Asked, Measure, guard
 from umbra.study.options import StudyOptions
+from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.version import __version__
 
 __all__ = ["Result", "Setup", "find_period", "settle_ground"]
-
-Progress = Callable[[int, int], object]
-_warm: set[type] = set()
-"""Counters whose kernels have run in this process."""
 
 
 def find_period(options: StudyOptions, site: Site | None) -> Period:
@@ -59,7 +52,7 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
         raise _ask_for_site()
     return make_period(
         options.date, options.start, options.end, options.every, site,
-        every_days=options.every_days, refraction=options.refraction,
+        every_days=options.every_days, refraction=options.refraction, clock=options.clock,
     )  # fmt: skip
 
 
@@ -114,12 +107,12 @@ class Result:
         for one in self.accumulators:
             one.blank(nothing)
 
-    def variables(self, laid: Receivers) -> Variables:
-        """Return the arrays of the result besides the hours of the whole period."""
-        return self.collect(laid)[0]
-
     def collect(self, laid: Receivers) -> tuple[Variables, frozenset[str]]:
-        """Return these arrays, and the names of those that are of no single date."""
+        """
+        Return the arrays of the result besides the hours of the whole period.
+
+        With them come the names of those that are of no single date.
+        """
         found = {**self.arrays.variables(laid), **laid.locate()}
         totals: set[str] = set()
         for one in self.accumulators:
@@ -185,7 +178,7 @@ class Setup:
         )
         attribution = AttributionOptions.of(scene, casters, options, canopies)
         proposed = frozenset(attribution.proposed or ())
-        if not options.asks_hours:
+        if not options.asks_hours and not any(one.by_caster for one in options.measures):
             attribution = AttributionOptions()
         results = ResultOptions.of(period, options)
         rest = [part for part in casters if part not in proposed]
@@ -208,7 +201,9 @@ class Setup:
         days = len(self.period.days)
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
-        measured = sum(8 * len(one.quantities) for one in self.options.measures)
+        measured = sum(
+            8 * (self.attribution.shown if one.per else 1) for one in self.options.quantities
+        )
         measured *= 3 if self.find_proposed else 1
         return self.results.bytes_kept(days) + attribution + behind + measured
 
@@ -253,7 +248,7 @@ class Setup:
         )  # fmt: skip
         return Result(arrays, self.make_accumulators(arrays, laid), 0.0, DEFAULT)
 
-    def count(self, laid: Receivers, progress: Progress) -> Result:
+    def count(self, laid: Receivers, progress: Progress = lambda _done, _all: None) -> Result:
         """
         Count the whole period on all receivers.
 
@@ -264,26 +259,31 @@ class Setup:
             Called with the number of instants done and the total.
         """
         tiles, begun = laid.make_tiles(self.request), self.begin(laid)
-        accumulators, lights = begun.accumulators, self.make_lights()
-        works = len(lights) * count_passes(accumulators)
-        works += sum(one.own_lights for one in accumulators)
         suns = self.period.sun.direction[self.period.sun.is_up]
-        seconds = 0.0
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:
-            for n, (where, make_tile) in enumerate(tiles):
-                tile = make_tile()
-                counter = counters.make(tile)
-                if type(counter) not in _warm and len(suns):
-                    # Load kernels, untimed: two suns, as a single one has kernels of its own.
-                    once = np.ones((len(suns), 1), np.int32)
-                    counter.add_weights(suns[:2], once[:2], np.zeros((1, *tile.shape), np.int32))
-                    _warm.add(type(counter))
-                started = time.perf_counter()
-                run = look(tile, self.canopy, where, counter)
-                pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
-                seconds += time.perf_counter() - started
-                del tile, counter, run  # else two tiles are held while the next is made
+            make_run = run_on_device(counters, self.canopy, suns)
+            seconds = count_each_tile(
+                tiles, self.make_lights(), begun.accumulators, make_run, progress
+            )
         return replace(begun, seconds=seconds, device=counters.device, note=counters.note)
+
+    def finish(
+        self, done: Result, laid: Receivers, facts: dict[str, object] | None = None
+    ) -> Study:
+        """
+        Return the study of what was counted, blank where nothing receives.
+
+        ``facts`` are those of the receivers by default.
+        """
+        nothing = laid.finish()
+        if nothing is not None:
+            done.blank(nothing)
+        arrays, (more, totals) = done.arrays, done.collect(laid)
+        return Study(
+            laid, self.period, arrays.shadow_hours, arrays.up_hours, done.masks,
+            laid.facts if facts is None else facts, more, totals,
+            self.options.asks_hours, self.options.quantities, done.groups,
+        )  # fmt: skip
 
     def make_lights(self) -> Lights:
         """Return the suns at the steps' midpoints, or dense enough to miss no interval."""
@@ -294,24 +294,14 @@ class Setup:
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
         """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
-        found: list[Accumulator] = [
-            MeasureSums(
-                one,
-                self.asked,
-                laid,
-                self.canopy,
-                self.find_proposed,
-                self.find_rest,
-                self.casters,
-            )
-            for one in self.options.measures
-        ]
+        found = [self._make_measured(one, laid) for one in self.options.measures]
         if not self.options.asks_hours:
             return found
         found.insert(
             0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
+            else DiscHours(arrays) if self.options.disc
             else HourSums(arrays)
         )  # fmt: skip
         if isinstance(laid, NamedReceivers) and self.period.days:
@@ -325,6 +315,18 @@ class Setup:
         elif attribution.groups is not None:
             found.append(Attribution(attribution, laid, arrays))
         return found
+
+    def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
+        """Return the accumulator of a measure."""
+        if measure.by_caster:
+            return BlockedSky(
+                measure, self.asked, laid, self.attribution, self.casters, self.find_proposed,
+                self.find_rest,
+            )  # fmt: skip
+        return MeasureSums(
+            measure, self.asked, laid, self.canopy, self.find_proposed, self.find_rest,
+            self.casters,
+        )  # fmt: skip
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
         """Return a tile's exact hours in shadow of some casters by date, (days, ...) [h]."""
@@ -357,6 +359,7 @@ class Setup:
             "longitude": getattr(site, "longitude", None),
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
+            "sun_disc_deg": RADIUS if self.options.disc else None,
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),

@@ -9,7 +9,7 @@ matplotlibrc could turn, and no pixel of the map resampled once more.
 import logging
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -53,7 +53,8 @@ __all__ = [
     "Paper",
     "find_font",
     "load_fonts",
-    "measure",
+    "measure_text",
+    "save_pages",
     "to_pixels",
     "wrap",
 ]
@@ -71,7 +72,7 @@ def find_font(
 
 
 @lru_cache(maxsize=4096)
-def measure(text: str, size: float, weight: str = "normal") -> float:
+def measure_text(text: str, size: float, weight: str = "normal") -> float:
     """Return the width of a line of type [inch]."""
     font = find_font(size, weight, find_families(text))
     with _pass_over_boxes():
@@ -96,7 +97,7 @@ def _pass_over_boxes() -> Iterator[None]:
 def load_fonts() -> None:
     """Load the typeface in both weights, which takes as long as measuring all of a sheet."""
     for weight in ("normal", "bold"):
-        measure("0", SMALL, weight)
+        measure_text("0", SMALL, weight)
 
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
@@ -114,9 +115,9 @@ def _join(
     pieces: list[str], joint: str, size: float, width: float, weight: str
 ) -> Iterator[tuple[str, float]]:
     """Join pieces into lines, with their lengths, as they fit; cut a word that is too long."""
-    line, length, gap = "", 0.0, measure(joint, size, weight)
+    line, length, gap = "", 0.0, measure_text(joint, size, weight)
     for piece in pieces:
-        own = measure(piece, size, weight)
+        own = measure_text(piece, size, weight)
         if line and length + gap + own <= width:
             line, length = line + joint + piece, length + gap + own
             continue
@@ -125,11 +126,11 @@ def _join(
         line, length = piece, own
         while joint == " " and length > width:
             end = len(line) - 1
-            while end > 1 and measure(line[:end], size, weight) > width:
+            while end > 1 and measure_text(line[:end], size, weight) > width:
                 end -= 1
             yield line[:end], width
             line = line[end:]
-            length = measure(line, size, weight)
+            length = measure_text(line, size, weight)
     yield line, length
 
 
@@ -286,19 +287,42 @@ class Paper:
 
 def _save_vectors(leaf: Leaf, path: str | os.PathLike[str], ending: str) -> None:
     """Write a PDF or an SVG."""
+    undated = {"CreationDate": None} if ending == "pdf" else {"Date": None}
+    with _set_vectors():
+        figure = _bind(leaf)
+        figure.savefig(path, format=ending, facecolor="white", metadata=undated)
+
+
+def save_pages(leaves: Sequence[Leaf], path: str | os.PathLike[str], title: str = "") -> None:
+    """Write a PDF of several pages."""
+    from matplotlib.backends.backend_pdf import PdfPages  # noqa: PLC0415
+
+    about: Any = {"CreationDate": None, "Title": title or None}
+    with _set_vectors(), PdfPages(path, metadata=about) as pages:
+        for leaf in leaves:
+            pages.savefig(_bind(leaf), facecolor="white")
+
+
+@contextmanager
+def _set_vectors() -> Iterator[None]:
+    """Set matplotlib so that type stays type, whatever a user's file says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_VECTORS)
+        yield
+
+
+def _bind(leaf: Leaf) -> Any:
+    """Return a figure that draws a leaf."""
     from matplotlib.figure import Figure  # noqa: PLC0415  (PNG needs none)
 
     class Bound(Artist):
         def draw(self, renderer: RendererBase) -> None:
             leaf.draw(renderer)
 
-    undated = {"CreationDate": None} if ending == "pdf" else {"Date": None}
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(_VECTORS)
-        figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
-        figure.add_artist(Bound())
-        figure.savefig(path, format=ending, facecolor="white", metadata=undated)
+    figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
+    figure.add_artist(Bound())
+    return figure
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from umbra.errors import InputError, find_similar
 from umbra.options import check_types, option, read_path, read_text
 from umbra.packages import require
-from umbra.writers.city import CITY_FORMATS
-from umbra.writers.formats import FORMATS
+from umbra.writers.formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
 
 if TYPE_CHECKING:
@@ -61,7 +60,8 @@ class Outputs:
     at: Sequence[str] = _pictures(
         "texts",
         "Clock times of the profile, films and outlines: 09:00,12:00,15:00; default: the profile "
-        "shows the ends of all steps, films round times, outlines whole hours.",
+        "shows the ends of all steps (round times of more than four dates), films round times, "
+        "outlines whole hours.",
         default=(),
         metavar="HH:MM,...",
     )
@@ -88,8 +88,8 @@ class Outputs:
     )
     rules: Any = _files(  # a path, or the rules that it holds
         "path",
-        "Check the result against a file of rules; writes verdicts.csv.",
-        metavar="FILE.yaml",
+        "Judge the result by a rule that 'umbra rules' lists, or a file; writes verdicts.csv.",
+        metavar="NAME|FILE",
     )
 
     def __post_init__(self) -> None:
@@ -102,10 +102,11 @@ class Outputs:
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
         if self.rules is not None:
-            from umbra.study.rules import Rules, read_rules  # noqa: PLC0415
+            from umbra.rules.first_format import Rules  # noqa: PLC0415
+            from umbra.rules.read import read_any  # noqa: PLC0415
 
-            if not isinstance(self.rules, Rules):
-                object.__setattr__(self, "rules", read_rules(read_path("rules", self.rules)))
+            if not isinstance(self.rules, (Rules, list)):
+                object.__setattr__(self, "rules", read_any(read_path("rules", self.rules)))
         if any(text.strip(" ,") for text in self.at):
             from umbra.sun.clock import check_stamps  # noqa: PLC0415
 

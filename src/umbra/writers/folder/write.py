@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,15 @@ import numpy as np
 from umbra.errors import InputError, write_for_shell
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
-from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
+from umbra.receivers.windows import WindowReceivers
 from umbra.study import Study, StudyOptions
+from umbra.study.remarks import tell_long_shadows
+from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
-from umbra.writers.folder.areas import write_area_table
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.measured import draw_measures
+from umbra.writers.folder.named import write_named_tables
 from umbra.writers.folder.pictures import (
     Sheets,
     describe_points,
@@ -42,15 +45,13 @@ RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 LISTING = ".umbra-files"
 """Names of the files in a folder that are of no usual name."""
 _LONGEST = 1 << 20  # that is read of it [byte]
-_CUT = 0.25
-"""Time in shadow at the edge of a plan from which the cut is told [h]."""
 _MOST_DARK = 1000
 """Points without sun that are looked for in bodies."""
 _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|areas_by_hours|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(cells|instants|areas|areas_by_hours|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
     r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
@@ -233,13 +234,8 @@ def _tell_facts(job: FolderJob) -> None:
 def note_cut(job: FolderJob) -> None:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     hours = job.study.shadow_hours
-    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
-    if most >= _CUT:
-        job.say(
-            f"note: the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is "
-            f"high; longer ones are cut at its edge, where they last up to {most:.1f} h; extent= "
-            "shows more"
-        )
+    for told in tell_long_shadows((hours[0], hours[-1], hours[:, 0], hours[:, -1])):
+        job.say(f"note: {told}")
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
@@ -253,6 +249,8 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
     draw_hours = draw_plan_of_points
+    if isinstance(job.study.laid, WindowReceivers):
+        job = replace(job, study=average_windows(job.study))
     if job.study.samples is not None:
         job, draw_hours = look_at_surfaces(job), draw_surfaces
     names = draw_hours(job) if job.study.has_hours else []
@@ -265,22 +263,30 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
 
     study, outputs = job.study, job.outputs
     write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
-    own = write_area_table(job)
+    own = write_named_tables(job)
     if not outputs.report and not outputs.files and not outputs.rules:
         return own
     from umbra.writers.formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
+    from umbra.writers.proof.of_study import write_study_verdicts  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
-    formats = Job(study, job.folder, title, job.say, job.show, outputs.at, job.failures)
+    options = job.options
+    formats = Job(
+        study, job.folder, title, job.say, job.show, outputs.at, job.failures, options.cast,
+        options.no_cast,
+    )  # fmt: skip
     names = own + write_formats(formats, outputs.files)
     tables = []
-    if outputs.rules:
+    if isinstance(outputs.rules, list):
+        tables += write_study_verdicts(job.folder / VERDICTS, study, job.options, outputs.rules)
+    elif outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
 
         tables.append(_write_verdicts(job, judge(study, outputs.rules)))
         _note_standing(tables[0].pins, job.say)
         _note_area(job)
+    if outputs.rules:
         names.append(VERDICTS)
     if outputs.report and plan is not None:
         from umbra.writers.report import write_report  # noqa: PLC0415
