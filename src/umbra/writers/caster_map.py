@@ -12,7 +12,7 @@ from umbra.writers.marks import draw_swatches
 from umbra.writers.paper import INK, SMALL, wrap
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import MISSING, Plan, cover_with_roofs, draw_appearance
-from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = ["HUES", "OTHERS", "WhoMap", "make_who_sheet"]
 
@@ -60,7 +60,7 @@ def make_who_sheet(plan: Plan, who: WhoMap, max_hours: float, what: str = "") ->
     A hue is of one caster and deepens up to ``max_hours`` [h]. Borders between casters are lines,
     so that they stay in grey print.
     """
-    sheet = lay_out(plan, 0.75)
+    sheet = lay_out_sheet(plan, 0.75)
     (panel,) = sheet.maps
     size = panel.map_size
     rows, cols = (np.minimum((np.arange(n) + HALF) * m / n, m - 1).astype(np.intp)

@@ -10,7 +10,7 @@ from umbra.study import Study, split_dates
 from umbra.study.timeline import LONGEST_VIEW, Timeline
 from umbra.writers.packing import pack_hours
 from umbra.writers.pixels import shade_ramp, write_png
-from umbra.writers.plan import spread
+from umbra.writers.plan import spread_largest
 from umbra.writers.report.markup import make_address
 
 __all__ = ["pack_losses", "pack_plan_losses"]
@@ -48,7 +48,7 @@ def pack_plan_losses(
     if proposed:
         tile = study.model.make_tile(study.grid.coarser(LONGEST_VIEW))
         new = tile.find_cells(study.model.scene.select(proposed))
-        inner = spread(np.where(new, 0, 255).astype(np.uint8), 1) == 0
+        inner = spread_largest(np.where(new, 0, 255).astype(np.uint8), 1) == 0
         more["proposed"] = _draw_mask(new & ~inner, _RED)
     return more
 
