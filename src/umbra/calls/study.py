@@ -37,6 +37,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     every_days: int = 1,
     by_day: bool | None = None,
     refraction: Refraction = "standard",
+    horizon: str | Path | None = None,
     measure: str | Sequence[str] = (),
     sky_directions: int | str = 4096,
     weather: str | Path | None = None,
@@ -123,6 +124,10 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Shell patterns of the proposed parts: find the sun that they take from the others.
     under : str or float
         Find where ``proposed`` reduces the hours of sun below this limit.
+    horizon : path, optional
+        The land far away, the same from every receiver: a table ``azimuth,elevation`` from true
+        north clockwise, PVGIS' horizon profile, or bare elevations as ``umbra sky --write horizon``
+        writes them [degrees]. Suns and directions of the sky below it reach no receiver.
     measure : str or sequence of str
         What is measured: ``'sun_hours'`` and ``'shadow_hours'`` (default), ``'sky_view_factor'``,
         ``'sky_component'``; of a year of suns ``'probable_sun_hours'`` with both shares

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights.horizon import Horizon
 from umbra.lights.weighted import Lights
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
 from umbra.sun.clock import check_steps
@@ -35,6 +36,8 @@ class Period:
     site : Site
         May be None where there are no days.
     refraction : {'standard', 'none'}
+    horizon : Horizon, optional
+        Land far away. Suns behind it are up, and every receiver is in its shadow.
     """
 
     days: tuple[dt.date, ...]
@@ -42,6 +45,7 @@ class Period:
     sun: SunPath
     site: Site
     refraction: Refraction
+    horizon: Horizon | None = None
 
     @property
     def instants(self) -> NDArray[np.datetime64]:
@@ -103,6 +107,13 @@ class Period:
         stamps = np.concatenate([steps.stamps for steps in self.steps])
         path = find_sun(self.site, stamps, refraction=self.refraction)
         return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])
+
+    def meets_land(self, directions: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which directions (n, 3), or homogeneous lights (n, 4), meet the land, (n,)."""
+        if self.horizon is None:
+            return np.zeros(len(directions), np.bool_)
+        north = 0.0 if self.site is None else self.site.true_north
+        return self.horizon.covers(directions, north)
 
     def pick(self, day: int) -> "Period":
         """Return the period of one day alone."""

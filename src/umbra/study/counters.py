@@ -10,7 +10,14 @@ from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import CounterByMasks
 from umbra.receivers.kind import Counter, Tile
 
-__all__ = ["GroundLightCounter", "LightCounter", "RayCounter", "find_ground_lights", "find_suns"]
+__all__ = [
+    "GroundLightCounter",
+    "LandCounter",
+    "LightCounter",
+    "RayCounter",
+    "find_ground_lights",
+    "find_suns",
+]
 
 
 def find_suns(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -21,6 +28,51 @@ def find_suns(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
 def find_ground_lights(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which homogeneous lights (n, 4) are directions below the horizon, (n,) bool."""
     return (lights[:, 3] == 0) & (lights[:, 2] < 0)
+
+
+class LandCounter:
+    """
+    Counter of suns of which some are behind the land: these leave every receiver in shadow.
+
+    Parameters
+    ----------
+    counter : Counter
+        Of the other suns.
+    shape : tuple of int
+        Of the receivers.
+    meets_land : callable
+        Returns which directions (n, 3) meet the land, (n,) bool.
+    """
+
+    def __init__(
+        self, counter: Counter, shape: tuple[int, ...],
+        meets_land: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
+    ) -> None:  # fmt: skip
+        self._counter, self._shape, self._meets_land = counter, shape, meets_land
+
+    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return for each sun (n, 3) the receivers in shadow."""
+        is_free = ~self._meets_land(lights)
+        masks = np.ones((len(lights), *self._shape), np.uint8)
+        if is_free.any():
+            masks[is_free] = self._counter.masks(np.ascontiguousarray(lights[is_free]))
+        return masks
+
+    def add_weights(
+        self,
+        lights: NDArray[np.float64],
+        weights: NDArray[np.int32],
+        sums: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Add to each receiver the weights (n, k) of the suns that leave it in shadow."""
+        is_free = ~self._meets_land(lights)
+        behind = weights[~is_free].sum(0, dtype=np.int32)
+        sums += behind.reshape(-1, *[1] * (sums.ndim - 1))
+        progress(int((~is_free).sum()))
+        if is_free.any():
+            some = np.ascontiguousarray(lights[is_free]), np.ascontiguousarray(weights[is_free])
+            self._counter.add_weights(*some, sums, progress)
 
 
 class RayCounter(CounterByMasks):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.devices import StudyCounters
-from umbra.lights import Lights
+from umbra.lights import Lights, Period
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.counters import RayCounter
 from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, make_tile_run, pass_lights
@@ -66,14 +66,15 @@ def count_each_tile(
     return seconds
 
 
-def run_by_tiles(canopy: Canopy | None) -> MakeRun:
-    """Count each tile by its own counter."""
-    return lambda _number, where, tile: make_tile_run(tile, canopy, where)
+def run_by_tiles(canopy: Canopy | None, period: Period | None = None) -> MakeRun:
+    """Count each tile by its own counter, and suns behind the land of a period as shadow."""
+    return lambda _n, where, tile: make_tile_run(tile, canopy, where).behind_land(period)
 
 
 def run_on_device(
-    counters: StudyCounters, canopy: Canopy | None, suns: NDArray[np.float64]
-) -> MakeRun:
+    counters: StudyCounters, canopy: Canopy | None, suns: NDArray[np.float64],
+    period: Period | None = None,
+) -> MakeRun:  # fmt: skip
     """Count each tile on a device, whose kernels are loaded for suns (n, 3) before the clock."""
 
     def make_run(_number: int, where: Any, tile: Tile) -> TileRun:
@@ -83,7 +84,7 @@ def run_on_device(
             once = np.ones((len(some), 1), np.int32)
             counter.add_weights(some, once, np.zeros((1, *tile.shape), np.int32))
             _warm.add(type(counter))
-        return make_tile_run(tile, canopy, where, counter)
+        return make_tile_run(tile, canopy, where, counter).behind_land(period)
 
     return make_run
 

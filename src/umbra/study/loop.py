@@ -1,16 +1,16 @@
 """The loop of every study: count each light's shadows and pass them to accumulators."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
-from umbra.lights import Lights
+from umbra.lights import Lights, Period
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
-from umbra.study.counters import LightCounter
+from umbra.study.counters import LandCounter, LightCounter
 
 __all__ = [
     "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "make_tile_run", "pass_lights",
@@ -65,6 +65,13 @@ class TileRun:
             return
         for some, tile in self.reach(lights):
             yield some, tile, None
+
+    def behind_land(self, period: Period | None) -> Self:
+        """Return the run with every receiver in shadow while the sun is behind a period's land."""
+        if period is None or period.horizon is None:
+            return self
+        find = period.meets_land
+        return replace(self, counters=[LandCounter(one, self.shape, find) for one in self.counters])
 
     def add_up(self, lights: Lights) -> NDArray[np.float32]:
         """

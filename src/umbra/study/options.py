@@ -264,7 +264,23 @@ class StudyOptions(ReceiverOptions):
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
         self._check_disc()
+        self._check_horizon()
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
+
+    def _check_horizon(self) -> None:
+        """Read the horizon; refuse what does not know the land."""
+        if self.horizon is None:
+            return
+        from umbra.lights import read_horizon  # noqa: PLC0415  (the help needs none)
+
+        object.__setattr__(self, "horizon", read_horizon(self.horizon))
+        wrong = next((name for name in ("exact", "disc") if getattr(self, name)), None)
+        if wrong is not None:
+            msg = f"horizon= blocks suns and directions of the sky whole; leave {wrong}= or it out"
+            raise InputError(msg, option="horizon")
+        if any(one.by_caster for one in self.measures):
+            msg = "horizon= is no caster whose share of the sky is found; leave it or measure= out"
+            raise InputError(msg, option="horizon")
 
     def _check_disc(self) -> None:
         """Refuse what is of the sun's middle alone beside its disc."""

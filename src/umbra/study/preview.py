@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.lights import Lights, Period
 from umbra.receivers.tile import Counter
 from umbra.scene.grid import Grid
-from umbra.study.loop import add_up
+from umbra.study.loop import add_up, make_tile_run
 from umbra.study.result import Study
 from umbra.sun import find_sun
 from umbra.sun.clock import ROUND, Stamps, Steps, find_round_stamps, find_stamps
@@ -110,7 +110,7 @@ def find_moments(
             local[k].astimezone(dt.UTC), local[k], float(path.altitude[k]),
             float(path.azimuth[k]), path.direction[k],
         )
-        for k in np.flatnonzero(path.is_up)
+        for k in np.flatnonzero(path.is_up & ~study.period.meets_land(path.direction))
     ]  # fmt: skip
 
 
@@ -250,6 +250,7 @@ def make_preview(
 
     def count() -> NDArray[np.bool_]:
         found = cells.counter.masks(path.direction[path.is_up]).view(np.bool_)
+        found[study.period.meets_land(path.direction[path.is_up])] = True
         nothing = tile.nothing
         if nothing.any():
             found &= ~nothing
@@ -345,7 +346,8 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
     )  # fmt: skip
     length = np.repeat(hours / parts, parts)
     lights = Lights.of(path.direction[path.is_up], length[path.is_up])  # the last step is shorter
-    total = add_up(tile.make_counter(), tile.shape, lights)[0]
+    run = make_tile_run(tile, None).behind_land(period)
+    total = add_up(run.counters[0], tile.shape, lights)[0]
     total[tile.nothing] = np.nan
     return FinerHours(total, float(length[path.is_up].sum()), 3600 * float(length[0]))
 

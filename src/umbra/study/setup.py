@@ -47,13 +47,14 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
         If a date or a time is wrong, or there is no site.
     """
     if options.date is None:
-        return make_no_period(site)
+        return replace(make_no_period(site), horizon=options.horizon)
     if site is None:
         raise _ask_for_site()
-    return make_period(
+    period = make_period(
         options.date, options.start, options.end, options.every, site,
         every_days=options.every_days, refraction=options.refraction, clock=options.clock,
     )  # fmt: skip
+    return replace(period, horizon=options.horizon)
 
 
 def _ask_for_site() -> InputError:
@@ -261,7 +262,7 @@ class Setup:
         tiles, begun = laid.make_tiles(self.request), self.begin(laid)
         suns = self.period.sun.direction[self.period.sun.is_up]
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:
-            make_run = run_on_device(counters, self.canopy, suns)
+            make_run = run_on_device(counters, self.canopy, suns, self.period)
             seconds = count_each_tile(
                 tiles, self.make_lights(), begun.accumulators, make_run, progress
             )
@@ -360,6 +361,7 @@ class Setup:
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
             "sun_disc_deg": RADIUS if self.options.disc else None,
+            **self._describe_land(),
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),
@@ -370,6 +372,14 @@ class Setup:
             "count_seconds": seconds,
         }
         return {name: fact for name, fact in facts.items() if fact is not None}
+
+    def _describe_land(self) -> dict[str, object]:
+        """Return attributes of the horizon, if there is one."""
+        land = self.period.horizon
+        if land is None:
+            return {}
+        told = f"{land.name} sha256:{land.sha256}"
+        return {"horizon": told, "horizon_highest_deg": land.highest}
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""

@@ -67,6 +67,12 @@ class TimeOptions:
         "choice", "The sun's apparent position (standard), or its position without air (none).",
         default="standard", choices=("standard", "none"), attribute="refraction",
     )  # fmt: skip
+    horizon: Any = _time(
+        "table",
+        "Land far away, which blocks the sun and the sky below it: a file azimuth,elevation from "
+        "true north [degrees], PVGIS' horizon profile, or elevations of --write horizon.",
+        metavar="FILE",
+    )  # fmt: skip
     measure: Sequence[str] = _measures(
         "texts",
         "What is measured, one or several by commas: sun_hours and shadow_hours (default), "

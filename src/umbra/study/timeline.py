@@ -191,7 +191,9 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     tile = study.model.make_tile(grid)
     kept = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
     lights = Lights.of(study.sun.direction[which[shown]], step=shown)
-    count_each_tile([(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy))
+    count_each_tile(
+        [(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy, study.period)
+    )
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
@@ -222,7 +224,7 @@ def make_point_timeline(study: Study) -> Instants:
     else:
         lights = Lights.of(study.sun.direction[which[shown]], step=shown)
         tiles = study.laid.make_ray_tiles()
-        count_each_tile(tiles, lights, [kept], run_by_tiles(study.model.canopy))
+        count_each_tile(tiles, lights, [kept], run_by_tiles(study.model.canopy, study.period))
     return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
 
 

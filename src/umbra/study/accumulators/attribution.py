@@ -140,6 +140,7 @@ class Attribution(Accumulator):
         """Find the shadows of each piece of casters at some instants."""
         arrays = self.arrays
         hours = lights.weights[some, 0].astype(np.float32)
+        hours[arrays.period.meets_land(lights.directions[some])] = 0  # no caster's shadow
         through = np.zeros(len(hours))
         if arrays.shares is not None:
             through = arrays.shares[arrays.period.day_of_step[lights.step[some]]]

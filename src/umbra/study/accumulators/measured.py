@@ -73,11 +73,13 @@ class MeasureSums(Accumulator):
             self._kept, self._kept_unit = round_weights(weights * self._find_shares()[:, None])
 
     def _find_lights(self) -> Lights:
-        """Return the measure's lights but for those behind level ground, where all are level."""
+        """Return its lights but those behind land, or behind level ground where all are level."""
         lights: Lights = guard(self.measure, self.asked.make_lights, self.measure)
-        if not (self._is_level and self.measure.follows_normal):
+        kept = ~self.asked.period.meets_land(lights.vectors)
+        if self._is_level and self.measure.follows_normal:
+            kept &= ~find_ground_lights(lights.vectors)
+        if kept.all():
             return lights
-        kept = ~find_ground_lights(lights.vectors)
         found = lights.pick(kept)
         return replace(found, starts=lights.starts[kept], ends=lights.ends[kept])
 

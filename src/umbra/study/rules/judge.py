@@ -68,6 +68,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
                 _find_day(study.period, check, date), check.start, check.end, check.every,
                 study.site, refraction=study.refraction,
             )  # fmt: skip
+            period = replace(period, horizon=study.period.horizon)
             verdicts += judge_one(study, check, period)
     return verdicts
 

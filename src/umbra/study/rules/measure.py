@@ -84,6 +84,7 @@ def measure(
     """
     share = None if canopy is None else canopy.season.find_share(period.days[0])
     count = IntervalCount(check.min_spell // dt.timedelta(microseconds=1), share)
+    run = run.behind_land(period)
     pass_lights(run, period.make_lights(period.sun.altitude >= check.min_altitude), [count])
     return count.finish()
 
