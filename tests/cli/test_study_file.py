@@ -184,7 +184,7 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 NAMES = """
 files lat lon tz north
 date from to clock every every-days by-day refraction
-measure sky-directions weather albedo sunshine
+measure sky-directions weather albedo sunshine horizon
 receivers spacing on points eye target fov ground extent cell size crs
 windows judge reveal areas areas-on least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
@@ -224,7 +224,9 @@ def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monke
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
-@pytest.mark.parametrize("option", ["points", "rules", "area", "files", "weather", "sunshine"])
+@pytest.mark.parametrize(
+    "option", ["points", "rules", "area", "files", "weather", "horizon", "sunshine"]
+)
 def test_a_file_that_names_an_endless_one_is_refused(umbra_here, tmp_path, tower, option):
     path = tmp_path / "mine.toml"
     files = "" if option == "files" else f'files = "{tower}"\n'

@@ -133,6 +133,16 @@ def test_energy_and_probable_sun(scene, tmp_path):
     assert float(land.probable_sun_hours[0]) == 0
 
 
+def test_land_stands_before_and_after_a_proposal(scene, tmp_path):
+    """Before it the place has the sky that the ring leaves, after it less."""
+    asked = {**SKY, "points": [(0, -12, 0, 0, 0, 1)], "date": None, "proposed": "house"}
+    asked |= {"measure": "sky_view_factor", "horizon": save(tmp_path, [30] * 8)}
+    found = study(scene, **asked)
+    free = math.cos(math.radians(30)) ** 2
+    assert float(found.sky_view_factor_before[0]) == pytest.approx(free, abs=2e-3)
+    assert float(found.sky_view_factor[0]) < free - 0.01
+
+
 def test_pictures_show_the_land(scene, tmp_path):
     """The page's instants and the previews are dark while the sun is behind the land."""
     from umbra.study.preview import find_moments, make_preview  # noqa: PLC0415
