@@ -1,11 +1,11 @@
 """
-What a check asks on one date: which receivers, when, how many hours, of how many of them.
+What is asked on one date: which receivers, when, and how many hours.
 
 An ask is measured on any casters by the study's own counters: on what stands around before a height
 is sought, and on the found heights to verify them.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,11 +13,8 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
 from umbra.envelope.needs import LONGEST, SPELLS, SUM, Needs, measure_lit
-from umbra.envelope.planes import Crossings, Pieces, cross_cells
-from umbra.envelope.plot import Plot
-from umbra.errors import InputError
+from umbra.envelope.planes import Crossings, Pieces
 from umbra.lights import Lights, Period
-from umbra.machine import find_memory, name_memory
 from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
@@ -26,12 +23,11 @@ from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.loop import look, pass_lights
 
-__all__ = ["Ask", "Base", "find_base", "join_needs"]
+__all__ = ["Ask", "measure_pieces"]
 
 _HOUR = 3.6e9  # [us]
 _SLACK = 1e-4  # rounding of hours kept as float32 [h]
 _EXACT = 0.1  # tolerance of solved times [s]
-_BYTES = 150  # of a crossing while it is sorted [byte]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +53,8 @@ class Ask:
         Least length of a spell [h].
     min_altitude : float
         Lowest altitude of the sun that counts [degrees].
-    owner : (n,) int64
-        Group of each receiver, ascending; a group of one must meet the limit.
-    names : tuple of str
-        Of the groups.
-    weight : (n,) float64
-        Of each receiver in its group.
-    share : float
-        Share of a group's weight that must meet the limit.
+    min_angle : float
+        Lowest angle between a receiver's plane and the sun's azimuth that counts [degrees].
     is_continuous : bool
         Whether hours are of the sun's path, not of steps judged at their middle.
     is_alone : bool
@@ -79,27 +69,9 @@ class Ask:
     measure: int = SUM
     least: float = 0.0
     min_altitude: float = 0.0
-    owner: NDArray[np.int64] | None = None
-    names: tuple[str, ...] = ()
-    weight: NDArray[np.float64] | None = None
-    share: float = 1.0
+    min_angle: float = 0.0
     is_continuous: bool = False
     is_alone: bool = False
-
-    @cached_property
-    def group(self) -> NDArray[np.int64]:
-        """Group of each receiver."""
-        return np.arange(len(self.labels)) if self.owner is None else self.owner
-
-    @cached_property
-    def weights(self) -> NDArray[np.float64]:
-        """Weight of each receiver."""
-        return np.ones(len(self.labels)) if self.weight is None else self.weight
-
-    @property
-    def group_names(self) -> tuple[str, ...]:
-        """Name of each group."""
-        return self.labels if self.owner is None else self.names
 
     @cached_property
     def lights(self) -> Lights:
@@ -110,10 +82,9 @@ class Ask:
 
     def count(self, casting: Casting | None) -> NDArray[np.float64]:
         """Measure the hours of all receivers among casters, (n,) [h]; None: nothing casts."""
-        if casting is None:
-            return measure_pieces(self, self.cut(self.find_masks(None)))
-        part = np.full(len(self.places), -1)
-        tile = PointTile(casting, self.places, part)
+        if casting is None or self.min_angle > 0:
+            return measure_pieces(self, self.cut(self.find_masks(casting)))
+        tile = PointTile(casting, self.places, np.full(len(self.places), -1))
         if not self.is_continuous:
             count = IntervalCount(round(self.least * _HOUR))
             pass_lights(look(tile, None), self.lights, [count])
@@ -129,25 +100,22 @@ class Ask:
         return to_hours(values).astype(np.float64)
 
     def meets(self, hours: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which groups meet the ask, (n_groups,) bool."""
-        met = hours >= self.limit - _SLACK
-        whole = np.bincount(self.group, self.weights)
-        return np.bincount(self.group, self.weights * met) >= self.share * whole - 1e-9
-
-    def lower(self, hours: NDArray[np.float64]) -> "Ask":
-        """Ask of groups that do not meet it no more than these hours, each of its receivers."""
-        broken = ~self.meets(hours)[self.group]
-        # All receivers of a broken group keep what they have; of others as many as before.
-        limit = np.where(broken, hours, self.limit)
-        return replace(self, limit=limit) if broken.any() else self
+        """Return which receivers have enough, (n,) bool."""
+        return hours >= self.limit - _SLACK
 
     def find_masks(self, casting: Casting | None) -> NDArray[np.uint8]:
         """Return the receivers in shadow at each instant, (m, n) uint8."""
-        suns = self.lights.directions
+        suns, normals = self.lights.directions, self.places.normals
         if casting is None:
-            facing = self.places.normals @ suns.T if len(suns) else np.zeros((0, 0))
-            return (facing <= 0).T.astype(np.uint8)
-        return PointTile(casting, self.places, np.full(len(self.places), -1)).masks(suns)
+            with np.errstate(invalid="ignore"):  # points without a plane face every sun
+                masks = (suns @ normals.T <= 0).astype(np.uint8)
+        else:
+            masks = PointTile(casting, self.places, np.full(len(normals), -1)).masks(suns)
+        if self.min_angle > 0:
+            level = np.hypot(suns[:, 0], suns[:, 1])[:, None]
+            level = np.maximum(level * np.hypot(normals[:, 0], normals[:, 1]), 1e-12)
+            masks |= suns[:, :2] @ normals[:, :2].T / level < np.sin(np.radians(self.min_angle))
+        return masks
 
     def cut(self, masks: NDArray[np.uint8]) -> Pieces:
         """Cut the lit time of each receiver into pieces: steps, or what is lit of them."""
@@ -189,92 +157,13 @@ class _ExactTable(ExactIntervals):
 def measure_pieces(ask: Ask, pieces: Pieces) -> NDArray[np.float64]:
     """Measure all pieces of an ask's receivers, (n,) [h]."""
     count = len(ask.labels)
-    none = Crossings(np.zeros(len(pieces.hours) + 1, np.int64), *np.zeros((3, 0)))  # type: ignore
-    needs = _make_needs(ask, pieces, none)
+    some = np.arange(count)
+    start = np.searchsorted(pieces.receiver, np.arange(count + 1))
+    none = Crossings(np.zeros(len(pieces.hours) + 1, np.int64), np.zeros(0, np.int32),
+                     np.zeros(0), np.zeros(0))  # fmt: skip
+    needs = Needs(
+        none, pieces.hours, pieces.goes_on, start, np.full(count, ask.measure),
+        np.full(count, ask.least), ask.limit, np.ones(count), np.arange(count + 1), np.ones(count),
+    )  # fmt: skip
     lit = np.ones(len(pieces.hours), np.bool_)
-    return np.array([measure_lit(needs, k, lit) for k in range(count)])
-
-
-def _make_needs(ask: Ask, pieces: Pieces, crossings: Crossings) -> Needs:
-    count = len(ask.labels)
-    groups = np.searchsorted(ask.group, np.arange(len(ask.group_names) + 1))
-    whole = np.bincount(ask.group, ask.weights)
-    return Needs(
-        crossings, pieces.hours, pieces.goes_on,
-        np.searchsorted(pieces.receiver, np.arange(count + 1)), np.full(count, ask.measure),
-        np.full(count, ask.least), np.array(ask.limit, np.float64), ask.weights,
-        groups.astype(np.int64), ask.share * whole,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Base:
-    """
-    What receivers have before anything is built, and what must remain.
-
-    Parameters
-    ----------
-    ask : Ask
-        With limits that are not above what is there.
-    hours : (n,) float64
-        Before [h].
-    broken : (n_groups,) bool
-        Whether a group does not meet what was asked.
-    needs : Needs
-    """
-
-    ask: Ask
-    hours: NDArray[np.float64]
-    broken: NDArray[np.bool_]
-    needs: Needs
-
-
-def find_base(ask: Ask, casting: Casting | None, plot: Plot) -> Base:
-    """
-    Measure an ask on what stands around, and find the planes of the sun over the plot.
-
-    Raises
-    ------
-    InputError
-        If the planes do not fit in memory.
-    """
-    pieces = ask.cut(ask.find_masks(casting))
-    hours = measure_pieces(ask, pieces)
-    broken = ~ask.meets(hours)
-    ask = ask.lower(hours)
-    longest = int((pieces.last - pieces.first).max(initial=0)) + 1
-    most = len(pieces.hours) * sum(plot.index.shape) * (2 if longest > 1 else 1)
-    if most * _BYTES / 3 > find_memory():
-        msg = (
-            f"the rays of {len(pieces.hours):,} lit steps over {sum(plot.index.shape):,} rows and "
-            f"columns of cells need some {most * _BYTES / 3e9:,.0f} GB and "
-            f"{name_memory(find_memory())}; give a larger cell= or fewer receivers"
-        )
-        raise InputError(msg, option="cell")
-    suns = ask.lights.directions
-    crossings = cross_cells(plot, pieces, ask.places.points, suns)
-    return Base(ask, hours, broken, _make_needs(ask, pieces, crossings))
-
-
-def join_needs(bases: list[Base]) -> Needs:
-    """Join the needs of several asks."""
-    all_needs = [base.needs for base in bases]
-
-    def join(name: str) -> NDArray:
-        return np.concatenate([getattr(needs, name) for needs in all_needs])
-
-    def chain(starts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-        counts = np.concatenate([np.diff(some) for some in starts])
-        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-    crossings = Crossings(
-        chain([needs.crossings.start for needs in all_needs]),
-        np.concatenate([needs.crossings.cell for needs in all_needs]),
-        np.concatenate([needs.crossings.clear for needs in all_needs]),
-        np.concatenate([needs.crossings.dark for needs in all_needs]),
-    )
-    return Needs(
-        crossings, join("hours"), join("goes_on"), chain([needs.start for needs in all_needs]),
-        join("measure"), join("least"), join("limit"), join("weight"),
-        chain([needs.group for needs in all_needs]), join("wanted"),
-    )  # fmt: skip
+    return np.array([measure_lit(needs, k, lit) for k in some], np.float64)

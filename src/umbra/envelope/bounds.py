@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.envelope.needs import SLACK, Needs
 
-__all__ = ["bound_cells", "bound_sum"]
+__all__ = ["bound_cells", "bound_sum", "take_cheapest"]
 
 
 def bound_cells(needs: Needs, top: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,9 +78,9 @@ def _pass_over(owner, cell, height, weight, spare, slack):
 
 def bound_sum(
     needs: Needs, ceiling: NDArray[np.float64], floor: NDArray[np.float64], steps: int
-) -> float:
+) -> tuple[float, NDArray[np.float64]]:
     """
-    Bound the sum of all heights over a floor [m].
+    Bound the sum of all heights over a floor [m], and price the pieces by it.
 
     Parameters
     ----------
@@ -90,13 +90,21 @@ def bound_sum(
     floor : (n_cells,) float64
         Height below which no cell is counted: the ground [m].
     steps : int
+
+    Returns
+    -------
+    bound : float
+        [m].
+    prices : (n_pieces,) float64
+        Mean of the later half of the steps [m].
     """
+    prices = np.zeros(len(needs.hours))
     whole = float((ceiling - floor).sum())
     crossings = needs.crossings
     excess = ceiling[crossings.cell] - np.maximum(crossings.dark, floor[crossings.cell])
     some = np.flatnonzero(excess > SLACK)
     if not len(some):
-        return whole
+        return whole, prices
     some = some[np.argsort(crossings.cell[some], kind="stable")]
     piece = np.repeat(np.arange(len(needs.hours)), np.diff(crossings.start))[some]
     excess, cell = excess[some], crossings.cell[some]
@@ -108,16 +116,25 @@ def bound_sum(
         power -= np.maximum.reduceat(power, first)[run]
         share = np.exp(power)
         share /= np.add.reduceat(share, first)[run]
-        price = np.bincount(piece, share * excess, len(needs.hours))
+        price = np.bincount(piece, share * excess, len(needs.hours)).astype(np.float64)
         value, used = _find_cheapest(needs, price)
+        prices += price if 2 * step >= steps else 0.0
         best = max(best, value)
         power += (2.0 / mean / np.sqrt(step + 1.0)) * excess * used[piece]
-    return whole - best
+    return whole - best, prices * 2 / steps
 
 
-def _find_cheapest(
-    needs: Needs, price: NDArray[np.float64]
-) -> tuple[float, NDArray[np.float64]]:
+def take_cheapest(needs: Needs, prices: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return for each need its cheapest pieces that are enough, (n_pieces,) bool."""
+    count = len(needs.limit)
+    need = np.repeat(np.arange(count), np.diff(needs.start))
+    used, cost = _fill(need, prices, needs.hours, needs.limit, count)
+    group = np.repeat(np.arange(len(needs.wanted)), np.diff(needs.group))
+    chosen, _ = _fill(group, cost, needs.weight, needs.wanted, len(needs.wanted))
+    return (used > SLACK) & (chosen[need] > SLACK)
+
+
+def _find_cheapest(needs: Needs, price: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
     """Return the least sum of prices that meets all needs, and the share of each piece in it."""
     count = len(needs.limit)
     need = np.repeat(np.arange(count), np.diff(needs.start))
@@ -142,4 +159,4 @@ def _fill(
     room = wanted[owner[order]] - (begins - base[owner[order]])
     share = np.zeros(len(price))
     share[order] = np.clip(room / size[order], 0.0, 1.0)
-    return share, np.bincount(owner, share * price, count)
+    return share, np.bincount(owner, share * price, count).astype(np.float64)

@@ -20,6 +20,7 @@ __all__ = ["Crossings", "Pieces", "cross_cells"]
 
 _WIDER = 1e-6
 """By which cells are wider for rays along their edges [m]."""
+_ALONG = 1e-14  # of a unit step: below it a ray does not cross an axis
 
 
 class Pieces(NamedTuple):
@@ -148,7 +149,7 @@ def _cross(receiver, first, last, points, toward, corner, index, start, cell, cl
 @njit(cache=True, nogil=True, inline="always")
 def _span(at, step, low, high):
     """Return the distances at which a ray enters and leaves an interval of one axis."""
-    if abs(step) < 1e-12:
+    if abs(step) < _ALONG:
         return (0.0, np.inf) if low <= at <= high else (np.inf, -np.inf)
     one, two = (low - at) / step, (high - at) / step
     return max(min(one, two), 0.0), max(one, two)
@@ -198,7 +199,7 @@ def _sweep(p, d, e, corner, index, at, z, ray, count):
     rows, cols = index.shape
     x0, y0, side = corner[0], corner[1], corner[2]
     turn = d[0] * e[1] - d[1] * e[0]
-    if abs(turn) < 1e-15:
+    if abs(turn) < _ALONG:
         return count
     # Along the axis that the rays cross faster, the corners between them are an interval.
     flip = abs(d[1]) > abs(d[0])

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import Casting, prepare_casting
-from umbra.envelope.asks import Ask, Base, find_base, join_needs
+from umbra.casters.casting import prepare_casting
+from umbra.envelope.asks import Ask
 from umbra.envelope.bounds import bound_cells, bound_sum
 from umbra.envelope.choice import choose_pieces
-from umbra.envelope.filling import fill_up
-from umbra.envelope.needs import Needs
 from umbra.envelope.plot import Plot
+from umbra.envelope.problem import Group, Problem, pose_problem
 from umbra.envelope.solid import make_solid
 from umbra.scene import Mesh, Part, Scene
 
@@ -28,9 +27,8 @@ _FIRST_SHRINK = 0.01  # doubled each time [m]
 
 @dataclass(frozen=True)
 class Violation:
-    """A receiver or area that has less than it needs, in hours."""
+    """A receiver or an area that does not get what it must, with what the least served has."""
 
-    ask: str
     name: str
     wanted: float
     measured: float
@@ -43,9 +41,7 @@ class Found:
 
     Parameters
     ----------
-    plot : Plot
-    bases : list of Base
-        What receivers have before, and need.
+    problem : Problem
     heights : (n_cells,) float64
         Over the ground at the cells' centres [m].
     ceiling : (n_cells,) float64
@@ -62,8 +58,7 @@ class Found:
         What verification took from the volume [m3].
     """
 
-    plot: Plot
-    bases: list[Base]
+    problem: Problem
     heights: NDArray[np.float64]
     ceiling: NDArray[np.float64]
     bound: float
@@ -71,6 +66,11 @@ class Found:
     violations: tuple[Violation, ...]
     hours: list[NDArray[np.float64]]
     shrunk: float
+
+    @property
+    def plot(self) -> Plot:
+        """The plot."""
+        return self.problem.plot
 
     @property
     def volume(self) -> float:
@@ -82,13 +82,14 @@ def search_heights(
     scene: Scene,
     casters: Sequence[int],
     asks: Sequence[Ask],
+    groups: Sequence[Group],
     plot: Plot,
     highest: float,
     threads: int,
     tell: Callable[[str], object] = lambda _: None,
 ) -> Found:
     """
-    Search the greatest heights over a plot that keep all asks.
+    Search the greatest heights over a plot that keep what groups of receivers need.
 
     Parameters
     ----------
@@ -97,38 +98,44 @@ def search_heights(
     casters : sequence of int
         Indices of the parts that cast.
     asks : sequence of Ask
+    groups : sequence of Group
     plot : Plot
     highest : float
         Height that no cell may exceed [m].
     threads : int
     tell : callable
         Called with the name of each stage.
+
+    Raises
+    ------
+    InputError
+        If the planes do not fit in memory.
     """
     around = prepare_casting(scene, casters, threads) if casters else None
     tell("finding the planes of the sun")
-    bases = [find_base(ask, None if ask.is_alone else around, plot) for ask in asks]
-    needs = join_needs(bases)
+    problem = pose_problem(plot, asks, groups, around)
+    needs = problem.needs
     top = plot.ground + highest
-    tell("choosing hours of sun")
-    ceiling = np.maximum(bound_cells(needs, top), plot.ground)
-    _, tops = choose_pieces(needs, ceiling, _ROUNDS)
-    tops = fill_up(needs, np.maximum(tops, plot.ground), top)
     tell("bounding the volume")
-    bound = bound_sum(needs, ceiling, plot.ground, _STEPS) * plot.area
+    ceiling = np.maximum(bound_cells(needs, top), plot.ground)
+    bound, prices = bound_sum(needs, ceiling, plot.ground, _STEPS)
+    tell("choosing hours of sun")
+    tops = choose_pieces(needs, ceiling, prices, _ROUNDS)
     tell("verifying by a study")
     heights = np.maximum(np.floor((tops - plot.ground - _BELOW / 2) / _BELOW) * _BELOW, 0.0)
     before = float(heights.sum())
     amount = _FIRST_SHRINK
     for _ in range(_SHRINKS):
         mesh = make_solid(plot, plot.ground + heights)
-        hours = [_count(base.ask, scene, casters, mesh, threads) for base in bases]
-        violations = _list_violations(bases, hours)
-        if not violations or mesh is None:
+        hours = [_count(ask, scene, casters, mesh, threads) for ask in asks]
+        unmet = problem.find_unmet(hours)
+        if not len(unmet) or mesh is None:
             break
-        heights = _shrink(plot, needs, bases, hours, heights, amount)
+        heights = _shrink(problem, unmet, heights, amount)
         amount *= 2
     return Found(
-        plot, bases, heights, ceiling - plot.ground, bound, mesh, tuple(violations), hours,
+        problem, heights, ceiling - plot.ground, bound * plot.area, mesh,
+        tuple(_list_violations(problem, unmet, hours)), hours,
         (before - float(heights.sum())) * plot.area,
     )  # fmt: skip
 
@@ -146,35 +153,32 @@ def _count(
     return ask.count(prepare_casting(scene, casters, threads) if casters else None)
 
 
-def _list_violations(bases: list[Base], hours: list[NDArray[np.float64]]) -> list[Violation]:
+def _list_violations(
+    problem: Problem, unmet: NDArray[np.intp], hours: list[NDArray[np.float64]]
+) -> list[Violation]:
     found = []
-    for base, some in zip(bases, hours, strict=True):
-        ask = base.ask
-        for g in np.flatnonzero(~ask.meets(some)):
-            mine = np.flatnonzero(ask.group == g)
-            worst = mine[(some - ask.limit)[mine].argmin()]
-            found.append(Violation(
-                ask.name, ask.group_names[g], float(ask.limit[worst]), float(some[worst])
-            ))  # fmt: skip
+    for g in unmet:
+        members = range(problem.needs.group[g], problem.needs.group[g + 1])
+        lacks = [
+            (hours[problem.ask[k]][problem.receiver[k]] - problem.needs.limit[k], k)
+            for k in members
+        ]
+        _, worst = min(lacks)
+        limit = float(problem.needs.limit[worst])
+        measured = float(hours[problem.ask[worst]][problem.receiver[worst]])
+        found.append(Violation(problem.groups[g].name, limit, measured))
     return found
 
 
 def _shrink(
-    plot: Plot, needs: Needs, bases: list[Base], hours: list[NDArray[np.float64]],
-    heights: NDArray[np.float64], amount: float,
-) -> NDArray[np.float64]:  # fmt: skip
-    """Lower the cells that receivers with too little sun look over."""
+    problem: Problem, unmet: NDArray[np.intp], heights: NDArray[np.float64], amount: float
+) -> NDArray[np.float64]:
+    """Lower the cells that groups with too little sun look over."""
+    needs, tops = problem.needs, problem.plot.ground + heights
     lowered = np.zeros(len(heights), np.bool_)
-    first = 0
-    crossings = needs.crossings
-    for base, some in zip(bases, hours, strict=True):
-        ask = base.ask
-        bad = ~ask.meets(some)
-        for k in np.flatnonzero(bad[ask.group]):
-            a, b = needs.start[first + k], needs.start[first + k + 1]
-            i = slice(crossings.start[a], crossings.start[b])
-            near = plot.ground + heights
-            cell = crossings.cell[i]
-            lowered[cell[near[cell] > crossings.clear[i] - 10 * amount]] = True
-        first += len(ask.labels)
+    for g in unmet:
+        pieces = needs.start[needs.group[g : g + 2]]
+        first, last = needs.crossings.start[pieces]
+        cell, clear = needs.crossings.cell[first:last], needs.crossings.clear[first:last]
+        lowered[cell[tops[cell] > clear - 10 * amount]] = True
     return np.where(lowered, np.maximum(heights - amount, 0.0), heights)
