@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.envelope.plot import Plot
+from umbra.massing.plot import Plot
 
 __all__ = ["Crossings", "Pieces", "cross_cells"]
 
@@ -106,7 +106,7 @@ def _cross(receiver, first, last, points, toward, corner, index, start, cell, cl
         rays = last[u] - first[u] + 1
         room = 64 + rays * 3 * (rows + cols + 2)
         at = np.empty(room, np.int64)
-        z = np.empty(room)
+        z = np.empty((room, 2))
         ray = np.empty(room, np.int64)
         count = 0
         p = points[receiver[u]]
@@ -117,7 +117,7 @@ def _cross(receiver, first, last, points, toward, corner, index, start, cell, cl
                 while more > at.size:  # of many corners: again with more room
                     wider = np.empty(2 * more, np.int64)
                     wider[:count] = at[:count]
-                    high = np.empty(2 * more)
+                    high = np.empty((2 * more, 2))
                     high[:count] = z[:count]
                     which = np.empty(2 * more, np.int64)
                     which[:count] = ray[:count]
@@ -132,9 +132,9 @@ def _cross(receiver, first, last, points, toward, corner, index, start, cell, cl
             low, high, met = np.inf, -np.inf, 0
             while i < count and at[order[i]] == here:
                 j = order[i]
-                low = min(low, z[j])
+                low = min(low, z[j, 0])
                 if ray[j] >= 0:
-                    high = max(high, z[j])
+                    high = max(high, z[j, 1])
                     met += 1
                 i += 1
             if fill:
@@ -184,7 +184,13 @@ def _follow(p, d, corner, index, at, z, ray, count, k):
             f, g = max(f, a), min(g, b)
             if f > g:
                 continue
-            at[count], z[count], ray[count] = c, p[2] + f * d[2], k
+            at[count], z[count, 0] = c, p[2] + f * d[2]
+            # Whether, and where, it enters the cell itself.
+            a_in, a_out = _span(p[0], d[0], x0 + col * side, x0 + (col + 1) * side)
+            f, g = _span(p[1], d[1], y0 + row * side, y0 + (row + 1) * side)
+            f, g = max(f, a_in), min(g, a_out)
+            z[count, 1] = p[2] + f * d[2]
+            ray[count] = k if f < g else -1
             count += 1
     return count
 
@@ -229,6 +235,6 @@ def _sweep(p, d, e, corner, index, at, z, ray, count):
                 for c in range(max(col - 1, 0), min(col + 1, cols)):
                     if index[r, c] >= 0:
                         if count < at.size:
-                            at[count], z[count], ray[count] = index[r, c], height, -1
+                            at[count], z[count, 0], ray[count] = index[r, c], height, -1
                         count += 1
     return count

@@ -13,10 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.envelope.bounds import take_cheapest
-from umbra.envelope.filling import fill_up
-from umbra.envelope.needs import SLACK, SUM, Needs
-from umbra.envelope.picks import settle
+from umbra.massing.bounds import take_cheapest
+from umbra.massing.filling import fill_up
+from umbra.massing.needs import SLACK, SUM, Needs
+from umbra.massing.picks import settle
 
 __all__ = ["choose_pieces"]
 
@@ -51,7 +51,7 @@ def choose_pieces(
     chance = np.random.default_rng(1)
     groups, pieces = len(needs.wanted), len(needs.hours)
     none = np.zeros(pieces, np.bool_)
-    if groups < 2 or _is_fixed(needs):
+    if len(needs.limit) < 2 or _is_fixed(needs):
         kept = none.copy()
         return fill_up(needs, _take_turns(needs, top, np.arange(groups), kept, True, _ROUNDS), top)
     found = []
@@ -140,7 +140,8 @@ def _exchange(needs, top, kept, heights, chances):
     ``chances`` (rounds, n) from 0 to 1 choose the places and groups.
     """
     groups = needs.wanted.size
-    for chance in chances:
+    dear = np.ones(needs.limit.size)
+    for number, chance in enumerate(chances):
         lowered = np.flatnonzero(heights < top - 1e-9)
         if lowered.size == 0:
             return
@@ -159,11 +160,13 @@ def _exchange(needs, top, kept, heights, chances):
         for g in some:
             kept[needs.start[needs.group[g]] : needs.start[needs.group[g + 1]]] = False
         tried = find_heights(needs, top, kept)
+        for need in range(dear.size):  # every other time members of a group are chosen by chance
+            dear[need] = 1.0 + (number % 2) * 2.0 * chance[(7 * need + 3) % chance.size]
         for g in some:
-            settle(needs, g, tried, kept)
+            settle(needs, g, tried, kept, dear)
         for g in some:
             others = find_heights(needs, top, kept, g)
-            settle(needs, g, others, kept)
+            settle(needs, g, others, kept, dear)
         tried = find_heights(needs, top, kept)
         if tried.sum() >= heights.sum() - 1e-9:
             heights[:] = tried

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
-from umbra.envelope.needs import LONGEST, SPELLS, SUM, Needs, measure_lit
-from umbra.envelope.planes import Crossings, Pieces
+from umbra.massing.needs import LONGEST, SPELLS, SUM, Needs, measure_lit
+from umbra.massing.planes import Crossings, Pieces
 from umbra.lights import Lights, Period
 from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places

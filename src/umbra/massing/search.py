@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import prepare_casting
-from umbra.envelope.asks import Ask
-from umbra.envelope.bounds import bound_cells, bound_sum
-from umbra.envelope.choice import choose_pieces
-from umbra.envelope.plot import Plot
-from umbra.envelope.problem import Group, Problem, pose_problem
-from umbra.envelope.solid import make_solid
+from umbra.massing.asks import Ask
+from umbra.massing.bounds import bound_cells, bound_sum
+from umbra.massing.choice import choose_pieces
+from umbra.massing.plot import Plot
+from umbra.massing.problem import Group, Problem, pose_problem
+from umbra.massing.solid import make_solid
 from umbra.scene import Mesh, Part, Scene
 
 __all__ = ["KIND", "Found", "Violation", "search_heights"]

@@ -8,35 +8,55 @@ than its planes; pieces that share cells cost less together.
 import numpy as np
 from numba import njit
 
-from umbra.envelope.needs import LONGEST, SLACK, SUM
+from umbra.massing.needs import LONGEST, SLACK, SUM
 
-__all__ = ["settle"]
+__all__ = ["NOT_DEAR", "settle"]
 
+NOT_DEAR = np.zeros(0)
 _SHARE = 6
 """Of the pieces that are still needed, one by this is taken before costs are found again."""
 
 
 @njit(cache=True, nogil=True)
-def settle(needs, g, heights, kept):
-    """Choose the needs of a group that are met, and their pieces; lower the heights by them."""
+def settle(needs, g, heights, kept, dear=NOT_DEAR):
+    """
+    Choose the needs of a group that are met, and their pieces; lower the heights by them.
+
+    Members are taken by what they cost beside those that are taken already, the cheapest first;
+    ``dear`` (n_needs,) are factors of their costs, none if empty.
+    """
     first, last = needs.group[g], needs.group[g + 1]
     kept[needs.start[first] : needs.start[last]] = False
     if last - first == 1:
         _keep(needs, first, heights, kept)
         return
-    cost = np.empty(last - first)
-    for need in range(first, last):
-        local = heights.copy()
-        before = local.sum()
-        can = _keep(needs, need, local, kept)
-        cost[need - first] = (before - local.sum()) / needs.weight[need] if can else np.inf
-        kept[needs.start[need] : needs.start[need + 1]] = False
     met = 0.0
-    for k in np.argsort(cost):
-        if met >= needs.wanted[g] - SLACK or cost[k] == np.inf:
+    cost = np.zeros(last - first)
+    taken = np.zeros(last - first, np.bool_)
+    while met < needs.wanted[g] - SLACK:
+        for need in range(first, last):
+            if taken[need - first]:
+                cost[need - first] = np.inf
+                continue
+            local = heights.copy()
+            before = local.sum()
+            can = _keep(needs, need, local, kept)
+            cost[need - first] = (before - local.sum()) / needs.weight[need] if can else np.inf
+            if dear.size:
+                cost[need - first] *= dear[need]
+            kept[needs.start[need] : needs.start[need + 1]] = False
+        # Many are taken at once, as their costs change little then.
+        most = max(1, (last - first - taken.sum()) // _SHARE)
+        count = 0
+        for k in np.argsort(cost):
+            if met >= needs.wanted[g] - SLACK or cost[k] == np.inf or count >= most:
+                break
+            _keep(needs, first + k, heights, kept)
+            taken[k] = True
+            met += needs.weight[first + k]
+            count += 1
+        if count == 0:
             break
-        _keep(needs, first + k, heights, kept)
-        met += needs.weight[first + k]
 
 
 @njit(cache=True, nogil=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.envelope.planes import Crossings
+from umbra.massing.planes import Crossings
 
 __all__ = ["LONGEST", "SPELLS", "SUM", "Needs", "measure_lit"]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.envelope.needs import SLACK, Needs, measure_lit
+from umbra.massing.needs import SLACK, Needs, measure_lit
 
 __all__ = ["fill_up"]
 

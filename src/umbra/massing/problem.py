@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
-from umbra.envelope.asks import Ask, measure_pieces
-from umbra.envelope.needs import Needs
-from umbra.envelope.planes import Crossings, cross_cells
-from umbra.envelope.plot import Plot
+from umbra.massing.asks import Ask, measure_pieces
+from umbra.massing.needs import Needs
+from umbra.massing.planes import Crossings, cross_cells
+from umbra.massing.plot import Plot
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 

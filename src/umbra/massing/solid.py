@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.envelope.plot import Plot
+from umbra.massing.plot import Plot
 from umbra.scene import Mesh
 
 __all__ = ["make_solid"]

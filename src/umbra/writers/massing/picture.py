@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.envelope.result import HeightEnvelope
-from umbra.envelope.solid import make_solid
+from umbra.massing.result import HeightEnvelope
+from umbra.massing.solid import make_solid
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
 from umbra.writers.contours import draw_contours, trace
-from umbra.writers.envelope.axonometry import look_at
+from umbra.writers.massing.axonometry import look_at
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_round, find_ticks
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Panel, Paper, wrap
 from umbra.writers.paper import measure as measure_text

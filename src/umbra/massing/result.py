@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.envelope.search import Found, Violation
+from umbra.massing.search import Found, Violation
 from umbra.scene import Mesh, Scene
 from umbra.sun import Site
 
