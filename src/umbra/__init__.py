@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
     from umbra.readers import read
+    from umbra.rules.catalogue import list_rules
+    from umbra.rules.read import read_rule
     from umbra.scene import (
         Camera,
         Image,
@@ -71,12 +73,14 @@ _HOMES = {
     "draw_vectors": "umbra.calls.vectors",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
+    "list_rules": "umbra.rules.catalogue",
     "make_camera": "umbra.calls.arguments",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "read": "umbra.readers",
+    "read_rule": "umbra.rules.read",
     "render": "umbra.calls.picture",
     "shadow_polygons": "umbra.calls.counts",
     "shadow_study": "umbra.calls.study",
@@ -111,12 +115,14 @@ __all__ = [
     "draw_vectors",
     "find_site",
     "find_sun",
+    "list_rules",
     "make_camera",
     "make_image",
     "make_scene",
     "point_light",
     "pose",
     "read",
+    "read_rule",
     "render",
     "shadow_polygons",
     "shadow_study",

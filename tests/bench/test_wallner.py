@@ -49,7 +49,7 @@ def test_the_tables_say_what_was_found():
         assert row["disagreements"] == 0
         assert 0 < row["silhouette_edges"] <= min(row["tested_edges"].values())
         assert max(row["tested_edges"].values()) < 1.01 * row["edges"]
-        assert set(row["ms"]) == {"as printed", "brute", "hextree", "tree", "64 at once"}
+        assert set(row["ms"]) == {"as printed", "brute", "hextree", "hough", "tree", "64 at once"}
         for tree in ("hextree", "tree"):
             assert row["brute_to"][tree] == pytest.approx(
                 row["min_ms"]["brute"] / row["min_ms"][tree]

@@ -190,3 +190,34 @@ def test_realtime_in_a_window():
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("3 frames; the middle shows the house")
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_realtime_in_qt(tmp_path):
+    pytest.importorskip("PySide6", reason="not installed")
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is missing: no window can be tried")
+    with Display() as display:
+        check_framework(
+            "realtime_in_qt.py", tmp_path, {**display.environment, "QT_QPA_PLATFORM": "offscreen"}
+        )
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_realtime_in_pyglet(tmp_path):
+    pytest.importorskip("pyglet", reason="not installed")
+    check_framework("realtime_in_pyglet.py", tmp_path, None)
+
+
+def check_framework(name, folder, environment):
+    """A frame in another framework's context has the part, and its shadow on the ground."""
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLES / name), str(folder / "drawn.png")],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    with Image.open(folder / "drawn.png") as picture:
+        assert picture.size == (640, 480)
+        drawn = np.asarray(picture.convert("RGB")).astype(int).sum(axis=2)
+    lit, shadow = np.median(drawn[400:]), drawn.min()
+    assert (drawn < (lit + 2 * shadow) / 3).sum() > 5_000

@@ -15,6 +15,7 @@ from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_sc
 FLOOR = sheet([(-60, -60, -0.01), (60, -60, -0.01), (60, 60, -0.01), (-60, 60, -0.01)])
 CAMERA = Camera((-30, -40, 45), (2, 2, 0), size=(96, 72))
 LAMP = point_light((20, 22, 50))
+SUN = directional_light((0.5, 0.3, 0.6))
 SCREEN_MAX = replace(MASKS["max"], name="screen, max", write="rgb")
 
 
@@ -29,9 +30,9 @@ def town():
 
 
 def draw(device, scene, method, shadows="black", light=LAMP, camera=CAMERA, **options):
-    white = options.pop("white", False)
+    look = {name: options.pop(name) for name in ("white", "remains") if name in options}
     with MaskPicture(scene, method, casters=[0], device=device, **options) as picture:
-        picture.draw(camera, light, shadows, white=white)
+        picture.draw(camera, light, shadows, **look)
         return picture.read().astype(int), picture.tally
 
 
@@ -67,6 +68,21 @@ def test_pictures_are_the_stencils(device, town, shadows, light):
         found, _ = draw(device, town, method, shadows, light)
         # What is lit may be 254 of 255 (docs/papers.md, R4).
         assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
+
+
+@pytest.mark.parametrize("remains", [0.0, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize("scale", [1, 2])
+def test_shadows_keep_any_share_of_their_brightness(device, town, remains, scale):
+    bare, _ = draw(device, town, "stencil", None, SUN)
+    dark, _ = draw(device, town, "stencil", "attenuated", SUN, remains=0.0, scale=scale)
+    assert (dark == 0).all(-1).mean() > 0.05
+    right = dark + remains * (bare - dark)
+    for method in ("stencil", *MASKS, PRINTED, SCREEN_MAX):
+        found, tally = draw(device, town, method, "attenuated", SUN, remains=remains, scale=scale)
+        # 8 bits of a mask err by 2 of 255.
+        assert (np.abs(found - right).max(-1) > 3).mean() <= 0.002, method
+        if scale == 1 and method in ("alpha", "max"):
+            assert tally.table == (1, 5 if remains else 4)
 
 
 SPREAD = [LAMP, directional_light((0.5, 0.3, 0.6)), point_light((-30, -5, 30), (0.9, 0.5, 0.2))]

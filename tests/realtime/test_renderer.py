@@ -5,6 +5,7 @@ import pytest
 from support.own_engine import cast_sure, frustum, look_at, ortho, to_depth
 from support.shapes import box, sheet
 
+from umbra.cpu.shade import compress, encode
 from umbra.errors import InputError
 from umbra.realtime import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
@@ -198,3 +199,33 @@ def test_pixels_outside_and_wrong_arguments_are_refused(context):
         with pytest.raises(InputError) as found:
             Renderer(*given)
         assert found.value.option == option
+
+
+def test_light_itself_is_linear_and_what_the_picture_shows():
+    """Eight times the lamp is eight times the light; compressed it is the picture."""
+    camera = Camera((24, -30, 18), (0, 0, 3), size=SIZE)
+    with Renderer(make_yard(), ground=None) as renderer:
+
+        def find_light(*lights):
+            texture = renderer.draw(camera, lights, hdr=True)
+            read = renderer.read()
+            held = np.frombuffer(texture.read(), np.float16).reshape(*SIZE[::-1], 4)[::-1]
+            assert texture.dtype == "f2"
+            np.testing.assert_array_equal(read, held)
+            return read
+
+        dark = find_light()
+        once, much = (find_light(directional_light((-8, 1, 6), color=[k] * 3)) for k in (1, 8))
+        added = once[..., :3] - dark[..., :3]
+        assert added.max() > 0.3
+        np.testing.assert_allclose(much[..., :3] - dark[..., :3], 8 * added, atol=0.02, rtol=2e-3)
+        assert much.max() > 2
+        is_there = once[..., 3] == 1
+        assert set(np.unique(once[..., 3])) == {0, 1}
+        renderer.draw(camera, [SUN])
+        shown = renderer.read()
+        assert shown.dtype == np.uint8
+        again = encode(compress(once[..., :3])).astype(int)
+        assert np.abs(shown[..., :3].astype(int) - again)[is_there].max() < 1.5
+        with pytest.raises(InputError, match="one sample"):
+            renderer.draw(camera, [SUN], 4, hdr=True)

@@ -14,10 +14,10 @@ from support.shapes import box
 
 import umbra
 from umbra.errors import InputError
+from umbra.rules.first_format import CHECK_KEYS
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.rules import judge, read_rules
-from umbra.study.rules.read import CHECK_KEYS
 from umbra.sun import Site
 from umbra.writers.report.tables import make_verdict_table
 from umbra.writers.tables import write_samples, write_table

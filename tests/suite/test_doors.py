@@ -24,7 +24,7 @@ DOORS = {
     "http": {"web.server"},
     "webbrowser": {"web.server"},
     "distributed": {"tiles.cluster"},
-    "yaml": {"study.rules.read"},
+    "yaml": {"rules.file", "rules.read"},
 }  # fmt: skip
 NEVER = {
     "asyncio", "code", "dill", "ftplib", "httpx", "joblib", "marshal", "multiprocessing",

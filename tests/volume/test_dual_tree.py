@@ -20,11 +20,15 @@ from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
 
-TREES = ["tree", "hextree"]
+TREES = ["tree", "hextree", "hough_tree"]
 
 
 def make_hextree(caster, depth=4):
     return borrow("hextree").make_hextree(caster, depth)
+
+
+def make_hough_tree(caster, depth=6):
+    return borrow("hextree").make_hough_tree(caster, depth)
 
 
 def find_codes(caster, lights, method):
@@ -38,7 +42,8 @@ def find_codes(caster, lights, method):
 
 def check(caster, lights, method):
     """Demand the very codes of brute force."""
-    tree = make_hextree(caster) if method == "hextree" else method
+    cells = {"hextree": make_hextree, "hough_tree": make_hough_tree}
+    tree = cells[method](caster) if method in cells else method
     found = find_codes(caster, lights, tree)
     expected = find_codes(caster, lights, "brute")
     assert len(found) == len(expected) == len(lights)
@@ -202,12 +207,13 @@ def test_real_files_are_as_by_brute_force(name, method):
     check(caster, make_lights(caster, 60), method)
 
 
+@pytest.mark.parametrize("make_cells", [make_hextree, make_hough_tree])
 @pytest.mark.parametrize("depth", [0, 1, 2, 4, 7, 15, 99])
-def test_hextrees_of_any_depth(depth):
+def test_hextrees_of_any_depth(depth, make_cells):
     model = borrow("scenes").make_boulder(3)
     for mesh in SCENES["jumble"](), terrain(n=20), (model.vertices, model.faces):
         caster = make_caster(*mesh)
-        tree = make_hextree(caster, depth)
+        tree = make_cells(caster, depth)
         for light in make_lights(caster, 50):
             (expected,) = find_codes(caster, [light], "brute")
             np.testing.assert_array_equal(tree.find(caster, light), expected)
@@ -226,6 +232,11 @@ def test_a_hextree_leaves_segments_alone_that_its_cells_do():
     assert owned[0] < 0.1 * owned.sum()
     assert len(owned) > 300
     assert (np.abs(tree.centres) < 1).all()
+    # Planes of a ball around the centre have it on one side: Hough space parts nearly all.
+    light = np.array([0.3, 0.2, 0.5, 0])
+    hough = make_hough_tree(caster)
+    assert hough.owned[0, 1] < 0.1 * owned.sum()
+    assert hough.count_tested(light) < tree.count_tested(light)
 
 
 def test_boxes_leave_most_segments_alone():

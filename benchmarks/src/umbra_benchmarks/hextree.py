@@ -1,14 +1,21 @@
 """
-Wallner's hextree: dual space cut into 16 equal cells, each into 16 again, and so on.
+Wallner's hextree: dual space cut into 16 equal cells, each into 16 again; and one of Hough space.
 
 A segment belongs to the smallest cell that holds both its ends, so one that crosses a
 wall near the middle of the cube stays near the root and is tested for every light:
 with the paper's depth of 4, every sixth on a sphere, and two thirds in a town of
 boxes. Only cells that hold something are kept. Kept for comparison; ``DualTree`` is faster.
 
-Sources: Wallner 2008, section 3.1, with the signs corrected (docs/papers.md).
+In Hough space (Olson and Zhang 2006, which Wallner would have tried next) a plane is its point
+nearest to the centre, h = -d n, in three dimensions. The planes through a light l are then the
+sphere h.l = h.h l_w through the centre, and a pair of faces is in the silhouette if the sphere
+parts their points: those of both planes must have the centre on the same side. The other pairs
+are tested for every light.
+
+Sources: Wallner 2008, section 3.1, with the signs corrected (docs/papers.md); Olson and Zhang 2006.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +35,7 @@ from umbra.volume.duals import (
     sift_block,
 )
 
-__all__ = ["Hextree", "make_hextree"]
+__all__ = ["Hextree", "HoughTree", "make_hextree", "make_hough_tree"]
 
 DEEPEST = 15
 
@@ -48,23 +55,50 @@ class Hextree(Tree):
         self, plane: Plane, numbers: NDArray[np.int32] | None = None
     ) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
         """Find the segments that a light's plane cuts; see ``Tree.sift``."""
+        cut = _cut_cells(self.centres, self.children, plane.normal, plane.margin)
         return _sift(
-            self.centres, self.children, self.owned, self.segments.blocks,
+            cut, self.owned, self.segments.blocks,
+            self.segments.numbers if numbers is None else numbers, plane.normal, plane.margin,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class HoughTree(Hextree):
+    """Cells in Hough space, eight in each, of which the fourth coordinate says nothing."""
+
+    def sift(
+        self, plane: Plane, numbers: NDArray[np.int32] | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
+        """Find the segments that a light's plane cuts; see ``Tree.sift``."""
+        cut = _part_cells(self.centres, self.children, plane.normal, plane.margin)
+        return _sift(
+            cut, self.owned, self.segments.blocks,
             self.segments.numbers if numbers is None else numbers, plane.normal, plane.margin,
         )  # fmt: skip
 
 
 def make_hextree(caster: Caster, depth: int = 4) -> Hextree:
     """
-    Sort the edges of a caster into cells.
+    Sort the edges of a caster into cells of dual space.
 
     The cube is cut ``depth`` times at most, up to 15; 4 in the paper.
     """
+    return Hextree(*_make_cells(caster, depth, _find_cells))
+
+
+def make_hough_tree(caster: Caster, depth: int = 6) -> HoughTree:
+    """Sort the edges of a caster into cells of Hough space, cut ``depth`` times at most."""
+    return HoughTree(*_make_cells(caster, depth, _find_hough_cells))
+
+
+def _make_cells(
+    caster: Caster, depth: int, find: Callable[..., None]
+) -> tuple[Segments, NDArray[np.float32], NDArray[np.int32], NDArray[np.int32]]:
     duals = make_duals(caster)
     n = len(duals.edges)
     keys, levels = np.zeros(n, np.uint64), np.zeros(n, np.int32)
     depth = min(max(depth, 0), DEEPEST)
-    _find_cells(duals.points, duals.edges, caster.edge_faces, caster.turn, depth, keys, levels)
+    find(duals.points, duals.edges, caster.edge_faces, caster.turn, depth, keys, levels)
     order = np.lexsort((keys, levels))
     keys, levels = keys[order], levels[order]
     numbers = np.full(((n + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
@@ -83,7 +117,7 @@ def make_hextree(caster: Caster, depth: int = 4) -> Hextree:
             parents = cells[level + 1] >> np.uint64(4)
             children[mine] = starts[level + 1] + _find_ranges(parents, some)
     centres = np.concatenate([_find_centres(some, level) for level, some in enumerate(cells)])
-    return Hextree(make_segments(caster, duals, numbers), centres, children, owned)
+    return make_segments(caster, duals, numbers), centres, children, owned
 
 
 def _cut_short(keys: NDArray[np.uint64], level: int) -> NDArray[np.uint64]:
@@ -124,35 +158,91 @@ def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
             levels[i] = level
 
 
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _find_hough_cells(points, edges, edge_faces, turn, depth, keys, levels):
+    """As ``_find_cells``, in Hough space; pairs that no sphere parts stay at the root."""
+    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+        for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
+            a = points[edge_faces[edges[i], 0]]
+            b = points[edge_faces[edges[i], 1]]
+            one = find_key(-a[3] * a[0], -a[3] * a[1], -a[3] * a[2], -1.0)
+            two = find_key(-b[3] * b[0], -b[3] * b[1], -b[3] * b[2], -1.0)
+            level = 0
+            if a[3] * b[3] * (-1.0 if turn[edges[i]] else 1.0) > 0.0:
+                while level < depth and (one ^ two) >> np.uint64(60 - 4 * level) == 0:
+                    level += 1
+            keys[i] = one
+            levels[i] = level
+
+
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sift(centres, children, owned, segments, numbers, normal, margin):
-    """Follow the cells that the plane cuts from level to level, with their segments."""
+def _cut_cells(centres, children, normal, margin):
+    """Follow the cells of dual space that the plane cuts from level to level."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     half = abs(x) + abs(y) + abs(z) + abs(w)
     cut = np.empty(centres.shape[0] + 1, np.int32)
     cut[0] = 0
     first = 0
     n = min(1, centres.shape[0])
-    places = 0
     while first < n:
         # cut[first:n] are cells of one level, cut[n:m] become those of the next.
         half *= 0.5
         m = n
         for q in range(first, n):
-            parent = cut[q]
-            places += owned[parent, 1] - owned[parent, 0]
-            for cell in range(children[parent, 0], children[parent, 1]):
+            for cell in range(children[cut[q], 0], children[cut[q], 1]):
                 centre = centres[cell]
                 middle = centre[0] * x + centre[1] * y + centre[2] * z + centre[3] * w
                 cut[m] = cell
                 m += abs(middle) <= half + margin
         first, n = n, m
+    return cut[:n]
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _part_cells(centres, children, normal, margin):
+    """Follow the cells of Hough space that the light's sphere meets from level to level."""
+    cut = np.empty(centres.shape[0] + 1, np.int32)
+    cut[0] = 0
+    first = 0
+    n = min(1, centres.shape[0])
+    half, w = np.float32(1.0), normal[3]
+    while first < n:
+        half *= np.float32(0.5)
+        m = n
+        for q in range(first, n):
+            for cell in range(children[cut[q], 0], children[cut[q], 1]):
+                # The range of h.l - h.h w over the cell is the sum of those along its axes.
+                least = most = np.float32(0.0)
+                for axis in range(3):
+                    low, high = centres[cell, axis] - half, centres[cell, axis] + half
+                    at_low = low * (normal[axis] - low * w)
+                    at_high = high * (normal[axis] - high * w)
+                    under, over = min(at_low, at_high), max(at_low, at_high)
+                    if w != 0.0:
+                        top = 0.5 * normal[axis] / w
+                        if low < top < high:
+                            under = min(under, top * (normal[axis] - top * w))
+                            over = max(over, top * (normal[axis] - top * w))
+                    least += under
+                    most += over
+                cut[m] = cell
+                m += least <= margin and most >= -margin
+        first, n = n, m
+    return cut[:n]
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _sift(cut, owned, segments, numbers, normal, margin):
+    """Test the segments of cells."""
+    places = 0
+    for cell in cut:
+        places += owned[cell, 1] - owned[cell, 0]
     inside, lit = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int32)
     codes = np.empty(places + 1, np.int32)
     unsure = np.empty(places + 1, np.int32)
     m, k = 0, 0
-    for q in range(n):
-        place, end = owned[cut[q], 0], owned[cut[q], 1]
+    for cell in cut:
+        place, end = owned[cell, 0], owned[cell, 1]
         while place < end:
             block, low = place // WIDTH, place % WIDTH
             high = min(WIDTH, low + end - place)

@@ -1,5 +1,5 @@
 """
-Wallner's tables 1 and 2 (2008): silhouettes by brute force, from a hextree, and from our tree.
+Wallner's tables 1 and 2 (2008): silhouettes by brute force, from a hextree, and from other trees.
 
 The paper's scenes are not published, so others of their kind and size stand for them;
 models of one's own can be measured beside them.
@@ -21,7 +21,7 @@ from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.duals import Tree
 from umbra.volume.silhouette import find_silhouettes
-from umbra_benchmarks.hextree import make_hextree
+from umbra_benchmarks.hextree import make_hextree, make_hough_tree
 from umbra_benchmarks.measure import Timing, counted, run_in_turn
 from umbra_benchmarks.report import (
     BenchmarkReport,
@@ -34,8 +34,12 @@ from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
 
 __all__ = ["Searched", "Wallner", "bench_wallner"]
 
-_WAYS = ("as printed", "brute", "hextree", "tree")
-_TREES: dict[str, Callable[[Caster], Tree]] = {"hextree": make_hextree, "tree": make_dual_tree}
+_TREES: dict[str, Callable[[Caster], Tree]] = {
+    "hextree": make_hextree,
+    "hough": make_hough_tree,
+    "tree": make_dual_tree,
+}
+_WAYS = ("as printed", "brute", *_TREES)
 
 
 class Printed(NamedTuple):
@@ -145,8 +149,10 @@ class Wallner(BenchmarkReport):
         """Return Markdown tables that can be read as they stand."""
         times = lay_out_table(
             [
-                "casters", "triangles", "brute as printed ms", "ours ms", "hextree ms", "tree ms",
-                "printed / hextree", "paper's", "ours / hextree", "ours / tree", "64 at once ms",
+                "casters", "triangles", "brute as printed ms", "ours ms",
+                *(f"{way} ms" for way in _TREES),
+                "printed / hextree", "paper's", *(f"ours / {way}" for way in _TREES),
+                "64 at once ms",
                 "paper's scene: triangles, brute force ms, hextree ms",
             ],
             [
@@ -165,8 +171,8 @@ class Wallner(BenchmarkReport):
         )  # fmt: skip
         edges = lay_out_table(
             [
-                "casters", "edges", "in the silhouette", "hextree tests", "tree tests",
-                "hextree built ms", "tree built ms", "hextree MB", "tree MB",
+                "casters", "edges", "in the silhouette", *(f"{way} tests" for way in _TREES),
+                *(f"{way} built ms" for way in _TREES), *(f"{way} MB" for way in _TREES),
             ],
             [
                 [
@@ -192,7 +198,7 @@ class Wallner(BenchmarkReport):
 
 def bench_wallner(run: BenchmarkRun) -> Wallner:
     """
-    Measure brute force, the paper's hextree (depth 4) and the tree of boxes, in turn.
+    Measure brute force, the paper's hextree (depth 4), Hough space and the tree of boxes, in turn.
 
     The suns are those over Vienna on 18 September from 09:00 to 17:00, as in the paper's
     figure 7. Adjacency and trees are built before the clock starts. Parts of the first of the

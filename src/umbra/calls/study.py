@@ -14,9 +14,10 @@ from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError, check_type
 from umbra.scene import Scene
-from umbra.study.options import Date, Refraction, StudyOptions
+from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
+from umbra.study.time_options import Date, Refraction
 from umbra.sun import Site
 from umbra.sun.site import tell_moved
 

@@ -23,6 +23,7 @@ COMMANDS = {
     "doctor": "Show which devices work on this machine.",
     "inspect": "Show what a file contains.",
     "render": "Draw a picture with exact shadows.",
+    "rules": "List the rules that a proposal is judged by, or print one.",
     "sky": "Show the sky above a place, and what obstructs it.",
     "study": "Measure sun and sky around buildings: hours of shadow by default.",
     "view": "Show a model in a window.",

@@ -201,9 +201,10 @@ class Renderer(DeviceUser):
         mask_filter: str = "joint",
         samples: int = 1,
         sky: Sky = DAY,
+        keeps_light: bool = False,
     ) -> None:
         """
-        Draw a picture into ``targets.picture``; parameters as in ``render``.
+        Draw a picture into ``targets.picture``, its light into ``targets.light`` if that is kept.
 
         With one light, a still eye's view is kept (`StillView`) and may differ by 1 of 255 levels.
 
@@ -223,12 +224,8 @@ class Renderer(DeviceUser):
         held, self.targets = self.targets, None  # none, if the driver refuses the size
         given = (self.device, camera.size, self.accumulate, each)
         targets = self.targets = PictureTargets.fit(held, *given)
-        at_once = (
-            len(lights) <= 1
-            and self.accumulate != "rgba8"
-            and self._tables is None
-            and not softened.areas
-        )
+        at_once = len(lights) <= 1 and not (keeps_light or softened.areas or self._tables)
+        at_once = at_once and self.accumulate != "rgba8"
         with State(self.device) as state:
             taken = self.averaging.take(state, targets, camera, offsets, self.planner)
             for turn, projection in enumerate(taken):

@@ -12,6 +12,7 @@ from umbra.gl.context import on_device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.matrices import read_projection
 from umbra.gl.projection import Projection
+from umbra.gl.target import Target
 from umbra.gl.visible_faces import PickedPoint, VisibleFaces
 from umbra.realtime.scene_user import SceneUser, read_target
 from umbra.scene import Camera, Light, Scene
@@ -56,10 +57,16 @@ class Renderer(SceneUser):
         self._faces: tuple[Geometry, VisibleFaces] | None = None
         self._shown: tuple[int, Any] = 0, None
         self._seen: Projection | None = None
+        self._is_hdr = False
 
     @on_device
     def draw(
-        self, camera: Camera, lights: SomeLight | Sequence[SomeLight], samples: int = 1
+        self,
+        camera: Camera,
+        lights: SomeLight | Sequence[SomeLight],
+        samples: int = 1,
+        *,
+        hdr: bool = False,
     ) -> Any:
         """
         Draw a picture of the camera's size.
@@ -71,20 +78,28 @@ class Renderer(SceneUser):
             The latter have soft shadows.
         samples : int
             Least number a pixel, for smooth edges.
+        hdr : bool
+            Return the light itself, for tone mapping of your own: of opaque surfaces, one sample a
+            pixel, alpha 0 where there are none. A white surface that faces one light of intensity 1
+            has 0.8, of n lights 0.8 / sqrt(n) from each, besides ambient light.
 
         Returns
         -------
         texture : moderngl.Texture
-            Of the picture, RGBA in display colours (sRGB), row 0 at the bottom as everywhere in
-            OpenGL. It is the renderer's: the next picture is drawn into it.
+            Of the picture, RGBA in display colours (sRGB, 8 bits), or, with ``hdr``, of linear
+            radiance (16-bit floats); row 0 at the bottom as everywhere in OpenGL. It is the
+            renderer's: the next picture is drawn into it.
         """
-        self._draw(camera, lights, samples)
+        if hdr and samples != 1:
+            msg = f"with hdr= a pixel has one sample; got samples={show_value(samples)}"
+            raise InputError(msg, option="samples")
+        self._draw(camera, lights, samples, hdr=hdr)
         self._seen = self._engine.planner.project(camera)
-        assert self._engine.targets is not None
-        picture = self._engine.targets.picture
+        picture = self._find_picture()
         number = picture.textures[0]
         if self._shown[0] != number or self._shown[1].size != picture.size:
-            texture = self.device.context.external_texture(number, picture.size, 4, 0, "f1")
+            kind = "f2" if hdr else "f1"
+            texture = self.device.context.external_texture(number, picture.size, 4, 0, kind)
             self._shown = number, texture
         return self._shown[1]
 
@@ -133,11 +148,18 @@ class Renderer(SceneUser):
         self._find_faces().lay(target, seen, self._engine.targets.picture)
 
     @on_device
-    def read(self) -> NDArray[np.uint8]:
-        """Read the last picture, (rows, cols, 4) uint8 RGBA in sRGB; row 0 is the top."""
+    def read(self) -> NDArray[np.uint8] | NDArray[np.float32]:
+        """
+        Read the last picture; row 0 is the top.
+
+        Returns
+        -------
+        rgba : (rows, cols, 4) uint8 or float32
+            In sRGB, or linear radiance if it was drawn with ``hdr``.
+        """
         if self._engine.targets is None:
             return np.zeros((0, 0, 4), np.uint8)
-        picture = self._engine.targets.picture.read()
+        picture = self._find_picture().read()
         is_mirrored = self._seen is not None and self._seen.is_mirrored
         return np.ascontiguousarray(picture[:, ::-1] if is_mirrored else picture)
 
@@ -171,7 +193,19 @@ class Renderer(SceneUser):
         column = cols - 1 - int(x) if self._seen.is_mirrored else int(x)
         return self._find_faces().pick(self.scene, self._seen, column, int(y))
 
-    def _draw(self, camera: Camera, lights: SomeLight | Sequence[SomeLight], samples: int) -> None:
+    def _find_picture(self) -> Target:
+        """Return what the last picture is in: its colours as they are shown, or its light."""
+        assert self._engine.targets is not None
+        return self._engine.targets.surface if self._is_hdr else self._engine.targets.picture
+
+    def _draw(
+        self,
+        camera: Camera,
+        lights: SomeLight | Sequence[SomeLight],
+        samples: int,
+        *,
+        hdr: bool = False,
+    ) -> None:
         if not isinstance(camera, Camera):
             msg = f"camera= is an umbra.Camera; got {show_value(camera)}"
             raise InputError(msg, option="camera")
@@ -183,7 +217,8 @@ class Renderer(SceneUser):
         if other is not None:
             msg = f"lights= are umbra's lights (umbra.point_light, ...); got {show_value(other)}"
             raise InputError(msg, option="lights")
-        self._engine.draw(camera, some, samples=samples)
+        self._engine.draw(camera, some, samples=samples, keeps_light=hdr)
+        self._is_hdr = hdr
 
     def _find_faces(self) -> VisibleFaces:
         """Return what draws all faces, made anew when the geometry was."""

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from umbra.devices import find_device
 from umbra.errors import InputError, show_value
 from umbra.options import Option, check_types, list_options, option
+from umbra.study.receiver_options import ReceiverOptions
+from umbra.study.time_options import Duration
 
 if TYPE_CHECKING:
     from umbra.lights import Weather
@@ -25,22 +27,12 @@ if TYPE_CHECKING:
 
 __all__ = ["StudyOptions"]
 
-Refraction = Literal["standard", "none"]
-Date = str | dt.date
-Duration = str | dt.timedelta
-
-_time = partial(option, heading="Time")
-_receivers = partial(option, heading="Receivers")
-_casters = partial(option, heading="Casters")
-_measures = partial(option, heading="Measures")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
-_CAMERA = ("camera",)
-_RASTERS = ("ground", "top", "elevation", "view", "camera")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StudyOptions:
+class StudyOptions(ReceiverOptions):
     """
     Options of a study, checked and normalised; see ``umbra.shadow_study``.
 
@@ -50,144 +42,6 @@ class StudyOptions:
         If a value is wrong, or does not apply to these receivers.
     """
 
-    date: Date | Sequence[Date] | None = _time(
-        "dates",
-        "Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
-        "for a day of every month; repeatable. Needed by measures of the sun.",
-        metavar="DATE",
-        unless="measure",
-    )
-    start: str | dt.time = _time(
-        "any", "Start, by the local clock.", default="09:00", flag="--from", metavar="HH:MM"
-    )
-    end: str | dt.time = _time(
-        "any", "End; 24:00 is midnight.", default="17:00", flag="--to", metavar="HH:MM"
-    )
-    every: Duration = _time(
-        "any", "Time step, such as 30s, 15min or 1h.", default="15min", metavar="DURATION"
-    )
-    every_days: int = _time(
-        "whole", "Take only every N-th day of a range, a month or a year.", default=1, least=1,
-        metavar="N",
-    )  # fmt: skip
-    by_day: bool | None = _time(
-        "flag",
-        "Write results of each date, too, or only of all together; default: of each up to 12.",
-        flag="--by-day/--sum",
-    )
-    refraction: Refraction = _time(
-        "choice", "The sun's apparent position (standard), or its position without air (none).",
-        default="standard", choices=("standard", "none"), attribute="refraction",
-    )  # fmt: skip
-    measure: Sequence[str] = _measures(
-        "texts",
-        "What is measured, one or several by commas: sun_hours and shadow_hours (default), "
-        "sky_view_factor, sky_component; of a year of suns probable_sun_hours, probable_sun_share, "
-        "winter_probable_sun_share; of --weather sunshine_hours, irradiation (and "
-        "irradiation_beam, irradiation_sky, irradiation_ground).",
-        default=(), metavar="NAME,...", registry="measure",
-    )  # fmt: skip
-    sky_directions: int | str = _measures(
-        "any",
-        "Directions of the sky, spread evenly: a number; or tregenza (145), reinhart2 (577), "
-        "reinhart4 (2305), to compare with other tools.",
-        default=4096, metavar="N|NAME",
-    )  # fmt: skip
-    weather: Any = _measures(
-        "table",
-        "A year of weather: EPW, or TMY3 or PVGIS' typical year (csv); without --date all of it.",
-        metavar="FILE",
-    )  # fmt: skip
-    albedo: float = _measures(
-        "number", "Share of the light that the ground reflects, for irradiation.", default=0.2,
-        metavar="SHARE",
-    )  # fmt: skip
-    sunshine: Any = _measures(
-        "table",
-        "CSV file month,share: the probability that the sun shines; default: 1 in every month.",
-        metavar="FILE",
-    )  # fmt: skip
-    receivers: str = _receivers(
-        "text",
-        "Where shadows are counted. ground: the ground alone, without roofs; top: ground and "
-        "roofs, as seen from straight above; auto: top where the model has ground of its own, "
-        "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
-        "there; 215/35: a view "
-        "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
-        "and roofs, sampled; points: the places in --points.",
-        default="auto",
-        metavar="WHAT",
-        registry="receivers",
-    )
-    spacing: float = _receivers(
-        "length", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
-        metavar="M", receivers=("surfaces",), attribute="spacing_m",
-    )  # fmt: skip
-    on: Sequence[str] = _receivers(
-        "patterns",
-        "Sample these parts alone or, in elevations and camera views, show these alone: names, "
-        "kinds or layers; repeatable.",
-        default=(),
-        receivers=("elevation", "view", "camera", "surfaces"),
-    )
-    points: Any = _receivers(
-        "table",
-        "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates. A point without "
-        "a normal is judged from both sides of a surface on which it lies.",
-        unit="m", metavar="FILE", receivers=("points",), is_needed=True,
-    )  # fmt: skip
-    names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))
-    eye: Sequence[float] | None = _receivers(
-        "numbers", "Position of the camera [m].", unit="m", count=3, metavar="X,Y,Z",
-        receivers=_CAMERA, attribute="eye", is_needed=True,
-    )  # fmt: skip
-    target: Sequence[float] | None = _receivers(
-        "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
-        receivers=_CAMERA, attribute="target", is_needed=True,
-    )  # fmt: skip
-    fov: float = _receivers(
-        "number", "The camera's vertical field of view.", default=50.0, unit="degree",
-        metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
-    )  # fmt: skip
-    ground: float | str | None = _receivers(
-        "ground", "What the ground is: feet, a surface through the feet of the buildings; level, "
-        "a plane at their median height; a height [m]; or a terrain file. Default: the file's own "
-        "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",
-        metavar="feet|level|Z|FILE",
-    )  # fmt: skip
-    extent: Sequence[float] | None = _receivers(
-        "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
-        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=_RASTERS,
-    )  # fmt: skip
-    cell: float | None = _receivers(
-        "length", "Side of a cell [m]; default: about 1000 cells on the longer side.", unit="m",
-        metavar="M", receivers=_RASTERS,
-    )  # fmt: skip
-    size: Sequence[int] | None = _receivers(
-        "size", "Size of the raster, instead of --cell.", count=2, receivers=_RASTERS
-    )
-    cast: Sequence[str] = _casters(
-        "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
-    )
-    no_cast: Sequence[str] = _casters(
-        "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
-    )
-    canopy: Sequence[str] = _casters(
-        "patterns",
-        "Parts that transmit a share of the light, such as trees: names, kinds or layers; "
-        "repeatable.",
-        default=(),
-    )
-    transmissivity: str | float | Sequence[float] | None = _casters(
-        "any",
-        "Share of the light that passes canopies, such as 0.1, or 0.1:0.6 with leaves and without; "
-        "default: 0.03.",
-        metavar="SHARE",
-    )
-    leaf_on: str | None = _casters(
-        "any", "With two shares: the days from which and to which trees have leaves.",
-        metavar="MM-DD..MM-DD",
-    )  # fmt: skip
     by: Literal["part", "kind", "layer"] | None = _results(
         "choice",
         "Also write the hours of shadow due to each part, kind or layer; with --who only to those.",

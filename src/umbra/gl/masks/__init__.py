@@ -102,13 +102,24 @@ class Method:
     attenuated: tuple[Step, ...] = ()
     counts: bool = False
 
+    def attenuate(self, remains: float) -> tuple[Step, ...]:
+        """
+        Return the rectangles that map lit to 1 and shadow to the share of brightness that remains.
+
+        The paper's third rectangle adds 1/2 and so attenuates by that alone; any other share takes
+        a fourth, which lifts the 0 of shadow (docs/papers.md, R5).
+        """
+        if remains == _HALF_BRIGHT and self.attenuated:
+            return self.attenuated
+        return (*self.black, Step("lift", remains)) if remains > 0 else self.black
+
     @property
     def channel(self) -> int:
         """The channel to read."""
         return 3 if self.write == "alpha" else 0
 
 
-_INVERT = Step("invert", 1.0)
+_INVERT, _HALF_BRIGHT = Step("invert", 1.0), 0.5
 _START = 2.0**-8
 
 _ALPHA = Method(
@@ -123,7 +134,7 @@ _ALPHA = Method(
     lit=(0.75, 1.0),
     # Clamped to 1/4 -> 1/2 and 1, then 1/2 and 0; the last "/2" of the paper's figure must double.
     black=(DOUBLE, _INVERT, DOUBLE),
-    attenuated=(DOUBLE, _INVERT, Step("add", 0.5)),
+    attenuated=(DOUBLE, _INVERT, Step("add", _HALF_BRIGHT)),
 )
 _MAXIMUM = Method(
     name="max",
@@ -137,7 +148,7 @@ _MAXIMUM = Method(
     lit=(0.75, 1.0),
     # Shadow is at most 1/2: inverted and doubled it is 1, and light stays 0.
     black=(_INVERT, DOUBLE, _INVERT),
-    attenuated=(Step("max", 0.5),),
+    attenuated=(Step("max", _HALF_BRIGHT),),
 )
 _HALF = Method(
     name="half",

@@ -36,7 +36,6 @@ from umbra.scene import Camera, Light, Scene
 
 __all__ = ["MaskPicture"]
 
-_DARK = {"black": 0.0, "ambient": 0.0, "attenuated": 0.5}
 _ONE = Step("multiply", 0.0)
 
 
@@ -122,6 +121,7 @@ class MaskPicture(DeviceUser):
         lights: Light | Sequence[Light],
         shadows: str | None = "ambient",
         *,
+        remains: float = 0.5,
         white: bool = False,
     ) -> None:
         """
@@ -133,11 +133,14 @@ class MaskPicture(DeviceUser):
         lights : Light or sequence of Light
             If empty, everything is in shadow.
         shadows : {'black', 'ambient', 'attenuated'}, optional
-            Shadows are black, ambient, or half as bright; None draws none.
+            Shadows are black, lit by ambient light alone, or less bright; None draws none.
+        remains : float
+            Share of its brightness that remains to what is attenuated, from 0 to 1.
         white : bool
             Draw all surfaces white, to show the mask alone, or the mean of the lights' masks.
         """
         some = [lights] if isinstance(lights, Light) else list(lights)
+        dark = remains if shadows == "attenuated" else 0.0
         picture, _, _ = self._find_targets(camera.size)
         projection = make_projection(
             camera,
@@ -159,7 +162,7 @@ class MaskPicture(DeviceUser):
                 place = light.local(self.scene.origin)
                 place[:3] -= place[3] * projection.eye
                 look = Look(place, light.color, 1.0 / len(some), is_white=white)
-                self._draw_light(state, shown, plan, look, shadows)
+                self._draw_light(state, shown, plan, look, shadows, dark)
                 if total is not None:
                     self._add(state, picture, total, 1.0 / len(some) if white else 1.0)
             if total is not None and not some:
@@ -189,6 +192,7 @@ class MaskPicture(DeviceUser):
         plan: VolumePlan | None,
         look: Look,
         shadows: str | None,
+        dark: float,
     ) -> None:
         """Draw the picture of one light, without ambient light that is not shadowed."""
         picture, color, mask = self._find_targets(shown.camera.size)
@@ -201,7 +205,7 @@ class MaskPicture(DeviceUser):
         if is_screen and plan is not None and shadows is not None:
             self._clear(state, color, self.method.start if self.method else 1.0)
             self._forward.draw_depth(state, shown, tally)
-            self._draw_volumes(state, plan, shadows)
+            self._draw_volumes(state, plan, dark)
             self._forward.draw_scene(state, shown, look, tally, lights=lights, blend="multiply")
             return
         alpha = self.method.start if self.method else 1.0
@@ -212,9 +216,9 @@ class MaskPicture(DeviceUser):
         )  # fmt: skip
         color.use()
         if by_texture:
-            self._apply(state, shown, mask, picture, _DARK[shadows or "black"])
+            self._apply(state, shown, mask, picture, dark)
         elif plan is not None and shadows is not None:
-            self._draw_full(state, plan, color, shadows)
+            self._draw_full(state, plan, color, dark)
 
     def _begin_sum(self, state: State, picture: Target) -> Target:
         """Clear the target that sums the lights' pictures."""
@@ -233,25 +237,24 @@ class MaskPicture(DeviceUser):
         self._copy.draw(3)
         self.tally.rectangles.append("add")
 
-    def _draw_full(self, state: State, plan: VolumePlan, color: Target, shadows: str) -> None:
+    def _draw_full(self, state: State, plan: VolumePlan, color: Target, dark: float) -> None:
         """Count in the picture's own alpha or stencil, and multiply the picture by the mask."""
         painter = self._colors.painter
         if self.method is not None:
-            self._draw_volumes(state, plan, shadows)
+            self._draw_volumes(state, plan, dark)
             painter.draw_rectangle(state, Step("by alpha", 1.0), "rgb", "apply")
             return
         self._stencil.count(state, color, plan)
         where = Stencil(test="notequal", reference=0)
-        step = Step("multiply", _DARK[shadows])
+        step = Step("multiply", dark)
         painter.draw_rectangle(state, step, "rgb", "apply", stencil=where)
 
-    def _draw_volumes(self, state: State, plan: VolumePlan, shadows: str) -> None:
-        """Count in the target in use, and normalise for the kind of shadows."""
+    def _draw_volumes(self, state: State, plan: VolumePlan, dark: float) -> None:
+        """Count in the target in use, and normalise to 1 and what remains in shadow."""
         assert self.method is not None
         painter = self._colors.painter
         painter.draw_volumes(state, self.method, plan, self._colors.find_pieces(plan))
-        is_half = shadows == "attenuated" and self.method.attenuated
-        for step in self.method.attenuated if is_half else self.method.black:
+        for step in self.method.attenuate(dark):
             painter.draw_rectangle(state, step, self.method.write)
 
     def _draw_mask(
@@ -271,7 +274,7 @@ class MaskPicture(DeviceUser):
         counted = self._targets[-1]
         counted.use()
         if self.method is not None:
-            self._draw_volumes(state, plan, "black")
+            self._draw_volumes(state, plan, 0.0)
             return
         self._stencil.count(state, counted, plan)
         where = Stencil(test="notequal", reference=0)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Period, make_period
 from umbra.receivers.standing import find_crossings
+from umbra.rules.first_format import Check, Rules
+from umbra.rules.record import Place
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
 from umbra.study.loop import look
@@ -25,7 +27,6 @@ from umbra.study.rules.measure import (
     say_intervals,
     say_limit,
 )
-from umbra.study.rules.read import Check, Place, Rules
 
 __all__ = ["find_standing", "judge", "judge_parts", "judge_points"]
 

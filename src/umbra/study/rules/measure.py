@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.lights import Period
+from umbra.rules.first_format import Check
+from umbra.rules.record import Place
 from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.loop import TileRun, pass_lights
-from umbra.study.rules.read import Check, Place
 
 __all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]
 

@@ -1,18 +1,19 @@
-"""Reader of rule files, format 1: YAML with line numbers and checked keys."""
+"""Rules of format 1: their reader, and the same as records of format 2."""
 
 import datetime as dt
 import os
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from umbra.errors import InputError, find_similar
+from umbra.errors import InputError
+from umbra.rules.file import Block, load_block
+from umbra.rules.record import Condition, Place, Requirement, Rule
 from umbra.sun.clock import make_steps, parse_duration
 from umbra.sun.local_time import has_offset
 
-__all__ = ["MEASURES", "Block", "Check", "Place", "Rules", "load_block", "read_rules"]
+__all__ = ["CHECK_KEYS", "MEASURES", "Check", "Rules", "convert", "read_rules"]
 
 FORMAT = "1"
 FILE_KEYS = ("format", "name", "version", "source", "checks")
@@ -24,150 +25,6 @@ PLACE_KEYS = ("name", "x", "y")
 MEASURES = ("sun_hours", "longest_sun_hours", "sun_hours_in_spells", "shadow_hours")
 AREAS = ("open_ground", "roofs", "walls", "everywhere")
 _DATE = re.compile(r"(?:(\d{4})-)?(\d{2})-(\d{2})")
-
-
-class Block:
-    """
-    A mapping of a YAML file, with a fixed set of keys.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    node : yaml.Node
-    what : str
-        Name of the mapping: "the file", "check 2".
-    keys : sequence of str
-        Allowed keys.
-
-    Raises
-    ------
-    InputError
-        If it is not a mapping, or has an unknown or repeated key.
-    """
-
-    def __init__(self, path: Path, node: Any, what: str, keys: Sequence[str]) -> None:
-        self.path, self.node, self.what = path, node, what
-        self.values: dict[str, Any] = {}
-        if node.id != "mapping":
-            self.refuse(f"{what} must be keys with values", node)
-        for key, value in node.value:
-            name = str(key.value)
-            if name not in keys:
-                near = find_similar(name, keys)
-                advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(keys)}"
-                self.refuse(f"{what} has the unknown key '{name}'; {advice}", key)
-            if name in self.values:
-                self.refuse(f"{what} has the key '{name}' twice; remove one", key)
-            self.values[name] = value
-
-    def refuse(self, words: str, node: Any = None) -> NoReturn:
-        """Raise the error that names file and line."""
-        line = (node or self.node).start_mark.line + 1
-        msg = f"{self.path.name}, line {line}: {words}"
-        raise InputError(msg, path=self.path, line=line)
-
-    def has(self, key: str) -> bool:
-        """Return whether a key is present."""
-        return key in self.values
-
-    def text(self, key: str, default: str | None = None) -> str:
-        """Return a value as written; required if there is no default."""
-        node = self.values.get(key)
-        if node is None:
-            if default is None:
-                self.refuse(f"{self.what} lacks '{key}'")
-            return default
-        if node.id != "scalar" or not node.value.strip():
-            self.refuse(f"'{key}' must be one value", node)
-        return str(node.value).strip()
-
-    def number(self, key: str, default: float | None = None) -> float:
-        """Return a number."""
-        text = self.text(key, None if default is None else str(default))
-        try:
-            value = float(text)
-        except ValueError:
-            self.refuse(f"'{key}' must be a number; got '{text}'", self.values[key])
-        if not abs(value) < float("inf"):
-            self.refuse(f"'{key}' must be finite; got '{text}'", self.values[key])
-        return value
-
-    def items(self, key: str) -> list[Any]:
-        """Return the nodes of a list; a single value is a list of one."""
-        node = self.values.get(key)
-        if node is None:
-            self.refuse(f"{self.what} lacks '{key}'")
-        nodes = list(node.value) if node.id == "sequence" else [node]
-        if not nodes:
-            self.refuse(f"'{key}' is empty", node)
-        return nodes
-
-
-_LARGEST = 1_000_000  # [byte]; thousands of rules
-
-
-def load_block(path: Path, keys: Sequence[str]) -> Block:
-    """
-    Read a YAML file whose root is a mapping.
-
-    Values stay text: YAML reads 10:00 as a sexagesimal number. Raises InputError if the file
-    cannot be read or is not YAML.
-    """
-    import yaml  # noqa: PLC0415  (few studies have rules)
-
-    class Loader(yaml.BaseLoader):
-        """Loader without aliases, which let a small file repeat rules a million times."""
-
-        def compose_node(self, parent: Any, index: Any) -> Any:
-            if self.check_event(yaml.AliasEvent):
-                problem = "an alias (*name); write it out"
-                raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
-            return super().compose_node(parent, index)
-
-    try:
-        with path.open("rb") as file:  # a device has no size
-            data = file.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            msg = f"the rules '{path}' are larger than {_LARGEST / 1e6:g} MB; give fewer"
-            raise InputError(msg, path=path)
-        node = yaml.compose(data.decode("utf-8"), Loader=Loader)
-    except RecursionError as error:
-        msg = f"{path.name}: lists and mappings are nested too deep; rules need four levels"
-        raise InputError(msg, path=path) from error
-    except OSError as error:
-        msg = f"cannot read the rules '{path}' ({error.strerror}); check the name"
-        raise InputError(msg, path=path) from error
-    except UnicodeDecodeError as error:
-        msg = f"the rules '{path}' are not UTF-8 text; save them so"
-        raise InputError(msg, path=path) from error
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f", line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or str(error)
-        msg = f"{path.name}{where}: this is not YAML ({problem}); check indents and colons"
-        raise InputError(msg, path=path) from error
-    if node is None:
-        msg = f"the rules '{path}' are empty; give one rule at least"
-        raise InputError(msg, path=path)
-    return Block(path, node, "the file", keys)
-
-
-@dataclass(frozen=True)
-class Place:
-    """
-    A named point of the plan.
-
-    Parameters
-    ----------
-    name : str
-    x, y : float
-        In the model's own coordinates [m].
-    """
-
-    name: str
-    x: float
-    y: float
 
 
 @dataclass(frozen=True)
@@ -350,3 +207,42 @@ def _read_where(block: Block) -> tuple[str, tuple[Place, ...]]:
         place = Block(block.path, item, f"place {number} of {block.what}", PLACE_KEYS)
         places.append(Place(place.text("name"), place.number("x"), place.number("y")))
     return "", tuple(places)
+
+
+def convert(rules: Rules, name: str) -> Rule:
+    """
+    Return rules of format 1 as a rule of format 2.
+
+    Named places are judged one by one; a share of a plan becomes that of named areas, and
+    applies to windows one by one.
+    """
+    return Rule(
+        name=name,
+        title=rules.name,
+        edition=rules.version,
+        source=rules.source,
+        requirements=tuple(map(_convert_check, rules.checks)),
+    )
+
+
+def _convert_check(check: Check) -> Requirement:
+    limit = check.limit.total_seconds() / 3600
+    condition = Condition(
+        measure=check.measure,
+        dates=tuple(f"{f'{year}-' if year else ''}{m:02}-{d:02}" for year, m, d in check.dates),
+        start=check.start,
+        end=check.end,
+        every=check.every,
+        min_altitude=check.min_altitude,
+        min_spell=check.min_spell,
+        at_least=limit if check.is_least else None,
+        at_most=None if check.is_least else limit,
+        share=None if check.places else check.share,
+    )
+    receivers = ("areas", "windows") if check.area in {"open_ground", "everywhere"} else ()
+    return Requirement(
+        name=check.name,
+        receivers=("places",) if check.places else receivers or (check.area,),
+        condition=condition,
+        places=check.places,
+    )

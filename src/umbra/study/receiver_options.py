@@ -1,0 +1,103 @@
+"""Options of a study about where shadows are counted, and what casts them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from umbra.options import option
+from umbra.study.time_options import TimeOptions
+
+__all__ = ["ReceiverOptions"]
+
+_receivers = partial(option, heading="Receivers")
+_casters = partial(option, heading="Casters")
+_CAMERA = ("camera",)
+_RASTERS = ("ground", "top", "elevation", "view", "camera")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReceiverOptions(TimeOptions):
+    """Options of receivers and casters, besides those of time; see ``umbra.shadow_study``."""
+
+    receivers: str = _receivers(
+        "text",
+        "Where shadows are counted. ground: the ground alone, without roofs; top: ground and "
+        "roofs, as seen from straight above; auto: top where the model has ground of its own, "
+        "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
+        "there; 215/35: a view "
+        "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
+        "and roofs, sampled; points: the places in --points.",
+        default="auto",
+        metavar="WHAT",
+        registry="receivers",
+    )
+    spacing: float = _receivers(
+        "length", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
+        metavar="M", receivers=("surfaces",), attribute="spacing_m",
+    )  # fmt: skip
+    on: Sequence[str] = _receivers(
+        "patterns",
+        "Sample these parts alone or, in elevations and camera views, show these alone: names, "
+        "kinds or layers; repeatable.",
+        default=(),
+        receivers=("elevation", "view", "camera", "surfaces"),
+    )
+    points: Any = _receivers(
+        "table",
+        "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates. A point without "
+        "a normal is judged from both sides of a surface on which it lies.",
+        unit="m", metavar="FILE", receivers=("points",), is_needed=True,
+    )  # fmt: skip
+    names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))
+    eye: Sequence[float] | None = _receivers(
+        "numbers", "Position of the camera [m].", unit="m", count=3, metavar="X,Y,Z",
+        receivers=_CAMERA, attribute="eye", is_needed=True,
+    )  # fmt: skip
+    target: Sequence[float] | None = _receivers(
+        "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
+        receivers=_CAMERA, attribute="target", is_needed=True,
+    )  # fmt: skip
+    fov: float = _receivers(
+        "number", "The camera's vertical field of view.", default=50.0, unit="degree",
+        metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
+    )  # fmt: skip
+    ground: float | str | None = _receivers(
+        "ground", "What the ground is: feet, a surface through the feet of the buildings; level, "
+        "a plane at their median height; a height [m]; or a terrain file. Default: the file's own "
+        "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",
+        metavar="feet|level|Z|FILE",
+    )  # fmt: skip
+    extent: Sequence[float] | None = _receivers(
+        "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
+        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=_RASTERS,
+    )  # fmt: skip
+    cell: float | None = _receivers(
+        "length", "Side of a cell [m]; default: about 1000 cells on the longer side.", unit="m",
+        metavar="M", receivers=_RASTERS,
+    )  # fmt: skip
+    size: Sequence[int] | None = _receivers(
+        "size", "Size of the raster, instead of --cell.", count=2, receivers=_RASTERS
+    )
+    cast: Sequence[str] = _casters(
+        "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
+    )
+    no_cast: Sequence[str] = _casters(
+        "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
+    )
+    canopy: Sequence[str] = _casters(
+        "patterns",
+        "Parts that transmit a share of the light, such as trees: names, kinds or layers; "
+        "repeatable.",
+        default=(),
+    )
+    transmissivity: str | float | Sequence[float] | None = _casters(
+        "any",
+        "Share of the light that passes canopies, such as 0.1, or 0.1:0.6 with leaves and without; "
+        "default: 0.03.",
+        metavar="SHARE",
+    )
+    leaf_on: str | None = _casters(
+        "any", "With two shares: the days from which and to which trees have leaves.",
+        metavar="MM-DD..MM-DD",
+    )  # fmt: skip

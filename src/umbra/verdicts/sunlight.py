@@ -1,0 +1,190 @@
+"""Sun at each moment on the samples of what is judged: before, after, or by the proposal alone."""
+
+import datetime as dt
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.lights import Period
+from umbra.rules.record import Condition
+from umbra.scene import Scene
+from umbra.study import run
+from umbra.study.accumulators.hours import Masks
+from umbra.study.options import StudyOptions
+from umbra.study.result import Study
+from umbra.sun import Site
+from umbra.verdicts.dates import settle_dates
+from umbra.verdicts.subjects import Subjects
+
+__all__ = ["Model", "SunDay", "SunlightOf"]
+
+CAST = ("after", "before", "proposed")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Model:
+    """
+    The model that is judged, and how it casts shadows.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    year : int
+        Of dates without one.
+    options : StudyOptions
+        Casters, canopies, ground, device, threads and the probability of sunshine are read.
+    proposed : tuple of str
+        Patterns of the proposal's parts.
+    """
+
+    scene: Scene
+    site: Site
+    year: int
+    options: StudyOptions
+    proposed: tuple[str, ...] = ()
+
+    def choose_casters(self, which: str) -> dict[str, Any]:
+        """Return the study's options of casters: 'after', 'before', 'proposed'."""
+        options = self.options
+        if which == "before":
+            return {"cast": options.cast, "no_cast": (*options.no_cast, *self.proposed)}
+        if which == "proposed" and self.proposed:
+            return {"cast": self.proposed, "no_cast": options.no_cast}
+        return {"cast": options.cast, "no_cast": options.no_cast}
+
+
+@dataclass(frozen=True, eq=False)
+class SunDay:
+    """
+    The sun on samples over one date.
+
+    Parameters
+    ----------
+    date : datetime.date
+    lit : (s, n) bool
+        Whether each sample is in the sun at each step with the sun up.
+    hours : (s,) float64
+        Length of each step [h].
+    starts, ends : (s,) int64
+        UTC [us since 1970].
+    altitudes : (s,) float64
+        Of the sun [degrees].
+    directions : (s, 3) float64
+        Toward the sun, in the model's axes.
+    """
+
+    date: dt.date
+    lit: NDArray[np.bool_]
+    hours: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    altitudes: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    def pick(self, which: NDArray[np.bool_]) -> "SunDay":
+        """Return some of the steps."""
+        return replace(
+            self,
+            lit=self.lit[which],
+            **{
+                name: getattr(self, name)[which]
+                for name in ("hours", "starts", "ends", "altitudes", "directions")
+            },
+        )
+
+
+@dataclass(eq=False)
+class SunlightOf:
+    """
+    Sunlight and sky of some receivers, counted once for each time that rules ask for.
+
+    Parameters
+    ----------
+    model : Model
+    subjects : Subjects
+    """
+
+    model: Model
+    subjects: Subjects
+    _studies: dict[Any, Study] = field(default_factory=dict)
+
+    def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
+        """
+        Yield the dates of a condition.
+
+        Parameters
+        ----------
+        condition : Condition
+        which : {'after', 'before', 'proposed'}
+            Casters of the shadows.
+        """
+        study = self._count(condition, which)
+        period, masks = study.period, study.masks
+        assert masks is not None
+        for day, date in enumerate(period.days):
+            yield _cut_day(period, masks, day, date)
+
+    def _count(self, condition: Condition, which: str) -> Study:
+        time = {
+            "date": settle_dates(condition, self.model.year),
+            "start": condition.start,
+            "end": condition.end,
+            "every": condition.every,
+            **({"clock": condition.clock} if condition.clock != "local" else {}),
+        }
+        key = (which, *map(str, time.values()))
+        if key not in self._studies:
+            self._studies[key] = self._run(which, masks=True, by_day=False, **time)
+        return self._studies[key]
+
+    def measure_sky(self, measure: str, which: str) -> NDArray[np.float64]:
+        """Return a measure of the sky at each sample, (n,)."""
+        key = (which, measure)
+        if key not in self._studies:
+            asked = "probable_sun_hours" if "probable" in measure else measure
+            exact = (
+                {"exact": True} if asked.startswith("sky") and not self.model.options.canopy else {}
+            )
+            study = self._run(which, measure=[asked], sunshine=self.model.options.sunshine, **exact)
+            for name in (measure, *(one.name for one in study.quantities)):
+                self._studies[which, name] = study
+        return np.asarray(self._studies[key].more[measure][1], np.float64)
+
+    def _run(self, which: str, **more: Any) -> Study:
+        model, options = self.model, self.model.options
+        given = self.subjects
+        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        kept = {
+            name: getattr(options, name)
+            for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
+                         "refraction")
+        }  # fmt: skip
+        asked = StudyOptions(
+            receivers="points", points=np.hstack([given.points, normals]), **kept,
+            **model.choose_casters(which), **more,
+        )  # fmt: skip
+        return run(model.scene, model.site, asked)
+
+
+def _cut_day(period: Period, masks: Masks, day: int, date: dt.date) -> SunDay:
+    steps = np.flatnonzero((period.day_of_step == day) & period.sun.is_up)
+    lit = np.zeros((len(steps), *masks.shape[1:]), np.bool_)
+    for row, step in enumerate(steps):
+        lit[row] = masks[int(step)] == 0
+    return SunDay(
+        date, lit, period.hours[steps], period.starts[steps], period.ends[steps],
+        period.sun.altitude[steps], period.sun.direction[steps],
+    )  # fmt: skip
+
+
+def check_year(year: int) -> int:
+    """Return a year of which the sun is known."""
+    if not 1950 <= year <= 2100:
+        msg = f"year {year} is far from ours; give one of 1950 to 2100"
+        raise InputError(msg, option="year")
+    return year
