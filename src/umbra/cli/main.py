@@ -21,6 +21,7 @@ __all__ = ["main"]
 COMMANDS = {
     "bench": "Measure umbra against its peers.",
     "doctor": "Show which devices work on this machine.",
+    "envelope": "Find how high one may build on a plot, by rules of sunlight.",
     "inspect": "Show what a file contains.",
     "render": "Draw a picture with exact shadows.",
     "rules": "List the rules that a proposal is judged by, or print one.",

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
+from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
 from umbra.massing.asks import Ask, measure_pieces
 from umbra.massing.needs import Needs
 from umbra.massing.planes import Crossings, cross_cells
 from umbra.massing.plot import Plot
-from umbra.errors import InputError
-from umbra.machine import find_memory, name_memory
 
 __all__ = ["Group", "Problem", "pose_problem"]
 

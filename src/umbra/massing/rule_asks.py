@@ -1,18 +1,19 @@
 """Rules as asks and groups: which receivers must keep which hours."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
+from umbra.errors import InputError
+from umbra.lights import Period
 from umbra.massing.asks import Ask, measure_pieces
 from umbra.massing.needs import LONGEST, SPELLS, SUM
 from umbra.massing.problem import Group
-from umbra.errors import InputError
-from umbra.lights import Period
 from umbra.rules import Alternative, Condition, Requirement, Rule
 from umbra.rules.words import MEASURES
 from umbra.scene.grid import Places
@@ -29,7 +30,7 @@ _KINDS = {
     "sun_hours": SUM, "shadow_hours": SUM, "longest_sun_hours": LONGEST,
     "sun_hours_in_spells": SPELLS,
 }  # fmt: skip
-_STEPPED = "every"
+_STEPPED = re.compile(r"\bevery\s*:")
 _INVERSE = "give --max-height PART, which takes any rule, or leave the rule out"
 
 
@@ -76,15 +77,18 @@ class AskedRules:
     def add(self, rule: Rule) -> None:
         """Add a rule's requirements."""
         for requirement in rule.requirements:
-            found = self.gathered.find(requirement)
-            if isinstance(found, Lacking):
-                msg = f"rule '{rule.name}', {requirement.name}: {found.needs}"
-                raise InputError(msg, option="rules", rule=rule.name)
-            for sunlight in found:
-                subjects = sunlight.subjects
+            for subjects in self._find(rule, requirement):
                 chosen = choose_asked(subjects, requirement)
                 if chosen:
                     self._add_subjects(rule, requirement, subjects.pick(chosen))
+
+    def _find(self, rule: Rule, requirement: Requirement) -> list[Subjects]:
+        """Return the receivers of a requirement."""
+        found = self.gathered.find(requirement)
+        if isinstance(found, Lacking):
+            msg = f"rule '{rule.name}', {requirement.name}: {found.needs}"
+            raise InputError(msg, option="rules", rule=rule.name)
+        return [sunlight.subjects for sunlight in found]
 
     def _add_subjects(self, rule: Rule, requirement: Requirement, subjects: Subjects) -> None:
         maker = _Clauses(self, rule, requirement, subjects)
@@ -243,7 +247,7 @@ class _Clauses:
 
     def _list_periods(self, condition: Condition) -> Iterator[Period]:
         model = self.asked.gathered.model
-        time = {
+        time: dict[str, Any] = {
             "date": settle_dates(condition, model.year), "start": condition.start,
             "end": condition.end, "every": condition.every,
             **({"clock": condition.clock} if condition.clock != "local" else {}),
@@ -291,4 +295,5 @@ class _Clauses:
 
 def _is_continuous(rule: Rule, condition: Condition) -> bool:
     """Return whether a rule has no steps, so that the sun's whole path counts."""
-    return bool(rule.text) and _STEPPED not in rule.text and condition.min_altitude <= 0
+    is_stepped = not rule.text or _STEPPED.search(rule.text)
+    return not is_stepped and condition.min_altitude <= 0 and condition.min_angle <= 0

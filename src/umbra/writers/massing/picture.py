@@ -13,8 +13,8 @@ from umbra.receivers.zenith import find_surface
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
 from umbra.writers.contours import draw_contours, trace
-from umbra.writers.massing.axonometry import look_at
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_round, find_ticks
+from umbra.writers.massing.axonometry import look_at
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Panel, Paper, wrap
 from umbra.writers.paper import measure as measure_text
 from umbra.writers.pixels import HALF, resample
