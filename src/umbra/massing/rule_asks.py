@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -289,7 +289,7 @@ class _Clauses:
             limit = np.maximum(limit, condition.ratio_to_before * before)
         if condition.loss_at_most is not None:
             limit = np.maximum(limit, before - condition.loss_at_most)
-        asked.asks.append(Ask(**{**vars(ask), "limit": limit}))
+        asked.asks.append(replace(ask, limit=limit))
         return len(asked.asks) - 1, before
 
 
