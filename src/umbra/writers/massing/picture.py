@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from umbra.massing.result import HeightEnvelope
 from umbra.massing.solid import make_solid
+from umbra.ground.level import TERRAIN
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
+from umbra.scene.mesh import ADDED_GROUND
 from umbra.writers.contours import draw_contours, trace
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_round, find_ticks
 from umbra.writers.massing.axonometry import look_at
@@ -30,6 +32,7 @@ _GOOD, _BROKEN = "#1f6fb4", "#c0262d"
 _CELLS = 360  # of the map of what stands around
 _MARGIN = 12.0  # around plot and receivers [m]
 _FARTHEST = 150.0  # from the plot's middle that is drawn [m], if the plot is no wider
+_ZOOM = 1.4  # half a side of the view, by the plot's side
 _LABELLED = 24  # most receivers with names
 
 
@@ -144,8 +147,10 @@ def _draw_plan(leaf: Leaf, envelope: HeightEnvelope, end: float) -> None:
     origin = envelope.scene.origin
     grid = Grid(x[0] - origin[0], y[0] - origin[1], step, step, _CELLS, _CELLS)
     ground = float(np.median(envelope.found.plot.ground))
-    surface = find_surface(envelope.scene.triangles(), grid, ground)
-    stands = np.where(surface.heights > ground + 0.5, surface.heights - ground, 0.0)
+    soup = envelope.scene.triangles()
+    surface = find_surface(soup, grid, float(soup.vertices[:, 2].min()) - 1.0)
+    owner = np.append(soup.part, len(envelope.scene.parts))[surface.face]  # -1: nothing
+    stands = _find_standing(envelope)[owner] * np.maximum(surface.heights - ground, 1.0)
     plan = Plan(x, y, stands, envelope.site.true_north)
     pixels = round(_SIDE * DOTS_PER_INCH)
     size = (pixels, pixels)
@@ -172,6 +177,12 @@ def _draw_plan(leaf: Leaf, envelope: HeightEnvelope, end: float) -> None:
     draw_frame(panel, ticks[0], ticks[1], wide)
     draw_scale_bar(panel, _LEFT + 0.15, _FOOT + 0.15, 1.6)
     draw_north(panel, _LEFT + _SIDE - 0.35, _FOOT + _SIDE - 0.4)
+
+
+def _find_standing(envelope: HeightEnvelope) -> NDArray[np.bool_]:
+    """Return which parts are no ground, and False for nothing, (n_parts + 1,)."""
+    kinds = TERRAIN | ADDED_GROUND
+    return np.array([*(part.kind not in kinds for part in envelope.scene.parts), False])
 
 
 def _sample(envelope: HeightEnvelope, x: NDArray, y: NDArray) -> NDArray[np.float64]:
@@ -219,9 +230,12 @@ def _draw_view(paper: Paper, envelope: HeightEnvelope, end: float) -> None:
     high = _SIDE - 0.62
     pixels = round(high * DOTS_PER_INCH), round(_SIDE * DOTS_PER_INCH)
     plot, found, origin = envelope.found.plot, envelope.found, envelope.scene.origin
-    cx, cy, half = _find_extent(envelope)
-    middle = np.array([cx, cy]) - origin[:2]
-    near = _pick_near(envelope.scene.triangles(), middle, half)
+    x, y = envelope.x, envelope.y
+    middle = np.array([x.mean(), y.mean()]) - origin[:2]
+    half = float(max(np.ptp(x), np.ptp(y))) * _ZOOM + _MARGIN
+    soup = envelope.scene.triangles()
+    soup = replace(soup, faces=soup.faces[_find_standing(envelope)[soup.part]])
+    near = _pick_near(soup, middle, half)
     receivers = envelope.list_receivers()[0] - origin
     rows, cols = plot.places
     centres = np.column_stack([plot.x0 + (cols + 0.5) * plot.cell,
@@ -254,7 +268,7 @@ def _pick_near(soup: Triangles, middle: NDArray[np.float64], half: float) -> Tri
     """Return the triangles that lie within a square."""
     corners = soup.vertices[soup.faces][..., :2]
     inside = (np.abs(corners - middle) <= half).all((1, 2))
-    return replace(soup, faces=soup.faces[inside], part=soup.part[inside])
+    return replace(soup, faces=soup.faces[inside], part=np.zeros(inside.sum(), np.int32))
 
 
 def _draw_scale(paper: Paper, x: float, y: float, end: float) -> None:
