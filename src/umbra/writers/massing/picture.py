@@ -249,7 +249,9 @@ def _draw_view(paper: Paper, envelope: HeightEnvelope, end: float) -> None:
     span = np.array([half, half])
     corners = [np.append(middle + span * (a, b), foot) for a in (-1, 1) for b in (-1, 1)]
     crown = np.column_stack([centres, tops])
-    view = look_at(np.concatenate([corners, crown]), azimuth, 32.0, pixels[1] / pixels[0])
+    shown = [np.array(corners)] if not len(near.faces) else [near.vertices[near.faces.ravel()]]
+    points = np.concatenate([*shown, crown, np.column_stack([centres, plot.foot])])
+    view = look_at(points, azimuth, 32.0, pixels[1] / pixels[0])
     colors = np.zeros((0, 3))
     if solid is not None:
         top = solid.vertices[solid.faces][..., 2].max(1) - np.median(plot.ground)
