@@ -14,13 +14,15 @@ from umbra.errors import InputError, find_similar, show_value
 from umbra.ground_option import check_ground
 
 __all__ = [
-    "Option", "check_types", "list_options", "option", "read_flag", "read_length", "read_names",
-    "read_path", "read_text", "read_texts",
+    "Option", "check_types", "is_area_file", "list_options", "option", "read_flag", "read_length",
+    "read_names", "read_path", "read_text", "read_texts",
 ]  # fmt: skip
 
 _UNITS = {
     "mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
 }  # fmt: skip
+AREA_ENDINGS = (".geojson", ".json", ".gpkg", ".shp", ".dxf")
+"""Endings of files of areas."""
 _LENGTH = re.compile(rf"(.*?)\s*({'|'.join(_UNITS)})?", re.IGNORECASE | re.DOTALL)
 
 
@@ -165,6 +167,15 @@ def read_names(name: str, value: Any, known: Sequence[str]) -> dict[str, Any]:
         msg = f"{name} has no {show_value(strange)}; {advice}"
         raise InputError(msg, option=name)
     return dict(value)
+
+
+def is_area_file(value: object) -> bool:
+    """Return whether areas that are asked for are those of a file, not parts of the model."""
+    if isinstance(value, os.PathLike):
+        return True
+    return isinstance(value, str) and (
+        value.lower().endswith(AREA_ENDINGS) or "/" in value or os.sep in value
+    )
 
 
 def read_flag(name: str, value: Any) -> bool:

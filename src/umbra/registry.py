@@ -93,11 +93,6 @@ class Registry(Generic[T]):
         """All names: umbra's own, then those of other packages."""
         return (*self._own, *sorted(self.added.keys() - self._own.keys()))
 
-    @property
-    def loaded(self) -> Mapping[str, T]:
-        """What was asked for so far."""
-        return self._loaded
-
     def __contains__(self, name: object) -> bool:
         return name in self._own or name in self.added
 

@@ -54,7 +54,7 @@ def test_a_report_is_written_with_canopies(study, tmp_path):
 def test_formats_are_named_by_commas_or_one_by_one(study, tmp_path):
     said = study("--write", "csv,GIF", "--write", "glb", "--json")
     assert said.status == 0, said
-    names = ["cells.csv", "instants.csv", "areas.csv", "day.gif", "hours.glb"]
+    names = ["cells.csv", "instants.csv", "areas_by_hours.csv", "day.gif", "hours.glb"]
     assert [Path(name).name for name in said.json()["files"]][4:] == names
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"study.nc", *names}
 

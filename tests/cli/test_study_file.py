@@ -185,7 +185,7 @@ NAMES = """
 files lat lon tz north
 date from to every every-days by-day refraction
 measure sky-directions weather albedo sunshine
-receivers spacing on points eye target fov ground extent cell size crs
+receivers spacing on points eye target fov ground areas areas-on least extent cell size crs
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed under spells exact min-spell masks
 title subtitle show at pictures report sheet write rules

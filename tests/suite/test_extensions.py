@@ -241,3 +241,100 @@ def test_of_two_packages_of_one_name_the_first_is_used(house, tmp_path):
     (line,) = [line for line in said.splitlines() if "beta" in line]
     assert "alpha" in line
     assert set(np.unique(data.zenith.values)) == {0.0, 1.0}
+
+
+OUTPUT = """
+from umbra.extending import Output
+class Half(Output):
+    def write(self, study, folder):
+        (folder / "half.txt").write_text("begun")
+        raise KeyError("gone")
+class Liar(Output):
+    def write(self, study, folder):
+        return ["nothing.txt"]
+class Good(Output):
+    def write(self, study, folder):
+        (folder / "good.txt").write_text("done")
+        return ["good.txt"]
+"""
+
+
+def test_an_output_that_fails_keeps_nothing_else_from_being_written(house, tmp_path):
+    entries = "half = outs:Half\nliar = outs:Liar\ngood = outs:Good"
+    write_package(tmp_path, "outs", "outputs", entries, OUTPUT)
+    out = tmp_path / "out"
+    done = run(
+        tmp_path, "study", house, "--up", "z", "--receivers", "ground", "--cell", "2", "--measure",
+        "sky_view_factor", "--sky-directions", "50", "--write", "half,liar,good,csv", "--out", out,
+        "--json",
+    )  # fmt: skip
+    assert done.returncode == 2
+    (last,) = [line for line in done.stderr.splitlines() if line.startswith("umbra:")]
+    assert "half" in last
+    assert "gone" in last
+    assert [line for line in done.stderr.splitlines() if "liar" in line and "nothing.txt" in line]
+    names = {path.name for path in out.iterdir()}
+    assert {"study.nc", "sky_view_factor.png", "good.txt", "cells.csv", "study.toml"} <= names
+    assert not {"half.txt", "nothing.txt"} & names
+    assert {Path(name).name for name in json.loads(done.stdout)["files"]} <= names
+
+
+WRITE = """
+import sys, umbra
+scene = umbra.read(sys.argv[1], up="z")
+study = umbra.shadow_study(scene, receivers="ground", cell=2, measure="sky_view_factor",
+                           sky_directions=50)
+try:
+    study.write(sys.argv[2], "half", "good", pictures=False)
+except umbra.InputError as error:
+    print(error.option, error.format)
+"""
+
+
+def test_python_is_told_of_a_failed_output_when_all_is_written(house, tmp_path):
+    write_package(tmp_path, "outs", "outputs", "half = outs:Half\ngood = outs:Good", OUTPUT)
+    told = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    done = subprocess.run(
+        [sys.executable, "-c", WRITE, str(house), str(tmp_path / "out")],
+        capture_output=True, text=True, env=told, check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == ["write", "half"]
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"study.nc", "good.txt"}
+
+
+READER = """
+from umbra.extending import Mesh, Part, Reader
+class Tri(Reader):
+    title = "one triangle"
+    def read(self, data, path):
+        corners = [(0, 0, 0), (4, 0, 0), (0, 4, 3)]
+        return [Part("tri", "building", Mesh(corners, [(0, 1, 2)]))]
+"""
+
+
+@pytest.mark.parametrize("command", ["inspect", "render"])
+def test_a_name_given_twice_is_told_wherever_it_is_asked(tmp_path, command):
+    for name in ("alpha", "beta"):
+        write_package(tmp_path, name, "readers", f"tri = {name}:Tri", READER)
+    model = tmp_path / "model.tri"
+    model.write_text("x")
+    more = ["--out", tmp_path / "a.png", "--size", "32x24"] if command == "render" else []
+    done = run(tmp_path, command, model, *more)
+    assert done.returncode == 0, done.stderr
+    lines = (done.stdout + done.stderr).splitlines()
+    (line,) = [line for line in lines if "beta" in line]
+    assert "alpha" in line
+
+
+def test_words_are_those_of_the_studys_own_measures(house):
+    """Another study of the process names nothing."""
+    scene = umbra.read(house, up="z")
+    asked = {"receivers": "ground", "cell": 4, "sky_directions": 50}
+    study = umbra.shadow_study(scene, measure="sky_view_factor", **asked)
+    other = umbra.shadow_study(scene, measure="sky_component", **asked)
+    own = study.dataset.sky_view_factor.attrs
+    assert own["units"] == "1"
+    from umbra.study.attributes import find_attributes  # noqa: PLC0415
+
+    assert find_attributes("sky_view_factor", 1, other.result.quantities) == {}
+    assert find_attributes("sky_view_factor", 1, study.result.quantities) == own

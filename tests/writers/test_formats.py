@@ -102,7 +102,7 @@ def test_a_large_table_of_cells_is_packed_and_announced(study, tmp_path, monkeyp
     monkeypatch.setattr(tables, "MOST_NUMBERS", numbers - 1)
     (tmp_path / "packed").mkdir()
     names, said = write(study, tmp_path / "packed", "csv")
-    assert names == ["cells.csv.gz", "instants.csv", "areas.csv"]
+    assert names == ["cells.csv.gz", "instants.csv", "areas_by_hours.csv"]
     assert f"note: cells.csv.gz is packed: {cells:,} lines, " in said[0]
     packed = (tmp_path / "packed" / "cells.csv.gz").read_bytes()
     assert gzip.decompress(packed) == (tmp_path / "cells.csv").read_bytes()
@@ -123,7 +123,7 @@ def test_instants_csv_has_a_line_for_each_step(study, tmp_path):
 
 def test_csv_counts_the_shaded_ground(study, tmp_path):
     names, _ = write(study, tmp_path, "csv")
-    assert names == ["cells.csv", "instants.csv", "areas.csv"]
+    assert names == ["cells.csv", "instants.csv", "areas_by_hours.csv"]
     with (tmp_path / "instants.csv").open(newline="") as file:
         areas = [float(line["shadow_area_m2"]) for line in csv.DictReader(file)]
     masked = make_study(masks=True)
@@ -131,7 +131,7 @@ def test_csv_counts_the_shaded_ground(study, tmp_path):
     cell = masked.grid.dx * masked.grid.dy
     expected = [np.count_nonzero((mask > 0) & is_open) * cell for mask in masked.masks]
     np.testing.assert_allclose(areas, expected)
-    with (tmp_path / "areas.csv").open(newline="") as file:
+    with (tmp_path / "areas_by_hours.csv").open(newline="") as file:
         rows = list(csv.reader(file))
     hours = int(rows[1][0].split()[0])
     assert rows[0][1] == "open ground, within 20 m of buildings [m²]"

@@ -6,6 +6,7 @@ Shadows on a level plane are also outlined, as exact polygons.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from numbers import Real
@@ -21,6 +22,7 @@ from umbra.errors import InputError, check_type, show_value
 from umbra.options import read_texts
 from umbra.packages import require
 from umbra.rays.hidden import find_hidden
+from umbra.registry import take_notes
 from umbra.scene import Light, Scene
 from umbra.scene.grid import Grid
 from umbra.scene.numbers import OUTSIDE, check_reach, read_array
@@ -109,6 +111,8 @@ def count(
     lights = check_lights(directions, "directions")
     sums = None if weights is None else _check_weights(weights, len(lights))
     threads = check_device(device, threads)
+    for note in take_notes():
+        warnings.warn(note, stacklevel=2)
     lights[:, :3] -= lights[:, 3:] * scene.origin
     if isinstance(receivers, str):
         asked = {

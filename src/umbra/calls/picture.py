@@ -20,6 +20,7 @@ from umbra.errors import check_type
 from umbra.machine import choose_threads
 from umbra.options import read_flag
 from umbra.rays.depth import GROUND, NOTHING
+from umbra.registry import take_notes
 from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
 
@@ -287,6 +288,8 @@ def draw_picture(
 
     if options.caption and (lacking := note_missing(options.caption)):
         warn(lacking)
+    for note in take_notes():
+        warn(note)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from umbra.errors import find_similar
+from umbra.errors import InputError, find_similar
 from umbra.packages import need
+from umbra.registry import take_notes
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from umbra.study.rules import Rules, Verdict
@@ -74,6 +76,20 @@ class ShadowStudy:
     def dataset(self) -> "xr.Dataset":
         """All variables with coordinates, units and attributes, as ``study.nc`` reads back."""
         return self.result.to_dataset()
+
+    @cached_property
+    def areas(self) -> "pd.DataFrame":
+        """
+        Named areas as a pandas frame, a row for each area and date.
+
+        Columns as in ``areas.csv``: ``name``, ``date``, ``area_m2``, ``share_2h`` (a fraction of
+        1, of the hours that ``least`` names), hours of sun, ``first_sun`` and ``last_sun`` [UTC].
+        Raises InputError without ``areas``.
+        """
+        if self.result.areas is None:
+            msg = "the study has no areas; name a file of polygons, or parts, with areas="
+            raise InputError(msg, option="areas")
+        return self.result.areas.to_frame()
 
     def to_xarray(self) -> "xr.Dataset":
         """Return ``dataset``."""
@@ -239,10 +255,10 @@ class ShadowStudy:
         ------
         InputError
             If a format is unknown, is not for such receivers, or needs a package that is
-            not installed.
+            not installed; or, when all else is written, if a package's output fails.
         """
         from umbra.writers.folder import Outputs  # noqa: PLC0415
-        from umbra.writers.folder.write import note_earlier, write_study  # noqa: PLC0415
+        from umbra.writers.folder.write import note_earlier, raise_failures, write_study  # noqa: PLC0415
 
         outputs = Outputs(
             formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
@@ -250,8 +266,15 @@ class ShadowStudy:
         )  # fmt: skip
         if rules:
             self._tell_panes()
-        written = write_study(self.result, folder, outputs, self.options)
-        note_earlier(written, lambda line: warnings.warn(line, stacklevel=4))
+        written, failures = write_study(self.result, folder, outputs, self.options)
+
+        def warn(line: str) -> None:
+            warnings.warn(line, stacklevel=4)
+
+        for note in take_notes():
+            warnings.warn(note, stacklevel=2)
+        note_earlier(written, warn)
+        raise_failures(failures, warn)
         return written
 
     def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":

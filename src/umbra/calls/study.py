@@ -6,7 +6,7 @@ import datetime as dt
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
@@ -50,6 +50,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     target: Sequence[float] | None = None,
     fov: float = 50.0,
     ground: float | str | Path | None = None,
+    areas: Any = None,
+    areas_on: str = "ground",
+    least: str | float | dt.timedelta = "2h",
     extent: Sequence[float] | None = None,
     cell: float | str | None = None,
     size: Sequence[int] | None = None,
@@ -131,7 +134,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         ``'ground'``, the ground alone, without roofs; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
-        ``'points'``.
+        ``'points'``; ``'areas'``.
     eye, target : (3,) float, optional
         Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
@@ -149,6 +152,15 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         median; z of a plane [m]; or a terrain file. By default what the file states or brings,
         else ``'feet'`` where they differ by more than 3 m, else ``'level'``. Attributes
         ``ground`` and ``assumption`` state it.
+    areas : path, str, GeoDataFrame, mapping or sequence of Area, optional
+        Named areas such as gardens, judged each on a lattice of its own besides the receivers: a
+        file of polygons, a pattern of the model's parts or kinds, or polygons by name.
+        ``study.areas`` is their table. ``receivers='areas'`` judges them alone.
+    areas_on : str
+        What areas are judged on: ``'ground'``, ``'top'``, or a plane above the ground
+        (``'ground+1.5'``) or above the mean ground of each area (``'mean+4'``) [m].
+    least : str or float
+        Hours of sun on a date that the table's share of each area has at least: ``'2h'``.
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
         shadows by default.
@@ -210,8 +222,11 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     for note in (*moved, *tell_request(scene, options, site)):
         warnings.warn(note, stacklevel=2)
     if chunks is not None:
-        if site is None or options.measures:
-            msg = "chunks= count hours of sun alone, with a site; leave measure= or chunks= out"
+        if site is None or options.measures or options.areas is not None:
+            msg = (
+                "chunks= count hours of sun alone, with a site; leave measure=, areas= or chunks= "
+                "out"
+            )
             raise InputError(msg, option="chunks")
         return ChunkedStudy(scene, site, options, chunks)
     study = run(scene, site, options)

@@ -14,6 +14,7 @@ from umbra.cli.interrupt import stand_by
 from umbra.cli.terminal import echo, echo_json
 from umbra.errors import InputError, UmbraError, find_similar
 from umbra.machine import find_kernel_cache, pass_over_settings
+from umbra.registry import take_notes
 from umbra.version import __version__
 
 __all__ = ["main"]
@@ -39,12 +40,21 @@ class _Commands(click.Group):
         if note is not None and "--quiet" not in ctx.obj:
             echo(f"note: {note}", err=True)
         try:
-            return super().invoke(ctx)
+            return self._invoke(ctx)
         except KeyboardInterrupt as error:
             # click would print an empty line; only a terminal, which shows ^C, needs it.
             if sys.stderr.isatty():
                 echo(err=True)
             raise click.Abort(*error.args) from None
+
+    def _invoke(self, ctx: click.Context) -> Any:
+        """Run a command; tell what is left to be told of packages beside umbra."""
+        try:
+            return super().invoke(ctx)
+        finally:
+            notes = take_notes()
+            for note in notes if "--quiet" not in ctx.obj else ():
+                echo(f"note: {note}", err=True)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)

@@ -91,7 +91,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         from umbra.study import run  # noqa: PLC0415
         from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
         from umbra.writers.folder.summary import sum_up, tell_measures  # noqa: PLC0415
-        from umbra.writers.folder.write import fill_folder, note_earlier  # noqa: PLC0415
+        from umbra.writers.folder.write import fill_folder, note_earlier, raise_failures  # noqa: PLC0415
 
         stages.begin(name_reading(files))
         scene = read_model(files, options.canopy)
@@ -114,7 +114,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        first, more = fill_folder(study, unfinished, outputs, options, painter, say)
+        first, more, failures = fill_folder(study, unfinished, outputs, options, painter, say)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     note_earlier(written, say)
@@ -125,6 +125,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             echo_path(path)
         for line in tell_measures(study):
             say(line)
+    raise_failures(failures, say)
 
 
 def _find_command() -> str:

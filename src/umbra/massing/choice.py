@@ -24,6 +24,8 @@ _ROUNDS = 24
 """Most turns of all receivers."""
 _AGAIN = 4
 """Most times that the found heights begin the search again."""
+_TIMES = 16  # that members of a group are weighed
+_WORK = 4e9  # crossings that exchanges may look at
 _CHANCES = 64  # random numbers of each exchange
 
 
@@ -61,15 +63,25 @@ def choose_pieces(
     kept = take_cheapest(needs, prices)
     found.append(_take_turns(needs, top, np.arange(groups), kept, False, _ROUNDS))
     heights = max((fill_up(needs, some, top) for some in found), key=np.sum)
+    some = min(rounds, _count_rounds(needs))
     for _ in range(_AGAIN):
         kept, before = none.copy(), float(heights.sum())
         tried = _settle_all(needs, heights.copy(), kept)
-        _exchange(needs, top, kept, tried, chance.random((rounds, _CHANCES)))
+        _exchange(needs, top, kept, tried, chance.random((some, _CHANCES)))
         tried = fill_up(needs, tried, top)
         if tried.sum() <= before + 1e-6:
             break
         heights = tried
     return heights
+
+
+def _count_rounds(needs: Needs) -> int:
+    """Return how many exchanges take some seconds: few where groups have many members."""
+    crossings = np.diff(needs.crossings.start[needs.start[needs.group]]).astype(np.float64)
+    times = np.minimum(np.diff(needs.group), _TIMES)
+    each = float((crossings * times).mean())
+    whole = float(needs.crossings.start[-1])
+    return max(int(_WORK / (8 * each + 8 * whole + 1.0)), 4)
 
 
 def _is_fixed(needs: Needs) -> bool:

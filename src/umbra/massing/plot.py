@@ -111,6 +111,9 @@ def lay_cells(outlines: Sequence[Any], ground: Ground, cell: float, threads: int
     if not (np.isfinite(cell) and cell >= _LEAST):
         msg = f"cell= must be a length from {_LEAST:g} m; got {cell:g}"
         raise InputError(msg, option="cell")
+    if cell > np.ptp(bounds, axis=0).max():
+        msg = f"a cell of {cell:g} m is larger than the plot; give a smaller cell="
+        raise InputError(msg, option="cell")
     size = np.ceil(np.ptp(bounds, axis=0) / cell - 1e-9)
     count = float(whole.area / cell**2)
     if count > _MOST or size.prod() > 16 * _MOST:

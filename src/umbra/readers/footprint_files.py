@@ -21,7 +21,7 @@ from umbra.readers.model import NO_CRS, FileModel, ReadChoices
 from umbra.readers.vector_tables import VectorWork
 from umbra.scene import Source
 
-__all__ = ["read_geojson", "read_vectors"]
+__all__ = ["read_geojson", "read_vectors", "tabulate_geojson", "tabulate_vectors"]
 
 _SQUARE, _CLEARLY = 2.0, 0.3  # angle off 90 degrees, and share of corners more: it is no chance
 _CELL = 16  # memory of a property of a feature in its column [byte]
@@ -30,6 +30,11 @@ _CORNERS = 12  # fewer tell nothing
 
 def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
     """Read parsed GeoJSON: a collection, a feature, or a feature a line."""
+    return extrude_table(tabulate_geojson(documents, choices.budget), choices)
+
+
+def tabulate_geojson(documents: list[Any], budget: Budget) -> FootprintTable:
+    """Return the polygons of parsed GeoJSON and their properties."""
     features: list[Any] = []
     for document in documents:
         features += _list_features(document)
@@ -50,16 +55,13 @@ def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
         owner += [row] * len(found)
     rings = _flatten(polygons, owner)
     crs, note = _find_crs(documents[0], rings)
-    return extrude_table(
-        FootprintTable(
-            "GeoJSON",
-            rings,
-            [_name(feature) for feature in features],
-            _gather_columns(features, choices.budget),
-            crs,
-            (*list_counts(left), *note),
-        ),
-        choices,
+    return FootprintTable(
+        "GeoJSON",
+        rings,
+        [_name(feature) for feature in features],
+        _gather_columns(features, budget),
+        crs,
+        (*list_counts(left), *note),
     )
 
 
@@ -185,6 +187,14 @@ FORMATS = {".gpkg": "GeoPackage", ".shp": "Shapefile"}
 
 def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read the footprints of a GeoPackage or a Shapefile, which GDAL opens in a child process."""
+    table, companions = tabulate_vectors(content, path, choices)
+    return replace(extrude_table(table, choices), companions=companions)
+
+
+def tabulate_vectors(
+    content: FileContent, path: Path, choices: ReadChoices
+) -> tuple[FootprintTable, tuple[Source, ...]]:
+    """Return the polygons of a GeoPackage or a Shapefile, and the files beside it."""
     form = FORMATS.get(
         path.suffix.lower(), "GeoPackage" if content.head[:6] == b"SQLite" else "Shapefile"
     )
@@ -199,8 +209,7 @@ def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> File
     if not child.is_done or not tables:
         error = child.make_error(form, "export it again")
         raise error
-    model = extrude_table(tables[0], choices)
-    return replace(model, companions=_find_companions(path, companions))
+    return tables[0], _find_companions(path, companions)
 
 
 def _find_companions(path: Path, companions: Companions) -> tuple[Source, ...]:

@@ -27,7 +27,7 @@ from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
-__all__ = ["extrude_table", "from_shapes", "repair"]
+__all__ = ["extrude_table", "from_shapes", "repair", "to_shapes"]
 
 FEW, MANY = 50, 5000
 """Corners: polygons of few are always repaired quickly, those of many not even checked so."""
@@ -48,7 +48,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
         import shapely  # noqa: PLC0415 - of the extra gis
     except ImportError:
         return rings, notes
-    shapes = _to_shapes(shapely, rings)
+    shapes = to_shapes(shapely, rings)
     corners = np.bincount(rings.polygon, rings.lengths, minlength=len(rings.feature))
     _, unchecked = _leave_tangled(rings, np.flatnonzero(corners > MANY), corners)
     is_checked = np.ones(len(shapes), np.bool_)
@@ -111,7 +111,8 @@ def from_shapes(shapely: Any, shapes: NDArray[Any], feature: NDArray[np.int64]) 
     return Rings(np.delete(points, last, axis=0), lengths - 1, polygon, feature)
 
 
-def _to_shapes(shapely: Any, rings: Rings) -> NDArray[Any]:
+def to_shapes(shapely: Any, rings: Rings) -> NDArray[Any]:
+    """Return the polygons as shapely's, (n_polygons,)."""
     order = np.insert(np.arange(len(rings.points)), np.cumsum(rings.lengths), rings.starts)
     index = np.repeat(np.arange(len(rings.lengths)), rings.lengths + 1)
     loops = shapely.linearrings(rings.points[order], indices=index)

@@ -6,6 +6,7 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 
 from umbra.errors import InputError
 from umbra.ground.level import has_terrain
+from umbra.receivers.areas import AreaKind
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
 from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
@@ -29,7 +30,7 @@ KINDS: dict[str, ReceiverKind] = {
     kind.name: kind
     for kind in (
         GroundPlane(), TopmostSurface(), ElevationView(), ViewFromAbove(), CameraPicture(),
-        SampledSurfaces(), GivenPoints(),
+        SampledSurfaces(), GivenPoints(), AreaKind(),
     )
 }  # fmt: skip
 """umbra's own kinds by the name that results state."""

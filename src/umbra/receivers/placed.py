@@ -8,7 +8,7 @@ Given points are one such kind; packages beside umbra bring others.
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,7 +57,7 @@ class PlacedKind(SampleKind):
 
     belongs_to_parts = False
     spot = "point"
-    formats = ("csv", "geojson", "gpkg")
+    formats: ClassVar[tuple[str, ...]] = ("csv", "geojson", "gpkg")
     tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
     @abstractmethod

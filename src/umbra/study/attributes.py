@@ -1,6 +1,8 @@
 """CF attributes of a result's variables, for files and the axes of plots."""
 
-from umbra.study.measures import find_quantity
+from collections.abc import Sequence
+
+from umbra.study.measures import Quantity
 
 __all__ = ["find_attributes", "is_sum"]
 
@@ -105,7 +107,9 @@ def is_sum(name: str) -> bool:
     return name in _SUMMED
 
 
-def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
+def find_attributes(
+    name: str, dates: int = 1, quantities: Sequence[Quantity] = ()
+) -> dict[str, str]:
     """
     Return a variable's attributes by its name; results by day share those of all days.
 
@@ -114,13 +118,15 @@ def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     name : str
     dates : int
         Number of dates of the study, stated in the names of sums.
+    quantities : sequence of Quantity
+        Variables of the study's measures.
 
     Returns
     -------
     attributes : dict of str to str
         ``long_name`` and, if any, ``units``; empty for an unknown name.
     """
-    attributes = dict(_ATTRIBUTES.get(name, {})) or _describe_measure(name)
+    attributes = dict(_ATTRIBUTES.get(name, {})) or _describe_measure(name, quantities)
     if not attributes and name.endswith(_BY_DAY):
         attributes = dict(_ATTRIBUTES.get(name.removesuffix(_BY_DAY), {}))
         if attributes:
@@ -147,17 +153,15 @@ _STARTS = {
 """What the figures of whole surfaces and parts are called."""
 
 
-def _describe_measure(name: str) -> dict[str, str]:
+def _describe_measure(name: str, quantities: Sequence[Quantity]) -> dict[str, str]:
     """Return the attributes of a measure's variable; empty for an unknown name."""
-    known = find_quantity(name)
-    if known is not None:
-        return known.attributes
-    for end, (words, unit) in _ENDS.items():
-        known = find_quantity(name.removesuffix(end)) if name.endswith(end) else None
-        if known is not None:
+    for known in quantities:
+        if name == known.name:
+            return known.attributes
+        if name.startswith(known.name) and name.removeprefix(known.name) in _ENDS:
+            words, unit = _ENDS[name.removeprefix(known.name)]
             return {"long_name": known.long_name + words, "units": unit or known.unit}
-    for start, words in _STARTS.items():
-        known = find_quantity(name.removeprefix(start)) if name.startswith(start) else None
-        if known is not None:
+        if name.endswith(known.name) and name.removesuffix(known.name) in _STARTS:
+            words = _STARTS[name.removesuffix(known.name)]
             return {"long_name": f"{known.long_name}, {words}", "units": known.unit}
     return {}

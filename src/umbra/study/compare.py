@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["LEAST", "NeighbourSums", "SunLosses", "compare", "is_newly_under", "read_hours"]
 
 
-def read_hours(under: str | float | dt.timedelta) -> float:
-    """Read hours: a number, or a duration such as ``2h30min``."""
+def read_hours(under: str | float | dt.timedelta, option: str = "under") -> float:
+    """Read hours of an option: a number, or a duration such as ``2h30min``."""
     if isinstance(under, (int, float)):
         return float(under)
-    return parse_duration(under, "least sun", "under").total_seconds() / 3600
+    return parse_duration(under, "least sun", option).total_seconds() / 3600
 
 
 def compare(

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["StudyOptions"]
 
+_OF_AREAS = ("areas", "areas_on", "least")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 
@@ -111,6 +112,23 @@ class StudyOptions(ReceiverOptions):
             points, names = read_points(self.points)
             object.__setattr__(self, "points", points)
             object.__setattr__(self, "names", self.names or tuple(names))
+        self._check_areas()
+
+    def _check_areas(self) -> None:
+        """Read a file of areas; check what they are judged on, and the least sun."""
+        from umbra.study.compare import read_hours  # noqa: PLC0415  (the help needs none)
+
+        if self.areas is None:
+            for name, default in (("areas_on", "ground"), ("least", "2h")):
+                if getattr(self, name) != default:
+                    msg = f"{name}= is about areas; give areas='FILE', or leave it out"
+                    raise InputError(msg, option=name)
+            return
+        from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+
+        object.__setattr__(self, "areas", check_areas(self.areas))
+        AreaLevel.of(self.areas_on)
+        read_hours(self.least, "least")
 
     def _check_receivers(self) -> None:
         """Refuse options of other receivers; require the options that these receivers need."""
@@ -248,5 +266,6 @@ class StudyOptions(ReceiverOptions):
             for name, said, default in list_options(self)
             if said.heading in ({"Results"} if measures else {"Results", "Measures"})
             or (said.receivers and kind not in said.receivers)
+            or (name in _OF_AREAS and kind != "areas")
         }
         return replace(self, **{**dropped, "receivers": receivers, **changes})

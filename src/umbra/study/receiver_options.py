@@ -1,5 +1,6 @@
 """Options of a study about where shadows are counted, and what casts them."""
 
+import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -27,7 +28,7 @@ class ReceiverOptions(TimeOptions):
         "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
         "there; 215/35: a view "
         "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
-        "and roofs, sampled; points: the places in --points.",
+        "and roofs, sampled; points: the places in --points; areas: those in --areas alone.",
         default="auto",
         metavar="WHAT",
         registry="receivers",
@@ -68,13 +69,28 @@ class ReceiverOptions(TimeOptions):
         "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",
         metavar="feet|level|Z|FILE",
     )  # fmt: skip
+    areas: Any = _receivers(
+        "table",
+        "Named areas such as gardens: a file of polygons (GeoJSON, GeoPackage, Shapefile, DXF), or "
+        "a pattern of the model's parts or kinds. Each is judged on a lattice of its own.",
+        metavar="FILE|PATTERN",
+    )  # fmt: skip
+    areas_on: str = _receivers(
+        "any", "What areas are judged on: ground, top, or a plane above the ground (ground+1.5) or "
+        "above the mean ground of each (mean+4) [m].",
+        default="ground", metavar="WHERE",
+    )  # fmt: skip
+    least: str | float | dt.timedelta = _receivers(
+        "any", "Areas: the share of each that gets at least so much sun on a date.",
+        default="2h", metavar="DURATION",
+    )  # fmt: skip
     extent: Sequence[float] | None = _receivers(
         "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
-        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=_RASTERS,
+        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=(*_RASTERS, "areas"),
     )  # fmt: skip
     cell: float | None = _receivers(
         "length", "Side of a cell [m]; default: about 1000 cells on the longer side.", unit="m",
-        metavar="M", receivers=_RASTERS,
+        metavar="M", receivers=(*_RASTERS, "areas"),
     )  # fmt: skip
     size: Sequence[int] | None = _receivers(
         "size", "Size of the raster, instead of --cell.", count=2, receivers=_RASTERS

@@ -1,5 +1,6 @@
 """A study's result, and what its files and pictures are made from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,6 +20,9 @@ from umbra.sun import Site, Steps, SunPath
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from umbra.study.accumulators.named import GroupDays
+    from umbra.study.area_table import AreaTable
 
 __all__ = ["Study", "Variables", "split_dates", "tell_dates"]
 
@@ -53,6 +57,10 @@ class Study:
         Whether hours were asked for. If not, ``shadow_hours`` is 0 where something receives.
     quantities : tuple of Quantity
         Variables of the measures besides hours.
+    groups : GroupDays, optional
+        Of named receivers: the hours of sun of each area or window by date.
+    areas : AreaTable, optional
+        Figures of the named areas that were asked for.
     """
 
     laid: Receivers
@@ -65,6 +73,8 @@ class Study:
     totals: frozenset[str] = frozenset()
     has_hours: bool = True
     quantities: tuple[Quantity, ...] = ()
+    groups: "GroupDays | None" = None
+    areas: "AreaTable | None" = None
 
     def __getattr__(self, name: str) -> Any:
         if name in _LAID_OUT:
@@ -145,17 +155,18 @@ class Study:
         hours: Variables = {
             "shadow_hours": (self.dims, self.shadow_hours), "sun_hours": (self.dims, in_sun),
         }  # fmt: skip
-        return {
+        found: Variables = {
             **self.laid.coordinates(),
             **time_variables(self.period),
             **(hours if self.has_hours else {}),
             **self.laid.variables(),
             **self.more,
         }
+        return found if self.areas is None else found | self.areas.variables(found)
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the result as a dataset, as ``study.nc`` reads back."""
-        return make_dataset(self.variables(), self.facts)
+        return make_dataset(self.variables(), self.facts, self.quantities)
 
 
 class SunHours:
@@ -196,9 +207,13 @@ def time_variables(period: Period) -> Variables:
     }
 
 
-def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
+def make_dataset(
+    variables: Variables, facts: dict[str, object], quantities: Sequence[Quantity] = ()
+) -> "xr.Dataset":
     """
     Make an xarray.Dataset of arrays and attributes; unpack packed masks.
+
+    ``quantities`` are the variables of the study's measures.
 
     Raises
     ------
@@ -223,7 +238,7 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
             array = array.copy()
         if array.dtype.kind == "M":
             array = array.astype("datetime64[ns]")
-        arrays[name] = (dims, array, find_attributes(name, dates))
+        arrays[name] = (dims, array, find_attributes(name, dates, quantities))
     return xr.Dataset(arrays, attrs=facts)
 
 

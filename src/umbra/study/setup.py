@@ -15,12 +15,15 @@ from umbra.errors import InputError
 from umbra.ground.choice import Ground, find_ground
 from umbra.lights import Lights, Period, make_no_period, make_period
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
+from umbra.receivers.named import NamedReceivers
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measured import FindParts, MeasureSums
+from umbra.study.accumulators.named import GroupDays, NamedDays
+from umbra.study.compare import read_hours
 from umbra.study.loop import (
     Accumulator,
     TileRun,
@@ -93,6 +96,11 @@ class Result:
     seconds: float
     device: str
     note: str = ""
+
+    @property
+    def groups(self) -> GroupDays | None:
+        """Figures of named receivers by date."""
+        return next((one.groups for one in self.accumulators if isinstance(one, NamedDays)), None)
 
     @property
     def masks(self) -> Masks | None:
@@ -306,6 +314,9 @@ class Setup:
             else SunIntervals(arrays) if results.is_streamed
             else HourSums(arrays)
         )  # fmt: skip
+        if isinstance(laid, NamedReceivers) and self.period.days:
+            inner = ExactIntervals if results.tolerance else SunIntervals
+            found.append(NamedDays(arrays, laid, read_hours(self.options.least, "least"), inner))
         if results.masks:
             has_canopy = self.canopy is not None
             found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))

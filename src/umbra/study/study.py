@@ -9,7 +9,8 @@ import functools
 import inspect
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from umbra.casters import Canopy
 from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT, StudyCounters
 from umbra.errors import InputError, find_similar
+from umbra.ground.choice import Ground
 from umbra.lights import Lights
 from umbra.machine import choose_threads
 from umbra.options import list_options
@@ -26,6 +28,7 @@ from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.receivers.tile import Counter, Tile
 from umbra.scene import Scene
+from umbra.study.area_table import tabulate
 from umbra.study.counters import RayCounter
 from umbra.study.loop import add_up
 from umbra.study.options import StudyOptions
@@ -61,6 +64,32 @@ def run(
     scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
+    study = _count(setup, kind, ground, progress)
+    if options.areas is None:
+        return study
+    own = options.ask_hours("areas", measures=True, exact=options.exact)
+    alone = Setup.of(scene, site, own)
+    of_areas = study
+    if kind.name != "areas":
+        of_areas = _count(alone, find_kind("areas"), ground, progress)
+    before = None
+    if options.proposed:
+        new = set(scene.select(options.proposed, option="proposed"))
+        rest = [part for part in setup.casters if part not in new]
+        before = _count(_leave_only(alone, rest), find_kind("areas"), ground, progress)
+    return replace(study, areas=tabulate(of_areas, before))
+
+
+def _leave_only(setup: Setup, casters: Sequence[int]) -> Setup:
+    """Return a setup with these casters alone."""
+    asked = setup.options
+    canopy = Canopy.of(setup.scene, casters, asked.canopy, asked.transmissivity, asked.leaf_on)
+    return replace(setup, casters=list(casters), canopy=canopy)
+
+
+def _count(setup: Setup, kind: ReceiverKind, ground: Ground, progress: Progress) -> Study:
+    """Count one kind of receivers."""
+    options = setup.options
     laid = kind.lay_out(setup.request)
     done = setup.count(laid, progress)
     nothing = laid.finish()
@@ -77,7 +106,7 @@ def run(
     arrays, (more, totals) = done.arrays, done.collect(laid)
     study = Study(
         laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals,
-        options.asks_hours, options.quantities,
+        options.asks_hours, options.quantities, done.groups,
     )  # fmt: skip
     more |= laid.sum_up(study)
     return study

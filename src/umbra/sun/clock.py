@@ -168,7 +168,7 @@ def parse_duration(
         text = str(every).strip().lower()
         if not text or not re.fullmatch(rf"(?:{DURATION.pattern})+", text):
             msg = f"{shown} is not a duration; write it like 15min, 1h, 1h30min or 30s"
-            raise InputError(msg, every=every)
+            raise InputError(msg, every=every, option=option)
         # Fractions, so that 0.1h is 360 s and not a bit less.
         seconds = sum(Fraction(n) * UNITS[unit] for n, unit in DURATION.findall(text))
         try:

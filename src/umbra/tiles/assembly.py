@@ -1,10 +1,11 @@
 """Assembly of surfaces: the pieces of all tiles in one store, a chunk at a time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study.measures import Quantity
 from umbra.tiles.catalogue import Catalogue
 from umbra.tiles.pieces import AXES, GEOMETRY, SurfacePieces
 from umbra.tiles.store import CityStore
@@ -16,7 +17,11 @@ CHUNK = 1 << 18
 
 
 def assemble(
-    store: CityStore, pieces: SurfacePieces, catalogue: Catalogue, facts: Mapping[str, object]
+    store: CityStore,
+    pieces: SurfacePieces,
+    catalogue: Catalogue,
+    facts: Mapping[str, object],
+    quantities: Sequence[Quantity] = (),
 ) -> None:
     """
     Write the pieces of all tiles into a store.
@@ -29,12 +34,14 @@ def assemble(
     catalogue : Catalogue
     facts : mapping
         Global attributes.
+    quantities : sequence of Quantity
+        Variables of the study's measures.
     """
     names = {name: dims for name, dims in pieces.names.items() if name not in GEOMETRY}
     template = {name: (dims, pieces.show(name)) for name, dims in names.items()}
     template["part"] = (("part",), np.array([""]))
     template["surface_part"] = (("surface",), np.zeros(1, np.int32))
-    store.create(template, pieces.sizes, dict.fromkeys(AXES, CHUNK), facts)
+    store.create(template, pieces.sizes, dict.fromkeys(AXES, CHUNK), facts, quantities)
     store.write({
         "part": name_objects(catalogue, pieces.objects),
         "surface_part": np.repeat(pieces.owner, pieces.keys[:, 4]).astype(np.int32),

@@ -48,6 +48,12 @@ def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
             "tiles= out and read what lies around them with bbox="
         )
         raise InputError(msg, option="receivers")
+    if options.areas is not None:
+        msg = (
+            "areas= are not counted in tiles; leave tiles= out and read what lies around them with "
+            "bbox="
+        )
+        raise InputError(msg, option="areas")
     if options.device not in {"auto", DEFAULT}:
         msg = f"tiles are counted on the {DEFAULT} device; leave device= out"
         raise InputError(msg, option="device")

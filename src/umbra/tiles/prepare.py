@@ -200,7 +200,7 @@ def prepare_city(
         sizes = {"y": len(y), "x": len(x)}
         known = {"crs": catalogue.crs, "days": len(period.days)}
         side = dict.fromkeys(sizes, lattice.side)
-        damaged += CityStore(job.store).mend(template, sizes, side, known)
+        damaged += CityStore(job.store).mend(template, sizes, side, known, options.quantities)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
     return Preparation(job, catalogue, ground, damaged)
 

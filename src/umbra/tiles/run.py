@@ -17,6 +17,7 @@ import orjson
 from umbra.errors import InputError, UmbraError
 from umbra.folders.atomic import NO_LOCKS
 from umbra.folders.unfinished_folder import UnfinishedFolder
+from umbra.study.attributes import find_attributes
 from umbra.tiles.assembly import assemble
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
@@ -129,11 +130,13 @@ def run_job(
     place = job.open()
     if not place.kind.is_plan:
         folders = [store.find_place(tile.number) for tile in tiles]
-        assemble(store, SurfacePieces(folders), place.catalogue, facts)
+        pieces = SurfacePieces(folders)
+        assemble(store, pieces, place.catalogue, facts, job.options.quantities)
     if job.options.proposed:
         folders = [store.find_place(tile.number) for tile in tiles]
         found = join_neighbours(folders, place.catalogue)
-        store.add(found, {}, {}, int(str(facts.get("days", 1))))
+        dates = int(str(facts.get("days", 1)))
+        store.add(found, {}, {}, {name: find_attributes(name, dates) for name in found})
     is_changed = store.finish(facts)
     notes = []
     if damaged:

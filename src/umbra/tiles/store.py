@@ -6,7 +6,7 @@ written after its last chunk.
 """
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -20,6 +20,7 @@ from umbra.folders.atomic import check_folder_name, check_is_here, replace_file
 from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
+from umbra.study.measures import Quantity
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
 
@@ -69,6 +70,7 @@ class CityStore:
         sizes: Mapping[str, int],
         side: Mapping[str, int],
         facts: Mapping[str, object],
+        quantities: Sequence[Quantity] = (),
     ) -> list[Path]:
         """
         Make the arrays of all variables as far as they are not there; write those of axes whole.
@@ -84,6 +86,8 @@ class CityStore:
             Length of the receivers' dimensions, and of their chunks.
         facts : mapping
             Global attributes, as far as they are known.
+        quantities : sequence of Quantity
+            Variables of the study's measures.
 
         Returns
         -------
@@ -92,7 +96,7 @@ class CityStore:
         """
         with TemporaryDirectory(prefix="umbra-") as folder:
             fresh = CityStore(Path(folder) / self.path.name)
-            fresh.create(template, sizes, side, facts)
+            fresh.create(template, sizes, side, facts, quantities)
             wanted = {path.relative_to(fresh.path) for path in fresh.path.rglob("*")
                       if path.is_file()}  # fmt: skip
             arrays = [name for name, (dims, _) in template.items() if dims[-2:] == ("y", "x")]
@@ -144,6 +148,7 @@ class CityStore:
         sizes: Mapping[str, int],
         side: Mapping[str, int],
         facts: Mapping[str, object],
+        quantities: Sequence[Quantity] = (),
     ) -> None:
         """Make the store anew, as ``mend`` makes a new one."""
         _load_zarr().create_group(
@@ -151,22 +156,25 @@ class CityStore:
             attributes={"Conventions": "CF-1.11"},
         )  # fmt: skip
         mapping = find_grid_mapping(facts.get("crs"))
-        more: dict[str, Mapping[str, Any]] = {}
+        dates = int(str(facts.get("days", 1)))
+        more: dict[str, dict[str, Any]] = {
+            name: find_attributes(name, dates, quantities) for name in template
+        }
         if mapping:
-            more = {name: find_map_attributes(name, dims) for name, (dims, _) in template.items()}
+            for name, (dims, _) in template.items():
+                more[name] |= find_map_attributes(name, dims)
             template = {**template, GRID_MAPPING: ((), np.zeros((), np.int32))}
             more[GRID_MAPPING] = mapping
-        self.add(template, sizes, side, int(str(facts.get("days", 1))), more)
+        self.add(template, sizes, side, more)
 
     def add(
         self,
         template: Mapping[str, tuple[tuple[str, ...], NDArray]],
         sizes: Mapping[str, int],
         side: Mapping[str, int],
-        dates: int,
-        more: Mapping[str, Mapping[str, Any]] | None = None,
+        attributes: Mapping[str, Mapping[str, Any]],
     ) -> None:
-        """Make or replace arrays; ``dates`` is the number of dates, ``more`` further attributes."""
+        """Make or replace arrays, with their attributes."""
         from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec  # noqa: PLC0415
 
         zarr = _load_zarr()
@@ -174,7 +182,7 @@ class CityStore:
         packed: Any = BloscCodec(cname="zstd", clevel=_SHUFFLED, shuffle="shuffle")
         text: Any = ZstdCodec(level=_LEVEL)
         for name, (dims, values) in template.items():
-            array, attributes = encode(np.asarray(values))
+            array, encoding = encode(np.asarray(values))
             shape = tuple(sizes.get(dim, n) for dim, n in zip(dims, array.shape, strict=True))
             is_whole = not dims or (dims[-len(side) :] != tuple(side) and not set(dims) & ROWS)
             chunks = tuple(
@@ -187,9 +195,7 @@ class CityStore:
                 dtype="string" if array.dtype.kind == "O" else array.dtype,
                 compressors=[packed if array.dtype.kind in "fiu" else text, Crc32cCodec()],
                 fill_value={"f": np.nan, "O": ""}.get(array.dtype.kind, 0),
-                attributes={
-                    **find_attributes(name, dates), **attributes, **(more or {}).get(name, {}),
-                },
+                attributes={**attributes[name], **encoding},
             )  # fmt: skip
             if is_whole:
                 made[...] = array

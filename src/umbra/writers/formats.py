@@ -1,10 +1,12 @@
 """Formats of further files, by name: their writer, and the extra that they need."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from umbra.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,6 +36,7 @@ class Job:
     say: Callable[[str], object] = lambda _line: None  # told in one line, for the user
     show: "Show" = "shadow"  # whose whole hours lines of equal hours are of
     at: Sequence[str] = ()  # clock times that are outlined and filmed; round ones by default
+    failures: list[InputError] = field(default_factory=list)  # of outputs of packages
 
     @property
     def is_on_map(self) -> bool:
@@ -134,8 +137,9 @@ def _write_geotiff(job: Job) -> list[str]:
     study = job.study
     columns = find_columns(study, ("y", "x"))
     del columns["receiver_z"]
+    known = {name: find_attributes(name, 1, study.quantities) for name in columns}
     bands = [
-        (name, find_attributes(name).get("units") or ("h" if "hours" in name else "1"), array)
+        (name, known[name].get("units") or ("h" if "hours" in name else "1"), array)
         for name, array in columns.items()
         if array.dtype.kind in "fiu"
     ]
@@ -215,8 +219,8 @@ def _write_csv(job: Job) -> list[str]:
     write_instants(job.folder / names[1], study, areas)
     table = find_sun_areas(study)
     if table is not None:
-        write_table(job.folder / "areas.csv", table.columns, table.rows)
-        names.append("areas.csv")
+        write_table(job.folder / "areas_by_hours.csv", table.columns, table.rows)
+        names.append("areas_by_hours.csv")
     return names
 
 

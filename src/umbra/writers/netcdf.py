@@ -2,7 +2,7 @@
 
 import io
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import h5netcdf
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from umbra.errors import UmbraError
 from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
+from umbra.study.measures import Quantity
 
 __all__ = ["DeferredFile", "Variables", "write_netcdf"]
 
@@ -74,7 +75,10 @@ _MISSING = np.iinfo(np.int64).min  # NaT as a number
 
 
 def write_netcdf(
-    path: str | os.PathLike[str], variables: Variables, facts: Mapping[str, object]
+    path: str | os.PathLike[str],
+    variables: Variables,
+    facts: Mapping[str, object],
+    quantities: Sequence[Quantity] = (),
 ) -> None:
     """
     Write arrays as NetCDF-4 (HDF5), compressed, with CF attributes by their names.
@@ -85,7 +89,8 @@ def write_netcdf(
 
     Variables are (dimensions, array) by name: numbers, ``datetime64`` in UTC, or str. A value that
     is no ``ndarray`` but has a shape and a dtype is written one item of its first dimension at a
-    time. Facts become global attributes, those that are None are left out. An `UmbraError` says
+    time. Facts become global attributes, those that are None are left out. ``quantities`` are the
+    variables of the study's measures, with their words. An `UmbraError` says
     that the file cannot be written.
     """
     known = {name: value for name, value in facts.items() if value is not None}
@@ -100,7 +105,8 @@ def write_netcdf(
                 for name, size in zip(dimensions, array.shape, strict=True)
             }
             for name, (dimensions, array) in variables.items():
-                written = _write_variable(file, target, name, dimensions, array, dates)
+                attributes = find_attributes(name, dates, quantities)
+                written = _write_variable(file, target, name, dimensions, array, attributes)
                 if grid_mapping:
                     written.attrs.update(find_map_attributes(name, dimensions))
             if grid_mapping:
@@ -122,10 +128,9 @@ def _write_variable(
     name: str,
     dimensions: tuple[str, ...],
     array: NDArray,
-    dates: int,
+    attributes: dict[str, str],
 ) -> h5netcdf.Variable:
-    """Store one array with suitable compression and attributes."""
-    attributes = find_attributes(name, dates)
+    """Store one array with its attributes and suitable compression."""
     how: dict[str, Any] = {}
     if array.dtype.kind == "M":
         array, units = _encode_instants(array)

@@ -4,16 +4,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, ClassVar
 
 from umbra.errors import InputError, UmbraError
+from umbra.folders.atomic import is_full
 from umbra.registry import Registry
 from umbra.writers.formats import FORMATS, Format, Job
 
 if TYPE_CHECKING:
     from umbra.study import Study
 
-__all__ = ["REGISTRY", "Output", "find_format", "write_formats"]
+__all__ = ["REGISTRY", "Output", "OutputError", "find_format", "write_formats"]
 
 
 class Output(ABC):
@@ -67,25 +69,55 @@ def find_format(name: str) -> Format:
     return Format(partial(_write_added, name, output), needs_hours=output.needs_hours)
 
 
+class OutputError(InputError):
+    """An output of a package failed; all others are written."""
+
+
 def _write_added(name: str, output: Output, job: Job) -> list[str]:
-    """Write an output of a package; name it where it fails, or writes elsewhere."""
+    """
+    Write an output of a package into a folder of its own, and move its files beside the others.
+
+    Raises
+    ------
+    OutputError
+        If it fails, or names files that it did not write. Nothing of it is left then.
+    """
     try:
-        written = [str(one) for one in output.write(job.study, job.folder)]
-    except UmbraError:
-        raise
+        with TemporaryDirectory(prefix=".umbra-", dir=job.folder) as own:
+            written = [str(file) for file in output.write(job.study, Path(own))]
+            _check_written(written, Path(own))
+            for path in Path(own).iterdir():
+                path.replace(job.folder / path.name)
     except Exception as error:
+        if isinstance(error, OSError) and is_full(error):
+            raise
+        reason = str(error) if isinstance(error, UmbraError) else f"{type(error).__name__}: {error}"
         msg = (
-            f"write='{name}' failed ({type(error).__name__}: {error}); update the package that "
+            f"write='{name}' failed ({reason}), and all else is written; update the package that "
             "brings it, or leave it out"
         )
-        raise InputError(msg, option="write") from error
-    lacking = [one for one in written if Path(one).name != one or not (job.folder / one).exists()]
-    if lacking:
-        msg = f"write='{name}' named a file that it did not write into the folder: '{lacking[0]}'"
-        raise InputError(msg, option="write")
+        raise OutputError(msg, option="write", format=name) from error
     return written
 
 
+def _check_written(names: Sequence[str], folder: Path) -> None:
+    for name in names:
+        if Path(name).name != name or not (folder / name).exists():
+            msg = f"it named a file that it did not write into the folder: '{name}'"
+            raise FileNotFoundError(msg)
+
+
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:
-    """Write some of the formats; return the names of the files."""
-    return list(dict.fromkeys(file for name in names for file in find_format(name).write(job)))
+    """
+    Write some of the formats; return the names of the files.
+
+    An output of a package that fails keeps no other from being written: ``job.failures`` gets its
+    error.
+    """
+    files: dict[str, None] = {}
+    for name in names:
+        try:
+            files |= dict.fromkeys(find_format(name).write(job))
+        except OutputError as error:
+            job.failures.append(error)
+    return list(files)

@@ -17,7 +17,7 @@ from umbra.registry import Registry
 from umbra.study.measures.measure import Asked, Measure, Quantity, guard
 
 __all__ = [
-    "HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "find_quantity", "guard",
+    "HOURS", "MEASURES", "Asked", "Measure", "Quantity", "find_measures", "guard",
 ]  # fmt: skip
 
 HOURS = ("sun_hours", "shadow_hours")
@@ -72,9 +72,3 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
                 )
                 raise InputError(msg, option="measure")
     return found
-
-
-def find_quantity(name: str) -> Quantity | None:
-    """Return the variable of a name among those of the measures asked for so far."""
-    each = (one for measure in MEASURES.loaded.values() for one in measure.quantities)
-    return next((one for one in each if one.name == name), None)

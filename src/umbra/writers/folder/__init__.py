@@ -5,7 +5,7 @@ The outputs of a study: the files in its folder, and the appearance of its pictu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -194,6 +194,7 @@ class FolderJob:
     painter: "Painter"
     say: "Callable[[str], object]"  # called with each line that the user should read
     only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
+    failures: list[InputError] = field(default_factory=list)  # of outputs of packages
 
     @property
     def show(self) -> Literal["shadow", "sun"]:

@@ -16,6 +16,7 @@ from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions
 from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.areas import write_area_table
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.measured import draw_measures
 from umbra.writers.folder.pictures import (
@@ -33,7 +34,9 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["draw_one", "fill_folder", "note_cut", "note_earlier", "write_study"]
+__all__ = [
+    "draw_one", "fill_folder", "note_cut", "note_earlier", "raise_failures", "write_study",
+]  # fmt: skip
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 LISTING = ".umbra-files"
@@ -47,7 +50,7 @@ _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(cells|instants|areas|areas_by_hours|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
     r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
@@ -61,20 +64,29 @@ def write_study(
     outputs: Outputs,
     options: StudyOptions,
     say: Say = lambda _line: None,
-) -> list[Path]:
+) -> tuple[list[Path], list[InputError]]:
     """
     Write a study into a folder, whose earlier results are replaced when all is complete.
 
     ``options`` are the study's; ``say`` is called with each line that the user should read.
-    Returns the paths of the files. An `InputError` is raised if an output is not made of these
-    receivers, or the folder cannot be written to.
+    Returns the paths of the files, and the failures of packages' outputs, for ``raise_failures``.
+    An `InputError` is raised if an output is not made of these receivers, or the folder cannot be
+    written to.
     """
     outputs.check_receivers(options.receivers, has_hours=options.asks_hours)
     from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
 
     with replace_results(folder, say) as unfinished, Painter(outputs.endings) as painter:
-        first, more = fill_folder(study, unfinished, outputs, options, painter, say)
-    return [Path(folder) / name for name in (*first, *more)]
+        first, more, failures = fill_folder(study, unfinished, outputs, options, painter, say)
+    return [Path(folder) / name for name in (*first, *more)], failures
+
+
+def raise_failures(failures: Sequence[InputError], say: Say) -> None:
+    """Raise the first failure of a package's output; tell the others."""
+    for failure in failures[1:]:
+        say(f"note: {failure}")
+    if failures:
+        raise failures[0]
 
 
 def note_earlier(written: Sequence[Path], say: Say) -> None:
@@ -163,11 +175,12 @@ def fill_folder(
     options: StudyOptions,
     painter: "Painter",
     say: Say,
-) -> tuple[list[str], list[str]]:
+) -> tuple[list[str], list[str], list[InputError]]:
     """
     Write a study's files into an unfinished folder; pictures are complete when the painter ends.
 
-    Returns two lists of names: the result and the pictures in every ending; further files.
+    Returns two lists of names, of the result and the pictures in every ending and of further files;
+    and the failures of packages' outputs, for ``raise_failures`` when the folder is complete.
     """
     job = FolderJob(study, folder, outputs, options, painter, say)
     for name in ("device_note", "opaque_rule"):
@@ -179,7 +192,7 @@ def fill_folder(
             say(f"note: {lacking}")
     pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
     drawn = [str(Path(name).with_suffix(f".{e}")) for name in pictures for e in outputs.endings]
-    return [RESULT, *drawn], more
+    return [RESULT, *drawn], more, job.failures
 
 
 def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
@@ -251,15 +264,16 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415  (while pictures are drawn)
 
     study, outputs = job.study, job.outputs
-    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
+    write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
+    own = write_area_table(job)
     if not outputs.report and not outputs.files and not outputs.rules:
-        return []
+        return own
     from umbra.writers.formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
-    formats = Job(study, job.folder, title, job.say, job.show, outputs.at)
-    names = write_formats(formats, outputs.files)
+    formats = Job(study, job.folder, title, job.say, job.show, outputs.at, job.failures)
+    names = own + write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
