@@ -24,8 +24,8 @@ _ROUNDS = 24
 """Most turns of all receivers."""
 _AGAIN = 4
 """Most times that the found heights begin the search again."""
-_TIMES = 16  # that members of a group are weighed
-_WORK = 4e9  # crossings that exchanges may look at
+_TIMES = 8  # that members of a group are weighed
+_WORK, _EACH = 3e9, 3e4  # crossings that exchanges may look at, and what a member takes of them
 _CHANCES = 64  # random numbers of each exchange
 
 
@@ -57,7 +57,8 @@ def choose_pieces(
         kept = none.copy()
         return fill_up(needs, _take_turns(needs, top, np.arange(groups), kept, True, _ROUNDS), top)
     found = []
-    for order in (np.arange(groups), np.arange(groups)[::-1].copy(), chance.permutation(groups)):
+    orders = (np.arange(groups), np.arange(groups)[::-1].copy(), chance.permutation(groups))
+    for order in orders[: min(groups, 3)]:
         kept = none.copy()
         found.append(_take_turns(needs, top, order, kept, True, _ROUNDS))
     kept = take_cheapest(needs, prices)
@@ -77,11 +78,10 @@ def choose_pieces(
 
 def _count_rounds(needs: Needs) -> int:
     """Return how many exchanges take some seconds: few where groups have many members."""
-    crossings = np.diff(needs.crossings.start[needs.start[needs.group]]).astype(np.float64)
-    times = np.minimum(np.diff(needs.group), _TIMES)
-    each = float((crossings * times).mean())
-    whole = float(needs.crossings.start[-1])
-    return max(int(_WORK / (8 * each + 8 * whole + 1.0)), 4)
+    crossings = float(needs.crossings.start[-1])
+    members = np.diff(needs.group)
+    weighed = float((members * np.minimum(members, _TIMES)).mean())
+    return max(int(_WORK / (8 * crossings * (1 + weighed / members.sum()) + _EACH * weighed)), 2)
 
 
 def _is_fixed(needs: Needs) -> bool:

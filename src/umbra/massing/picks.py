@@ -13,8 +13,8 @@ from umbra.massing.needs import LONGEST, SLACK, SUM
 __all__ = ["NOT_DEAR", "settle"]
 
 NOT_DEAR = np.zeros(0)
-_MOST = 16
-"""Times that the costs of a group's members are found."""
+_FEW, _TIMES = 64, 4
+"""Members of a group from which costs are found so many times at most."""
 _SHARE = 6
 """Of the pieces that are still needed, one by this is taken before costs are found again."""
 
@@ -49,7 +49,9 @@ def settle(needs, g, heights, kept, dear=NOT_DEAR):
             kept[needs.start[need] : needs.start[need + 1]] = False
         # Many are taken at once, as their costs change little then.
         left = last - first - taken.sum()
-        most = max(1, left // _SHARE, (last - first) // _MOST)
+        most = max(1, left // _SHARE)
+        if last - first > _FEW:
+            most = max(most, (last - first) // _TIMES)
         count = 0
         for k in np.argsort(cost):
             if met >= needs.wanted[g] - SLACK or cost[k] == np.inf or count >= most:

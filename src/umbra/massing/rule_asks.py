@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -31,7 +31,7 @@ _KINDS = {
     "sun_hours_in_spells": SPELLS,
 }  # fmt: skip
 _STEPPED = re.compile(r"\bevery\s*:")
-_INVERSE = "give --max-height PART, which takes any rule, or leave the rule out"
+_INVERSE = "give max_height='PART', which takes any rule, or leave the rule out"
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +247,8 @@ class _Clauses:
 
     def _list_periods(self, condition: Condition) -> Iterator[Period]:
         model = self.asked.gathered.model
+        if condition.clock != "local" and "clock" not in {one.name for one in fields(StudyOptions)}:
+            self._refuse(f"is of the {condition.clock} clock")
         time: dict[str, Any] = {
             "date": settle_dates(condition, model.year), "start": condition.start,
             "end": condition.end, "every": condition.every,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.ground.level import TERRAIN
 from umbra.massing.result import HeightEnvelope
 from umbra.massing.solid import make_solid
-from umbra.ground.level import TERRAIN
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
