@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
+    from umbra.calls.sun_access import sun_access
     from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
@@ -92,6 +93,7 @@ _HOMES = {
     "sky_view": "umbra.calls.sky",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
+    "sun_access": "umbra.calls.sun_access",
     "sun_light": "umbra.sun",
     "volume_light": "umbra.scene",
 }
@@ -136,6 +138,7 @@ __all__ = [
     "sky_view",
     "sphere_light",
     "spot_light",
+    "sun_access",
     "sun_light",
     "volume_light",
 ]

@@ -294,6 +294,42 @@ def make_large_member(folder: Path) -> Path:
     return _pack(folder / "member.zip", _make_town(60_000), ["town.gml"], 1)
 
 
+def make_kinds(folder: Path) -> Path:
+    """Make CityJSON whose template has 5,000 surface types and stands in 3,000 places."""
+    count = 5000
+    template = {
+        "type": "MultiSurface", "lod": "2", "boundaries": [[[0, 1, 2]]] * count,
+        "semantics": {"surfaces": [{"type": f"+{n}"} for n in range(count)],
+                      "values": list(range(count))},
+    }  # fmt: skip
+    place = {"type": "GeometryInstance", "template": 0, "boundaries": [0]}
+    head = {
+        "type": "CityJSON", "version": "2.0", "vertices": [[0, 0, 0]],
+        "transform": {"scale": [1, 1, 1], "translate": [0, 0, 0]},
+        "CityObjects": {f"{n}": {"type": "PlantCover", "geometry": [place]} for n in range(3000)},
+        "geometry-templates": {"templates": [template],
+                               "vertices-templates": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]},
+    }  # fmt: skip
+    path = folder / "kinds.city.json"
+    path.write_text(json.dumps(head))
+    return path
+
+
+def make_elements(folder: Path) -> Path:
+    """Make an archive of 47 kB whose one building has twelve million elements."""
+    text = gml_city("<c:a>" + "<a/>" * 12_000_000 + "</c:a>").encode()
+    return _pack(folder / "elements.zip", text, ["town.gml"], 1)
+
+
+def make_records(folder: Path) -> Path:
+    """Make a point cloud that says to have four billion records before its points."""
+    path = make_cloud(folder)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<I", data, 100, 2**32 - 1)
+    path.write_bytes(data)
+    return path
+
+
 MOST_SECONDS, MOST_MEMORY = 10.0, 1e9
 """Processor time [s] and memory [byte] that reading any of these files may take."""
 
@@ -308,11 +344,14 @@ BOMBS: dict[str, tuple[Callable[[Path], Path], tuple[str, ...], str]] = {
     "a library named by 3 MB": (make_library, (), ""),
     "300,000 libraries": (make_libraries, (), "max-memory"),
     "a point cloud of four billion points": (make_cloud, ("laspy", "lazrs"), "damaged"),
+    "a point cloud of four billion records": (make_records, ("laspy", "lazrs"), "records"),
     "150,000 links to a surface": (make_links, ("lxml",), ""),
     "blocks of blocks": (make_doubling, ("rhino3dm",), "max-memory"),
     "a star of 120,000 edges": (make_stars, ("shapely",), ""),
     "300,000 properties": (make_properties, ("shapely",), "max-memory"),
     "an archive of one large member": (make_large_member, ("lxml",), "max-memory"),
+    "surface types of a template": (make_kinds, (), "max-memory"),
+    "a building of twelve million elements": (make_elements, ("lxml",), "max-memory"),
     "bodies that reach to infinity": (make_endless, ("ifcopenshell",), "took too long"),
 }
 """What makes each file, the packages that it needs, and a word of its error; none if it is read."""

@@ -244,3 +244,38 @@ def test_viennas_feet_lie_on_it():
     # The others are corners of bases that overlap lower ones.
     assert surface.buildings == 490
     assert len(feet - corners) < 0.02 * len(feet)
+
+
+def find_longest_blade(ground):
+    """Return the length of the longest triangle between buildings that stands steeper than 1:1."""
+    surface = ground.surface
+    corners = surface.vertices[surface.faces[~surface.is_under]]
+    sides = np.roll(corners, -1, 1) - corners
+    normal = np.cross(sides[:, 0], sides[:, 1])
+    is_up = normal[:, 2] > 1e-9
+    is_steep = np.hypot(normal[:, 0], normal[:, 1]) > normal[:, 2]
+    length = np.linalg.norm(sides[..., :2], axis=2).max(1)
+    return length[is_up & is_steep].max(initial=0.0)
+
+
+def test_no_blade_of_ground_runs_from_near_feet_to_the_next_building():
+    near = [((0, 0, 0), (10, 10, 9)), ((10.1, 0, 4), (20, 10, 13))]
+    scene = make(*near, ((0, 90, 0), (20, 99, 9)), ((0, -99, 4), (20, -90, 9)))
+    ground = find_ground(scene, "feet")
+    assert find_longest_blade(ground) < 12
+    corners = {tuple(v) for v in ground.surface.vertices.tolist()}
+    for low, high in near:
+        assert {(x, y, low[2]) for x in (low[0], high[0]) for y in (0, 10)} <= corners
+    for x, y in np.random.default_rng(1).uniform(-20.01, 30.02, (99, 2)):
+        assert len(heights_at(ground.scene, x, y)) == 1
+
+
+@pytest.mark.parametrize(
+    ("heights", "has_cellar"),
+    [((5, 0, 5), True), ((5, 0, 2), False), ((5, 0, -5), False), ((0, -2.9, 0), False)],
+)
+def test_a_building_far_below_neighbours_on_both_sides_has_a_cellar(heights, has_cellar):
+    scene = make(*(((12.0 * k, 0, z), (12.0 * k + 8, 10, 20)) for k, z in enumerate(heights)))
+    surface = find_ground(scene, "feet").surface
+    assert surface.buildings == 3 - has_cellar
+    assert (surface.vertices[:, 2].min() > heights[1] + 3) == has_cellar

@@ -53,6 +53,25 @@ def test_a_footprint_with_a_hole_becomes_a_closed_prism(write, measure, turned):
     assert [part.kind for part in scene.parts] == ["Building"]
 
 
+@pytest.mark.parametrize(
+    ("bases", "lowest"),
+    [({"base": 20, "Base": 9}, 20), ({"base_z": "7.5 m"}, 7.5), ({"base_ft": 100}, 30.48), ({}, 0)],
+)
+def test_a_base_is_found_by_its_usual_name(write, bases, lowest):
+    scene = umbra.read(write(feature(SQUARE, properties={"height": 5, **bases})))
+    np.testing.assert_allclose(scene.bounds()[:, 2], [lowest, lowest + 5])
+    assert any("base" in note for note in scene.notes) == bool(bases)
+
+
+def test_a_base_that_some_lack_is_told_and_not_taken(write):
+    known, unknown = {"height": 5, "base": 20}, {"height": 5}
+    scene = umbra.read(
+        write(feature(SQUARE, properties=known), feature(SQUARE, properties=unknown))
+    )
+    assert scene.bounds()[1, 2] == 5
+    assert any("'base'" in note for note in scene.notes)
+
+
 def test_a_multipolygon_is_one_part_and_has_its_own_base(write, measure):
     path = write(
         feature(

@@ -10,7 +10,8 @@ from umbra.errors import InputError
 from umbra.rays.face_tree import make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.sky.casters import find_sky_casters, make_sky_casters
-from umbra.sky.points import measure_sky
+from umbra.sky.points import find_seen, measure_sky
+from umbra.sky.tensors import find_open
 from umbra.volume.adjacency import make_caster
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -191,3 +192,42 @@ def test_unknown_projection(gate):
     with pytest.raises(InputError) as raised:
         umbra.sky_view(gate, (0, 0, 0)).plot("sterographic")
     assert raised.value.projection == "sterographic"
+
+
+def test_needles_in_the_receivers_plane_stay_within_their_rows():
+    # To within rounding in the plane: of four corners above the horizon every second is before it.
+    most = 0
+    for seed in (20, 81, 92):
+        rng = np.random.default_rng(seed)
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        across = np.cross(normal, [0, 0, 1.0])
+        across /= np.linalg.norm(across)
+        plane = np.array([across, np.cross(normal, across)])
+        start = rng.uniform(-9, 9, (64, 2))
+        end = start + rng.uniform(-5, 5, (64, 2))
+        a, b = start @ plane, end @ plane
+        off = 10.0 ** rng.uniform(-16, -9, (64, 1))
+        c = a + (b - a) * rng.uniform(-0.2, 1.2, (64, 1)) + off * rng.normal(size=(64, 3))
+        faces = np.arange(192, dtype=np.int32).reshape(-1, 3)
+        casters = make_sky_casters(np.stack([a, b, c], 1).reshape(-1, 3), faces)
+        seen = find_seen(casters, np.zeros(3), normal)
+        assert seen.size.max() <= seen.corners.shape[1]
+        most = max(most, seen.size.max())
+        free = measure_sky(casters, [np.zeros(3)], [normal], 1, objects=1)
+        assert free.sky_component == pytest.approx(
+            measure_sky(casters, [np.zeros(3)], [normal], 1).sky_component
+        )
+    assert most == 6  # or this test tries nothing
+
+
+@pytest.mark.parametrize("normal", [(1, 0, 0), (0, -1, 0)])
+def test_before_upright_planes_what_is_free_and_what_is_taken_are_the_whole(normal):
+    # Faces cut by the plane end in it, where it holds the meridian.
+    vertices, faces = soup(0)
+    casters = make_sky_casters(vertices, faces, np.arange(len(faces), dtype=np.int32) % 2)
+    points = np.random.default_rng(0).uniform(-1, 1, (200, 3))
+    found = measure_sky(casters, points, np.tile(normal, (200, 1)), objects=2)
+    whole = 100 * find_open(np.array([normal], float))[1][0]
+    taken = whole * found.blocked_by.sum(1)
+    assert found.sky_component + taken == pytest.approx(np.full(200, whole), abs=1e-6)

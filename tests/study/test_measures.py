@@ -241,6 +241,19 @@ def test_progress_ends_with_the_last_light(street, measure, own):
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
 
 
+@pytest.mark.parametrize("proposed", [(), ("tower",)])
+def test_the_exact_sky_tells_its_progress(street, proposed):
+    seen = []
+    options = StudyOptions(
+        measure="sky_view_factor", receivers="ground", cell=1.0, extent=(-40, -40, 40, 40),
+        exact=True, sky_directions=300, proposed=proposed,
+    )  # fmt: skip
+    run(street, None, options, lambda *one: seen.append(one))
+    assert len(seen) > 20
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    assert seen[-1] == (300, 300)
+
+
 @pytest.mark.parametrize("receivers", ["ground", "surfaces"])
 def test_what_a_proposal_takes_in_tiles_is_that_of_one_piece(street, tmp_path, receivers):
     path = tmp_path / "street.obj"

@@ -44,8 +44,8 @@ WANTS = {
     ),
     "peers": Want(
         "other tools to measure beside",
-        "(?i)ladybug|pybdshadow|umep|solweig",
-        "umbra bench tools says how; each needs a Python of its own",
+        "(?i)ladybug|pybdshadow|umep|solweig|pyradiance",
+        "umbra bench tools says how; each needs a Python of its own; pip install pyradiance",
     ),
     "packages": Want(
         "Python packages", "could not import|not installed", "make test installs them"

@@ -22,7 +22,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.window.file import from_json
 from umbra.writers.live import clear_ground
-from umbra.writers.pixels import paint_shares
+from umbra.writers.pixels import NO_SUN, paint_shares
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 PLACE = np.array([1000.0, 340000.0, 20.0])
@@ -243,8 +243,9 @@ def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
     assert live.ask(NOW) == ["Now in the sun.", "Now in shadow of tower."]
     brief = live.ask("document.querySelector('.brief').textContent")
     assert re.fullmatch(
-        r"Before: \d+ h( \d+ min)? of sun, \S+\. Now in the sun\. "
-        r"After: \d+ h( \d+ min)? of sun, \S+\. Now in shadow of tower\.", brief,
+        r"Before: \d+ h( \d+ min)? of \d+ h \d+ min in the sun, \S+\. Now in the sun\. "
+        r"After: \d+ h( \d+ min)? of \d+ h \d+ min in the sun, \S+\. Now in shadow of tower\.",
+        brief,
     )  # fmt: skip
     wide = "document.querySelector('.brief').clientWidth"
     assert live.ask(wide) == 1  # beside the panel it is only read out
@@ -427,6 +428,11 @@ def test_a_browser_without_webgl_shows_a_picture(page, written):
     assert "WebGL" in page.ask("document.querySelector('[role=alert]').textContent")
 
 
+def paint_hours(share):
+    """Return the colour of a share of hours in shadow, (3,): that of no sun where it is all."""
+    return np.array(NO_SUN) if share >= 1 - 1e-4 else paint_shares(share)
+
+
 def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tmp_path):
     study = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="ground", cell=1.0)
     path = tmp_path / "hours.html"
@@ -445,10 +451,11 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
         if not (study.x[0] < x < study.x[-1] and study.y[0] < y < study.y[-1]):
             continue
         share = float(study.shadow_hours.sel(x=x, y=y, method="nearest")) / study.result.up_hours
-        np.testing.assert_allclose(shown[row, column], paint_shares(share) * 255, atol=8)
+        np.testing.assert_allclose(shown[row, column], paint_hours(share) * 255, atol=8)
         seen += 1
     assert seen >= 10
     assert page.ask("document.querySelector('.ticks').innerText").split()[-1] == "8"
+    assert page.ask("document.querySelector('.no-sun').innerText") == "no sun"
     page.ask("document.querySelector('.switch input').click()")
     page.wait("umbra.stage.renderer.overlay === null")
     view = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="south", cell=2.0)
@@ -492,7 +499,7 @@ def test_hours_lie_on_walls_and_roofs_in_their_own_colours(page, quarter, tmp_pa
             k = find_own(samples, place, hit["normal"])
             if k is not None:
                 share = float(hours[k]) / study.result.up_hours
-                np.testing.assert_allclose(shown[row, column], paint_shares(share) * 255, atol=8)
+                np.testing.assert_allclose(shown[row, column], paint_hours(share) * 255, atol=8)
                 seen.add(k)
     assert len(seen) > 40
     assert len({float(hours[k]) for k in seen}) > 4
@@ -517,7 +524,7 @@ def test_hours_of_points_are_discs_and_those_behind_are_faint(page, quarter, tmp
         at = page.ask(f"umbra.stage.renderer.project({place})")
         ink = shown[round(at["y"]), round(at["x"])]
         share = float(study.shadow_hours[k]) / study.result.up_hours
-        off = np.abs(ink - paint_shares(share) * 255).max()
+        off = np.abs(ink - paint_hours(share) * 255).max()
         assert off <= 8 if is_seen else off > 20
 
 

@@ -70,6 +70,23 @@ def test_the_ground_is_dark_exactly_where_the_count_is_not_0(shown, scene):
     assert dark.max() + 30 < lit.min()
 
 
+@pytest.mark.parametrize("rise", [4.0, -4.0])
+@pytest.mark.parametrize("side", [-2.0, 0.0, 2.0])
+@pytest.mark.parametrize("light", [SUN, point_light((14, -2, 8))])
+def test_a_light_above_reaches_the_ground_as_seen_from_above_alone(shown, scene, rise, side, light):
+    """An orthographic view has no place: its eye may lie above a ground that is seen from below."""
+    rounded = quantise(scene)
+    camera = Camera((12, -10, side), (12, 0, side + rise), size=SIZE, height=8)
+    shown.set("camera", describe_camera(camera, rounded))
+    shown.set("lights", [describe_light(light, rounded)])
+    lit = read_pixels(shown)[..., :3].astype(int)
+    shown.set("lights", [describe_light(directional_light((0, 0, -1)), rounded)])
+    from_below = read_pixels(shown)[..., :3].astype(int)
+    at = 4 if rise < 0 else -4, SIZE[0] // 2  # rays that begin on the side from which they come
+    assert (lit[at] > from_below[at]).all() == (rise < 0)
+    assert (lit[at] < from_below[at]).all() == (rise > 0)
+
+
 def test_a_part_that_is_off_neither_casts_nor_shows(shown):
     everything = shown.count()
     shown.page.ask("picture.setParts([1, 0])")

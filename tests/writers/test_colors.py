@@ -29,7 +29,7 @@ def find_steps(colors, vision):
 
 
 @pytest.mark.parametrize("n", range(2, MOST_SWATCHES + 1))
-@pytest.mark.parametrize("vision", ["grey", "deuteranope", "everyone"])
+@pytest.mark.parametrize("vision", VISIONS)
 def test_tints_of_a_day_differ_in_lightness(n, vision):
     assert find_steps(find_tints(n), vision).min() >= 5
 

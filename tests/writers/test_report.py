@@ -13,7 +13,7 @@ from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
-from umbra.writers.pixels import write_png
+from umbra.writers.pixels import NO_SUN, write_png
 from umbra.writers.plan import Plan
 from umbra.writers.report import Table, write_report
 
@@ -140,6 +140,20 @@ def test_hours_are_drawn_in_their_colours(page, study, tmp_path):
     page.ask("document.querySelector('input[value=hours]').click()")
     assert words(page, "key-high") == [say(study.up_hours)]
     assert not page.ask("document.getElementById('key').hidden")
+    assert page.ask("document.querySelector('.key .no-sun').innerText") == "no sun"
+    swatch = page.ask("getComputedStyle(document.getElementById('no-sun')).backgroundColor")
+    assert swatch == f"rgb{tuple(round(255 * v) for v in NO_SUN)}"
+
+
+def test_a_place_without_any_sun_has_the_colour_of_its_swatch(page, tmp_path):
+    noon = make_study(date="2026-12-21", start="11:30", end="12:30", every="10min")
+    page.open(save(tmp_path / "report.html", noon)[0], READY)
+    page.ask("document.querySelector('input[value=hours]').click()")
+    dark = (noon.shadow_hours >= noon.up_hours) & (np.asarray(noon.heights) <= 0)
+    inner = np.lib.stride_tricks.sliding_window_view(dark, (9, 9)).all((-1, -2))
+    row, col = np.argwhere(inner)[0] + 4
+    pixel = page.ask(INK.format(*place_of(page, noon, row, col)))
+    assert pixel[:3] == [round(255 * v) for v in NO_SUN]
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 640), (820, 1180), (1280, 900)])
@@ -296,16 +310,17 @@ def test_a_place_tells_the_chosen_date_and_a_sum_only_when_asked(page, tmp_path)
     page.click(*place_of(page, days, 60, 100))
     lit = (1 - np.asarray(days.masks)[:, 60, 100]).reshape(2, 12)
     assert lit[0].sum() != lit[1].sum()
-    label = "document.getElementById('in-sun').previousElementSibling.textContent"
+    label = "document.getElementById('in-sun').closest('div').innerText.split('\\n')"
     page.ask("document.activeElement.blur()")
     for key, of_date, day in zip(("PageUp", "PageDown"), lit, days.period.days, strict=True):
         page.press(key)
-        assert page.ask(label) == f"sun on {day}, of 6 h"
+        told = f"{say(of_date.sum() / 2)} of 6 h"  # as sheets say it
+        assert page.ask(label) == [f"sun on {day}", told]
         starts = np.diff(of_date.astype(int), prepend=0) == 1
         assert words(page, "in-sun", "spells") == [say(of_date.sum() / 2), str(starts.sum())]
         assert "2026" not in "".join(words(page, "first", "last", "spell-list"))
     page.ask("document.querySelector('input[value=hours]').click()")
-    assert page.ask(label) == "sun, sum of 2 dates, of 12 h"
+    assert page.ask(label) == ["sun, sum of 2 dates", f"{say(lit.sum() / 2)} of 12 h"]
     assert words(page, "in-sun", "in-shadow") == [say(lit.sum() / 2), say((24 - lit.sum()) / 2)]
     assert words(page, "sum") == [", sum of 2 dates"]
     page.ask("document.querySelector('input[value=shadow]').click()")

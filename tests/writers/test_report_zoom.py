@@ -165,8 +165,8 @@ def test_a_move_is_told_in_one_short_line_and_a_step_in_none(plan):
     said = words(plan, "said")[0]
     assert len(said) < 100
     plan.mouse("mouseMoved", 5, 5)
-    sun, shadow, where = words(plan, "in-sun", "in-shadow", "where")
-    assert said == f"{where}: {sun} of sun, {shadow} of shadow"
+    sun, of_up, shadow, where = words(plan, "in-sun", "of-up", "in-shadow", "where")
+    assert said == f"{where}: {sun} of sun{of_up}, {shadow} of shadow"
     plan.ask("document.activeElement.blur()")
     plan.press("ArrowRight")
     plan.ask("new Promise(done => setTimeout(done, 700))")

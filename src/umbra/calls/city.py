@@ -233,7 +233,8 @@ def run_city(
             found = prepare_city(files, site, options, city, folder, reading, reads)
             run = run_job(found.job, found.describe, engine or own, progress)
             assumed = [str(run.facts["assumption"])] if "assumption" in run.facts else []
-            study = CityStudy(run, (*said, *found.notes, *assumed, *run.notes))
+            cut = _tell_cut(run)
+            study = CityStudy(run, (*said, *found.notes, *assumed, *cut, *run.notes))
             write(study)
             return study
     except OSError as error:
@@ -244,6 +245,18 @@ def run_city(
             "and run the same study again: tiles that are done are kept"
         )
         raise UmbraError(msg, path=folder) from error
+
+
+def _tell_cut(run: "CityRun") -> list[str]:
+    """Report shadows that run on beyond a plan whose extent was not stated."""
+    from umbra.study.remarks import tell_long_shadows  # noqa: PLC0415
+    from umbra.writers.city.result import CityResult  # noqa: PLC0415
+
+    options = run.job.options
+    is_open = options.kind.is_plan and options.extent is None and not run.job.frame.has_end
+    if not is_open or not options.asks_hours:
+        return []
+    return tell_long_shadows(CityResult(run.folder).find_sides())
 
 
 @check_names

@@ -54,7 +54,8 @@ class ReadingOptions:
     )  # fmt: skip
     base_column: str | None = _reading(
         "text",
-        "Footprints: column of the base's height [m]; default: 0, or the terrain of another file.",
+        "Footprints: column of the base's height [m]; default: found by its name, else 0, or the "
+        "terrain of another file.",
         metavar="NAME",
     )
     name_column: str | None = _reading(

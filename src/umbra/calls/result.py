@@ -231,8 +231,8 @@ class ShadowStudy:
             warning names files of an earlier study that have no successor.
         *formats : str
             ``'geotiff'``, ``'geojson'``, ``'gpkg'``, ``'dxf'``, ``'csv'``, ``'glb'``,
-            ``'3dtiles'``, ``'geoparquet'``, ``'cityjson'``, ``'gif'``, ``'mp4'``, ``'pdf'``,
-            ``'svg'``.
+            ``'3dtiles'``, ``'solids'``, ``'geoparquet'``, ``'cityjson'``, ``'gif'``, ``'mp4'``,
+            ``'pdf'``, ``'svg'``.
         report : bool
             Also ``report.html``.
         sheet : bool

@@ -68,6 +68,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     spells: bool = False,
     exact: bool | float = False,
     min_spell: str | dt.timedelta | None = None,
+    disc: bool = False,
     masks: bool = False,
     device: str = "auto",
     threads: int | None = None,
@@ -103,6 +104,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     exact : bool or float
         Solve the times at which each cell enters and leaves shadow, and sunrise and sunset,
         to a second (or N seconds) instead of adding up steps.
+    disc : bool
+        Weigh each step by the share of the sun's disc that is seen, instead of its middle alone,
+        and find its first and last contact, to a second.
     who : sequence of str
         Shell patterns of parts: find the hours due to each pattern's parts.
     by : {'part', 'kind', 'layer'}, optional

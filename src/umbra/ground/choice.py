@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.ground.cellars import find_cellars
 from umbra.ground.file import add_file_ground
 from umbra.ground.level import (
     GAP,
@@ -204,6 +205,7 @@ def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSu
     if asked == LEVEL:
         return None
     standing, feet = find_standing(bases.boxes), bases.feet.above(level.low)
+    feet = feet.without(find_cellars(feet))
     if asked is None:
         own = np.unique(feet.owner)
         heights = bases.boxes[own[standing[own]], 0, 2]

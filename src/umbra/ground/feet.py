@@ -34,6 +34,11 @@ class Feet:
         """Number of buildings."""
         return len(np.unique(self.owner))
 
+    def without(self, owners: NDArray[np.int64]) -> "Feet":
+        """Return those of other buildings."""
+        kept = ~np.isin(self.owner, owners)
+        return Feet(self.corners[kept], self.owner[kept])
+
     def above(self, lowest: float) -> "Feet":
         """Return those of buildings whose lowest corner is not below a height [m]."""
         low = np.full(int(self.owner.max(initial=-1)) + 1, np.inf)

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.ground.blades import find_breaks, find_mean_heights
 from umbra.ground.feet import Feet
 from umbra.ground.triangulation import triangulate_with_edges
 
@@ -24,9 +25,10 @@ _LEAST_STEP = 2.0**-10  # feet that are nearer in plan are one corner [m]
 _CLOSE = 0.05  # share of a length that is close
 _MOST = 2.0**24 - 2  # steps along a side
 _GAPS = 16  # places around the buildings, along half of a model
-_NEAR = 256  # corners of feet of which the ground beyond the model is the mean
 _TOUCH = 0.02  # share of a base over another that is rounding
 _APART = 1.0  # by which a base lies over another, if it stands on it [m]
+_ROUNDS = 12  # in which blades of ground are cut
+_NOTHING = np.zeros((0, 3))
 _SAMPLES = 256  # places along a side at which the distance to a foot is measured
 
 
@@ -66,8 +68,9 @@ def make_surface(
     Make the surface through feet.
 
     Between buildings it is the Delaunay triangulation that holds the edges of their bases. Where
-    two buildings share a corner at different heights the ground there is the lower, and steps up
-    to the other. Beyond the outermost feet it takes their mean height.
+    that would leave a blade of ground, corners are added at the mean height of the feet nearby
+    (`find_breaks`). Where two buildings share a corner at different heights the ground there is the
+    lower, and steps up to the other. Beyond the outermost feet it takes their mean height.
 
     Parameters
     ----------
@@ -95,9 +98,17 @@ def make_surface(
         feet = Feet(feet.corners[kept], feet.owner[kept])
         base = _Bases.of(feet, bounds)
     heights = _find_heights(base, feet.corners)
+    inner = np.zeros((0, 3))
+    for _ in range(_ROUNDS):
+        more = find_breaks(base, heights, inner)
+        if not len(more):
+            break
+        inner = np.concatenate([inner, more])
+        base = _Bases.of(feet, bounds, inner)
+        heights = _find_heights(base, feet.corners)
     vertices, corner = _join(base.plan, base.triangles, heights)
     steps_up = _find_steps(base.triangles, base.neighbours, corner)
-    is_outer = (base.triangles >= base.own).any(1)
+    is_outer = (base.triangles >= base.own + len(inner)).any(1)
     is_open = (base.label < 0) & ~is_outer
     between = vertices[corner[is_open]]
     return FeetSurface(
@@ -115,7 +126,8 @@ class _Bases:
     Parameters
     ----------
     plan : (n, 3) float64
-        Corners of feet, the lowest in each place, then those of the surface's end [m].
+        Corners of feet, the lowest in each place, then those added between them, then those of the
+        surface's end [m].
     faces : (k, 3) int64
         Corners of each base face.
     edges : (m, 2) int64
@@ -138,8 +150,10 @@ class _Bases:
     own: int
 
     @classmethod
-    def of(cls, feet: Feet, bounds: NDArray[np.float64]) -> "_Bases":
-        """Triangulate feet in a model's bounds (2, 3) [m]."""
+    def of(
+        cls, feet: Feet, bounds: NDArray[np.float64], inner: NDArray[np.float64] = _NOTHING
+    ) -> "_Bases":
+        """Triangulate feet, and corners between them (n, 3), in a model's bounds (2, 3) [m]."""
         corners = feet.corners.reshape(-1, 3)
         low, high = np.minimum(bounds[0], corners.min(0)), np.maximum(bounds[1], corners.max(0))
         middle = np.floor((low + high) / 2)[:2]
@@ -155,6 +169,7 @@ class _Bases:
         plan, points = corners[order[is_new]], points[order[is_new]]
         hull, lines = _find_hull(plan[:, :2])
         ring = _make_rings(plan, lines, middle, 1.05 * radius + 1.0, reach)
+        ring = np.concatenate([inner, ring])
         on_ring = np.rint((ring[:, :2] - (middle - reach)) / step).astype(np.int64)
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]], hull])
         edges = np.unique(np.sort(edges, axis=1), axis=0)
@@ -193,9 +208,7 @@ def _make_rings(
     way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     circles = [middle + r * way for r in np.geomspace(first, last, _RINGS)]
     places = np.concatenate([grid, *circles])
-    away, near = tree.query(places, range(1, min(_NEAR, len(plan)) + 1))
-    weight = 1.0 / np.maximum(away, 1e-6) ** 2
-    return np.column_stack([places, (weight * plan[near, 2]).sum(1) / weight.sum(1)])
+    return np.column_stack([places, find_mean_heights(tree, plan, places)])
 
 
 def _find_hull(plan: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -40,6 +40,7 @@ _PASSES = 4
 """Most times that surfaces of other members are looked for: their links may lead on."""
 _POLAR = 72.0  # degrees of latitude beyond which there is hardly a city
 _ELEMENT = 300  # memory of an element with its text [byte]
+_TAG = 110  # memory of an element or a text of a member, for each tag [byte]
 
 
 def read_citygml(content: FileContent, _: Path, choices: ReadChoices) -> FileModel:
@@ -48,7 +49,9 @@ def read_citygml(content: FileContent, _: Path, choices: ReadChoices) -> FileMod
     counts = Losses()
     city = _City(content, counts, choices.budget, choices.region)
     # The list of templates grows while members are read.
-    parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
+    parts = make_parts(
+        city.read_features(), Templates(city.templates, choices.budget), counts, lambda _: ""
+    )
     counts["members left out that lie in other files"] += city.outside
     notes = (*city.notes, *list_counts(counts))
     form = f"CityGML {city.version}".strip()
@@ -176,6 +179,7 @@ class _City:
                 )  # fmt: skip
                 try:
                     for _, element in events:
+                        stream.forget()
                         if element.getroottree().docinfo.doctype:
                             raise InputError(_DOCTYPE)
                         yield element.getroottree().getroot(), element
@@ -257,8 +261,42 @@ def _find_version(root: Any) -> str:
     return ""
 
 
-def _open(content: FileContent, budget: Budget) -> Iterator[tuple[str, "BinaryIO | BoundedStream"]]:
+class _TagStream:
+    """
+    A stream of XML that accounts for the tree, which grows until a member ends.
+
+    Parameters
+    ----------
+    stream : binary stream
+    budget : Budget
+    """
+
+    def __init__(self, stream: Any, budget: Budget) -> None:
+        self._stream, self._budget = stream, budget
+        self._tags = 0
+        self.close = stream.close
+
+    def read(self, size: int = -1) -> bytes:
+        """Read a block; refuse more tags since the last member than fit in memory."""
+        block: bytes = self._stream.read(size)
+        self._tags += block.count(b"<")
+        self._budget.check(_TAG * self._tags, "elements of one member")
+        return block
+
+    def forget(self) -> None:
+        """Begin another member."""
+        self._tags = 0
+
+
+def _open(content: FileContent, budget: Budget) -> Iterator[tuple[str, _TagStream]]:
     """Open the file, or each CityGML file in a ZIP archive, and name it for errors."""
+    for name, stream in _open_members(content, budget):
+        yield name, _TagStream(stream, budget)
+
+
+def _open_members(
+    content: FileContent, budget: Budget
+) -> Iterator[tuple[str, "BinaryIO | BoundedStream"]]:
     with content.open() as file:
         if content.head.startswith(GZIP):
             yield "", BoundedStream(gzip.GzipFile(fileobj=file), budget)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.budget import Budget
 from umbra.readers.checks import list_counts
 from umbra.readers.cityjson_choice import (
     DAMAGE,
@@ -54,7 +55,7 @@ def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
     def where(number: int) -> str:
         return f"line {number}: " if len(documents) > 1 else ""
 
-    parts = make_parts(documents, Templates(None), counts, where)
+    parts = make_parts(documents, Templates(None, choices.budget), counts, where)
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
@@ -102,7 +103,7 @@ def make_parts(
             raise InputError(msg, line=number)
         if document.get("type") == "CityJSON":
             transform = document.get("transform")
-            templates = Templates(document.get("geometry-templates"))
+            templates = Templates(document.get("geometry-templates"), templates.budget)
         raw = document.get("vertices", [])
         vertices = place_vertices(raw, transform, where)
         chosen = choose_geometries(objects, templates.shapes, raw, counts, where)
@@ -262,9 +263,19 @@ class SurfaceList:
 
 
 class Templates:
-    """The geometry templates of one file; their vertices are plain coordinates."""
+    """
+    The geometry templates of one file; their vertices are plain coordinates.
 
-    def __init__(self, data: Any) -> None:
+    Parameters
+    ----------
+    data : dict, optional
+        ``geometry-templates``.
+    budget : Budget, optional
+        Charged with a part for each surface type of a template, at each of its places.
+    """
+
+    def __init__(self, data: Any, budget: Budget | None = None) -> None:
+        self.budget = budget
         self.shapes: list[dict[str, Any]] = data["templates"] if data else []
         self._raw: list[Any] = data["vertices-templates"] if data else []
         self._meshes: dict[int, dict[str, Mesh]] = {}
@@ -281,6 +292,8 @@ class Templates:
         index = instance["template"]
         if index not in self._meshes:
             self._meshes[index] = self._cut(index, counts)
+        if self.budget is not None:
+            self.budget.count("parts of geometry templates", len(self._meshes[index]))
         (anchor,) = instance["boundaries"]
         if not 0 <= anchor < len(vertices):
             msg = f"reference point {anchor} of {len(vertices)} vertices"

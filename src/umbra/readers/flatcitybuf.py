@@ -29,7 +29,9 @@ def read_flatcitybuf(_: FileContent, path: Path, choices: ReadChoices) -> FileMo
         crs = name_crs(head.get("metadata", {}).get("referenceSystem"))
         found = _find_features(fcb, reader, choices.region, crs)
         features = _list_documents(fcb, reader, head, found, choices.budget)
-        parts = make_parts(features, Templates(None), counts, lambda n: f"feature {n - 1}: ")
+        parts = make_parts(
+            features, Templates(None, choices.budget), counts, lambda n: f"feature {n - 1}: "
+        )
     except fcb.FcbError as error:
         reason = find_reason(error, 160)
         msg = f"is damaged FlatCityBuf ({reason}); fetch or export it again"

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,6 +90,9 @@ HEIGHTS = (
 )
 """Usual names of height columns, in lower case."""
 
+BASES = ("base", "base_z", "base_height", "base_elevation")
+"""Usual names of columns of the base's height, in lower case."""
+
 FOOT = 0.3048
 """[m]"""
 NUMBER = re.compile(
@@ -124,16 +127,21 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
         advice = f"; did you mean '{near[0]}'?" if near else ""
         msg = f"there is no column '{chosen}'; the file has {_list(columns)}{advice}"
         raise InputError(msg, column=chosen, columns=list(columns))
-    plain = {name: column for column in reversed(columns) for name in _name_in_metres(column)}
-    for found in (lower, plain):
-        for name in names:
-            if name in found:
-                return found[name]
+    if usual := find_usual(columns, names):
+        return usual
     msg = (
         f"has no heights: no column is called {names[0]} or similar; the file has "
         f"{_list(columns)}; name one with height_column="
     )
     raise InputError(msg, columns=list(columns))
+
+
+def find_usual(columns: Iterable[str], names: tuple[str, ...]) -> str | None:
+    """Find the first of some usual names among columns, in metres before feet; None if none is."""
+    every = list(columns)[::-1]
+    lower = {column.casefold(): column for column in every}
+    plain = {name: column for column in every for name in _name_in_metres(column)}
+    return next((found[name] for found in (lower, plain) for name in names if name in found), None)
 
 
 def has_height(column: str, names: Container[str]) -> bool:

@@ -15,11 +15,13 @@ from umbra.errors import InputError
 from umbra.packages import write_install
 from umbra.readers.checks import list_counts
 from umbra.readers.footprint_table import (
+    BASES,
     HEIGHTS,
     ColumnNumbers,
     FootprintTable,
     Rings,
     find_column,
+    find_usual,
     name_features,
     parse_numbers,
 )
@@ -139,7 +141,7 @@ class _Extent:
 
 
 def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
-    """Extrude footprints by the columns of height and base; base 0 unless one is chosen."""
+    """Extrude footprints by the columns of height and base; base 0 without one."""
     if not len(table.rings.feature):
         left = f" ({'; '.join(table.notes)})" if table.notes else ""
         msg = f"has no polygons{left}; give a file of building footprints"
@@ -190,6 +192,23 @@ def _check_corners(table: FootprintTable, names: list[str]) -> None:
     raise InputError(msg, count=len(wrong), feature=feature)
 
 
+def _find_base(
+    columns: dict[str, list[Any]], heights: NDArray[np.float64], notes: list[str]
+) -> str | None:
+    """Find a column of bases by its name, if every footprint with a height has a number in it."""
+    column = find_usual(columns, BASES)
+    if column is None:
+        return None
+    known = parse_numbers(columns[column], column).values[heights > 0]
+    if not known.any():  # of a base at 0 everywhere nothing follows
+        return None
+    if np.isnan(known).any():
+        notes.append(f"bases are 0, as the column '{column}' has not all of them (base_column=)")
+        return None
+    notes.append(f"bases come from the column '{column}' (base_column=)")
+    return column
+
+
 def _find_extent(
     table: FootprintTable, choices: ReadChoices, names: list[str], notes: list[str]
 ) -> tuple[_Extent, str | None]:
@@ -201,9 +220,11 @@ def _find_extent(
     _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))
     high = heights.values.copy()
-    base = None
-    if choices.base_column is not None:
-        base = find_column(columns, choices.base_column, ())
+    base = choices.base_column
+    if base is None:
+        base = _find_base(columns, heights.values, notes)
+    if base is not None:
+        base = find_column(columns, base, ())
         bases = parse_numbers(columns[base], base)
         _note_text(bases, base, names, notes)
         low = bases.values

@@ -7,6 +7,7 @@ in a child process, as the decoder ends its process on damaged files.
 """
 
 import math
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,6 +39,7 @@ GROUND, TREES, NOISE = 2, (3, 4, 5), (7, 18)
 _UNCLASSIFIED = (0, 1)
 _CHUNK = 1_000_000  # points read at once
 _ROUNDS = 3  # cells by which gaps between heights are filled from each side
+_HEADER = 247  # [byte] of a header, to the number of records behind the points
 _AROUND = 5  # neighbours with heights that a filled cell has
 
 
@@ -98,9 +100,10 @@ class PointGrid:
         self.classes |= set(np.unique(kind[kept]).tolist())
 
 
-def read_points(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a point cloud as a surface and a canopy; of a region only its points."""
     require(["laspy", "lazrs"], "city", "LAS and LAZ")
+    _check_records(content)
     work = PointWork(str(path.resolve()), choices.region, find_memory())
     limits = choices.budget.limit_child()
     child = ReadingChild("umbra.readers.point_cloud:grid_points", work, limits)
@@ -117,6 +120,19 @@ def read_points(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     is_terrain = len(parts) == 1
     form = "LAZ" if path.suffix.lower() == ".laz" else "LAS"
     return FileModel(form, parts, crs, tuple(notes), is_terrain=is_terrain)
+
+
+def _check_records(content: FileContent) -> None:
+    """Refuse more variable length records than fit in the file: laspy would list them all."""
+    head = content.head.ljust(_HEADER, b"\0")
+    count, more = struct.unpack_from("<I", head, 100)[0], struct.unpack_from("<I", head, 243)[0]
+    is_long = tuple(head[24:26]) >= (1, 4)  # a version with records behind the points
+    if max(54 * count, 60 * more if is_long else 0) > content.size:
+        msg = (
+            f"is a damaged point cloud (its header says {max(count, more):,} records, more than "
+            f"fit in its {content.size:,} bytes); fetch it again"
+        )
+        raise InputError(msg, count=max(count, more))
 
 
 def grid_points(work: PointWork) -> Iterator[int | tuple[PointGrid, str | None]]:

@@ -222,7 +222,7 @@ class ReceiverKind:
     is_upright: ClassVar[bool] = False
     has_scale: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
-    formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv")
+    formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv", "solids")
     has_roofs: ClassVar[bool] = False
     tables: ClassVar[dict[str, str]] = {}
     takes: ClassVar[tuple[str, ...]] = ()

@@ -57,7 +57,7 @@ class PlacedKind(SampleKind):
 
     belongs_to_parts = False
     spot = "point"
-    formats: ClassVar[tuple[str, ...]] = ("csv", "geojson", "gpkg")
+    formats: ClassVar[tuple[str, ...]] = ("csv", "geojson", "gpkg", "solids")
     tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
     @abstractmethod

@@ -153,7 +153,7 @@ class PlanKind(ReceiverKind):
 
     is_plan = True
     area_of = ""
-    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "gif", "mp4")
+    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "solids", "gif", "mp4")
     tile: ClassVar[type[PlanTile]]
 
     def check_judged(self, receivers: str) -> None:

@@ -41,7 +41,7 @@ class SampledSurfaces(SampleKind):
 
     name = "surfaces"
     spot = "sample"
-    formats = ("csv", "glb", "3dtiles", "geoparquet", "cityjson")
+    formats = ("csv", "glb", "3dtiles", "solids", "geoparquet", "cityjson")
     tables = {  # noqa: RUF012  (a constant)
         "samples.csv": "sample", "surfaces.csv": "surface", "parts.csv": "part",
     }  # fmt: skip
@@ -136,7 +136,9 @@ class SurfaceSamples(SingleReceivers):
                 figures = {"mean": mean, "least": least, "most": most}
                 return {k: figure.astype(np.float32) for k, figure in figures.items()}
 
-            measured = {one.name: study.more[one.name][1] for one in study.quantities}
+            measured = {
+                one.name: study.more[one.name][1] for one in study.quantities if not one.per
+            }
             if study.has_hours:
                 measured["sun_hours"] = study.sun_hours
             for what, values in measured.items():

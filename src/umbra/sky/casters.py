@@ -15,7 +15,7 @@ from umbra.volume.adjacency import find_whole, sort_along_curve, weld_vertices
 
 __all__ = ["BLOCK", "SkyCasters", "find_sky_casters", "make_sky_casters"]
 
-BLOCK = 32
+BLOCK = 16
 """Faces that are bounded together by one box."""
 
 
@@ -57,12 +57,15 @@ class SkyCasters(NamedTuple):
 
 
 def find_sky_casters(
-    scene: Scene, parts: Sequence[int] | None = None
+    scene: Scene,
+    parts: Sequence[int] | None = None,
+    owner: NDArray[np.int32] | None = None,
 ) -> tuple[SkyCasters, list[str]]:
     """
     Return the casters of some parts (indices; all by default) in the scene's frame, made once.
 
-    And the names of the objects that ``SkyCasters.part`` numbers.
+    And the names of the objects that ``SkyCasters.part`` numbers: parts of one name, or by
+    ``owner`` (n_parts,) as they are numbered there.
     """
     chosen = tuple(range(len(scene.parts)) if parts is None else parts)
 
@@ -72,9 +75,11 @@ def find_sky_casters(
         names = list(dict.fromkeys(labels := scene.labels()))
         number = {name: k for k, name in enumerate(names)}
         objects = np.array([number[label] for label in labels], np.int32)
-        return make_sky_casters(soup.vertices, soup.faces, objects[soup.part], farthest), names
+        of_part = objects if owner is None else owner
+        return make_sky_casters(soup.vertices, soup.faces, of_part[soup.part], farthest), names
 
-    return derive(scene, "sky casters", chosen, make)
+    key = (chosen, None if owner is None else tuple(owner.tolist()))
+    return derive(scene, "sky casters", key, make)
 
 
 def make_sky_casters(

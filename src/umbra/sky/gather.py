@@ -18,11 +18,16 @@ from umbra.sky.skyline import find_highest, find_layer, is_box_hidden
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
 
-CORNERS = 5
-"""Most corners of a face that is cut to the horizon and to the receiver's plane."""
+CORNERS = 6
+"""
+Most corners of a face that is cut to the horizon and to the receiver's plane.
+
+They are five, but for a needle within rounding of the plane: of its four above the horizon every
+second may lie before the plane, so that two stay and each of four sides is cut.
+"""
 HORIZON, PLANE = -1, -2
 """Edges that are not of the face: on the horizon, on the receiver's plane."""
-_BLOCK = 32
+_BLOCK = 16
 
 
 class SeenFaces(NamedTuple):
@@ -99,8 +104,8 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
     edge = np.empty((room, CORNERS), np.int32)
     face, slope = np.empty(room, np.int32), np.empty(room)
     sides = np.zeros(casters.n_edges, np.uint8)
-    one, two = np.empty((CORNERS + 1, 3)), np.empty((CORNERS + 1, 3))
-    keys, other = np.empty(CORNERS + 1, np.int32), np.empty(CORNERS + 1, np.int32)
+    one, two = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
+    keys, other = np.empty(CORNERS, np.int32), np.empty(CORNERS, np.int32)
     level = np.array([0.0, 0.0, 1.0])
     n = 0
     for block in range(n_blocks):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from umbra.sky.events import find_spans
 from umbra.sky.meridians import cut_face
 
 __all__ = ["find_heights"]
@@ -25,19 +26,33 @@ def find_heights(seen, toward):
     -------
     heights : (n,) float64
     """
-    n_faces = seen.size.size
-    low, high = np.empty(n_faces), np.empty(n_faces)
+    spans, owner = find_spans(seen)
+    n_spans = owner.size
+    angles = np.arctan2(toward[:, 1], toward[:, 0])
+    active = np.empty(n_spans + 1, np.int32)
+    low, high = np.empty(n_spans + 1), np.empty(n_spans + 1)
     found = np.zeros(toward.shape[0])
-    for k in range(toward.shape[0]):
-        n = 0
-        for i in range(n_faces):
+    n_active = waiting = 0
+    for k in np.argsort(angles):
+        while waiting < n_spans and spans[waiting, 0] <= angles[k]:
+            active[n_active] = waiting
+            n_active += 1
+            waiting += 1
+        n = kept = 0
+        for q in range(n_active):
+            span = active[q]
+            if spans[span, 1] < angles[k]:
+                continue
+            active[kept] = span
+            kept += 1
+            i = owner[span]
             one, two, _, _ = cut_face(seen.corners[i], seen.size[i], toward[k, 0], toward[k, 1])
             if one < math.inf:
                 low[n], high[n] = one, two
                 n += 1
-        order = np.argsort(low[:n])
+        n_active = kept
         top = 0.0
-        for q in order:
+        for q in np.argsort(low[:n]):
             if low[q] > top + 1e-12 * (1.0 + top * top):
                 break
             top = max(top, high[q])

@@ -68,12 +68,19 @@ def cut_edge(a, b, dx, dy):
 
 @inlined
 def cut_plane(normal, dx, dy):
-    """Return the unit vector (along, up) where the receiver's plane meets a meridian."""
+    """
+    Return the unit vector (along, up) where the receiver's plane meets a meridian.
+
+    That is the zenith where an upright plane holds the meridian: a face that is cut there may end
+    in it within a slice as narrow as rounding.
+    """
     along, up = normal[2], -(normal[0] * dx + normal[1] * dy)
     if along < 0.0:
         along, up = -along, -up
     up = max(up, 0.0)
     length = math.sqrt(along * along + up * up)
+    if length == 0.0:
+        return 0.0, 1.0
     return along / length, up / length
 
 

@@ -27,11 +27,12 @@ _BEHIND = -2
 
 @borrowing
 def find_distance(seen, casters, i, x, y, z):
-    """Return the distance along a direction (x, y, z) to the plane of a seen face."""
+    """Return the distance along a direction (x, y, z) to a seen face; inf if level to it."""
     plane = casters.planes[seen.face[i]]
     corner = seen.corners[i, 0]
     up = plane[0] * corner[0] + plane[1] * corner[1] + plane[2] * corner[2]
-    return up / (plane[0] * x + plane[1] * y + plane[2] * z)
+    toward = plane[0] * x + plane[1] * y + plane[2] * z
+    return up / toward if toward != 0.0 else math.inf
 
 
 @njit(cache=True, nogil=True)

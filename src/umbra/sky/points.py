@@ -12,6 +12,7 @@ from umbra.sky.casters import SkyCasters
 from umbra.sky.events import find_events, find_spans
 from umbra.sky.gather import gather_faces
 from umbra.sky.nearest import add_shares
+from umbra.sky.occluders import keep_above, raise_skyline
 from umbra.sky.skyline import BINS, find_skyline, find_skylines
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import find_open, sum_up
@@ -109,6 +110,8 @@ def trace_free_sky(casters, p, normal):
     skylines, reaches = np.zeros((1, BINS)), np.zeros(1)
     skylines[0] = find_skyline(casters.strips, casters.strip_boxes, p)
     seen = gather_faces(casters, p, normal, 0.0, skylines, reaches)
+    raise_skyline(seen, skylines[0])
+    seen = keep_above(seen, skylines[0])
     events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), skylines[0])
     spans, owner = find_spans(seen)
     return seen, find_pieces(seen, normal, events, spans, owner, skylines[0])

@@ -14,8 +14,8 @@ from numba import njit
 from umbra.kernels import borrowing, inlined
 
 __all__ = [
-    "BINS", "STRIPS", "find_bin", "find_highest", "find_layer", "find_skyline", "find_skylines",
-    "is_box_hidden",
+    "BINS", "CLEAR", "STRIPS", "find_bin", "find_highest", "find_layer", "find_skyline",
+    "find_skylines", "is_box_hidden", "look_along",
 ]  # fmt: skip
 
 BINS = 1024
@@ -25,7 +25,8 @@ STRIPS = 16
 _QUARTER = BINS // 4
 _CURVED = 1.00001  # how far an arc rises above its ends within a bin
 _MEET = 1e-7  # of a bin: where two strips meet
-_CLEAR = 1e-9  # of what is hidden, for rounding
+CLEAR = 1e-9
+"""Share of what is hidden that is left out, for rounding."""
 
 
 @inlined
@@ -39,7 +40,7 @@ def find_bin(x, y):
 
 
 @inlined
-def _look_along(column):
+def look_along(column):
     """Return the direction of a bin's first side, not of unit length."""
     quarter, rest = column // _QUARTER, (column % _QUARTER) / _QUARTER
     if quarter == 0:
@@ -79,7 +80,7 @@ def is_box_hidden(skylines, reaches, box, p):
     layer = find_layer(reaches, near)
     if near == 0.0 or layer < 0:
         return False
-    slope = (box[5] - p[2]) / near * (1.0 + _CLEAR)
+    slope = (box[5] - p[2]) / near * (1.0 + CLEAR)
     middle = find_bin((low_x + high_x) / 2, (low_y + high_y) / 2)
     least = most = 0.0
     for k in range(4):
@@ -116,7 +117,7 @@ def find_highest(skyline, corners, n, may_hide):
     if most - least > _QUARTER:
         return math.inf
     # An arc rises above its ends by the cosine of half its angle, at most this:
-    slope *= (1.0 + _CLEAR) / math.cos((most - least) * (4.0 / BINS))
+    slope *= (1.0 + CLEAR) / math.cos((most - least) * (4.0 / BINS))
     first = math.floor(middle + least - _MEET) + BINS
     last = math.floor(middle + most + _MEET) + BINS
     return -1.0 if may_hide and _is_hidden(skyline, first, last, slope) else slope
@@ -202,9 +203,9 @@ def _add_strip(strip, p, skyline, first_part, last_part):
     before_top, before_low = az / math.hypot(ax, ay), level / math.hypot(ax, ay)
     for column in range(first, last + 2):
         if column <= last:
-            dx, dy = _look_along(column % BINS)
+            dx, dy = look_along(column % BINS)
             u, v = dx * ay - dy * ax, dx * by - dy * bx
-            share = min(max(u / (u - v), 0.0), 1.0)
+            share = min(max(u / (u - v), 0.0), 1.0) if u != v else 0.0
             along = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
             along /= math.hypot(dx, dy)
             top, low = (az + share * (bz - az)) / along, level / along
@@ -212,7 +213,7 @@ def _add_strip(strip, p, skyline, first_part, last_part):
             along = math.hypot(bx, by)
             top, low = bz / along, level / along
         b = (column - 1) % BINS
-        slope = min(before_top, top) * (1.0 - _CLEAR)  # so that the wall itself is above it
+        slope = min(before_top, top) * (1.0 - CLEAR)  # so that the wall itself is above it
         if slope > skyline[b] and max(before_low, low) * _CURVED <= skyline[b]:
             from_, to = 0.0, 1.0
             if column == first:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, inner
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
 from umbra.sky.skyline import BINS, find_bin
@@ -25,6 +25,7 @@ __all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
 
 _GAP = 1e-12
 """Free gaps between faces up to this angle are rounding [radians]."""
+_LEADS = 32  # faces that are tried first
 
 
 class Pieces(NamedTuple):
@@ -81,13 +82,15 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
     under, over = np.empty(room, np.int32), np.empty(room, np.int32)
     count = 0
     n_spans = owner.size
-    active, cut = np.empty(n_spans + 1, np.int32), np.empty(n_spans + 1, np.int32)
-    low, high = np.empty(n_faces + 1), np.empty(n_faces + 1)
-    low_code, high_code = np.empty(n_faces + 1, np.int32), np.empty(n_faces + 1, np.int32)
+    active, cut = np.empty(n_spans + 1, np.int32), np.empty(n_spans + 2, np.int32)
+    wide = n_faces + 1  # of several faces; n_faces is the plane
+    low, high = np.empty(n_faces + 2), np.empty(n_faces + 2)
+    low_code, high_code = np.empty(n_faces + 2, np.int32), np.empty(n_faces + 2, np.int32)
+    least = _find_lowest(seen)
     stamp = np.full(n_faces + 1, -1, np.int64)
     low_code[n_faces] = high_code[n_faces] = PLANE
-    n_active = 0
-    waiting = 0
+    lead, now = np.empty(_LEADS, np.int32), np.empty(_LEADS, np.int32)
+    n_active = n_lead = waiting = 0
     angle = -math.pi
     for s in range(events.shape[0] - 1):
         ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
@@ -100,16 +103,25 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
             n_active += 1
             waiting += 1
         top, code = skyline[int(find_bin(dx, dy)) % BINS], HORIZON
-        # Of each face its interval of this meridian, sorted by where they start.
-        kept = n_cut = 0
-        for q in range(n_active):
-            span = active[q]
-            if spans[span, 1] < angle:
-                continue
-            active[kept] = span
-            kept += 1
-            i = owner[span]
+        # Of each face its interval of this meridian. Those that go on from what is covered raise it
+        # at once, those that meet the first other interval widen it, and the rest is sorted by
+        # where it starts. Faces that did so in the last slice come first, as what they cover needs
+        # no look then.
+        kept = n_cut = n_now = 0
+        low[wide], high[wide] = math.inf, -math.inf
+        for q in range(n_lead + n_active):
+            if q < n_lead:
+                i = lead[q]
+            else:
+                span = active[q - n_lead]
+                if spans[span, 1] < angle:
+                    continue
+                active[kept] = span
+                kept += 1
+                i = owner[span]
             if seen.slope[i] <= top or stamp[i] == s:
+                continue
+            if seen.slope[i] <= high[wide] and least[i] >= low[wide]:
                 continue
             stamp[i] = s
             one, two, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
@@ -117,12 +129,24 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
                 continue
             low[i], high[i] = one, two
             low_code[i], high_code[i] = i << 3 | p, (i << 3 | r if r >= 0 else ZENITH)
-            at = n_cut
-            while at > 0 and low[cut[at - 1]] > one:
-                cut[at] = cut[at - 1]
-                at -= 1
-            cut[at] = i
-            n_cut += 1
+            if one - top <= _GAP * (1.0 + one * top):
+                top, code = two, high_code[i]
+            elif low[wide] == math.inf or (one <= high[wide] and two >= low[wide]):
+                if one >= low[wide] and two <= high[wide]:
+                    continue
+                if one < low[wide]:
+                    low[wide], low_code[wide] = one, low_code[i]
+                if two > high[wide]:
+                    high[wide], high_code[wide] = two, high_code[i]
+            else:
+                n_cut = _insert(cut, n_cut, low, i)
+                continue
+            if n_now < _LEADS:
+                now[n_now] = i
+                n_now += 1
+        lead, now, n_lead = now, lead, n_now
+        if low[wide] < math.inf:
+            n_cut = _insert(cut, n_cut, low, wide)
         n_active = kept
         low[n_faces], high[n_faces] = find_slope(normal, dx, dy)
         has_plane = low[n_faces] < math.inf
@@ -150,6 +174,31 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
             if high[i] > top:
                 top, code = high[i], high_code[i]
     return Pieces(which[:count], below[:count], above[:count], under[:count], over[:count], events)
+
+
+@borrowing
+def _insert(cut, n, low, i):
+    """Insert an interval into those sorted by where they start; return their number."""
+    at = n
+    while at > 0 and low[cut[at - 1]] > low[i]:
+        cut[at] = cut[at - 1]
+        at -= 1
+    cut[at] = i
+    return n + 1
+
+
+@inner
+def _find_lowest(seen):
+    """Return the tangent of each face's lowest altitude, which is at a corner, (n,)."""
+    found = np.empty(seen.size.size)
+    for i in range(seen.size.size):
+        slope = math.inf
+        for k in range(seen.size[i]):
+            x, y, z = seen.corners[i, k]
+            along = math.hypot(x, y)
+            slope = min(slope, z / along if along > 0.0 else math.inf)
+        found[i] = slope
+    return found
 
 
 @njit(cache=True, nogil=True)

@@ -34,6 +34,14 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "day": {"long_name": "local date"},
     "up_hours_by_day": {"long_name": "hours with the sun up on the day", "units": "h"},
     "first_sun": {"long_name": "when the first spell of sun begins, UTC", "standard_name": "time"},
+    "first_contact": {
+        "long_name": "when a part of the sun's disc first appears, UTC",
+        "standard_name": "time",
+    },
+    "last_contact": {
+        "long_name": "when the last of the sun's disc goes, UTC",
+        "standard_name": "time",
+    },
     "last_sun": {"long_name": "when the last spell of sun ends, UTC", "standard_name": "time"},
     "sun_spells": {"long_name": "number of spells of sun", "units": "1"},
     "longest_sun_hours": {"long_name": "longest unbroken spell of sun", "units": "h"},

@@ -82,6 +82,11 @@ class StudyOptions(ReceiverOptions):
         "any", "Also write the hours of sun that last this long at a time; implies --spells.",
         metavar="DURATION",
     )  # fmt: skip
+    disc: bool = _results(
+        "flag", "Weigh each step by the share of the sun's disc (0.2666 degrees radius) that is "
+        "seen, instead of its middle alone; and write its first and last contact.",
+        default=False,
+    )  # fmt: skip
     masks: bool = _results(
         "flag", "Also write which cells are in shadow at each step.", default=False
     )
@@ -203,6 +208,7 @@ class StudyOptions(ReceiverOptions):
         if self.asks_hours:
             return
         taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
+        taken |= {name for one in self.measures for name in one.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
             if is_other and getattr(self, name) != default:
@@ -232,7 +238,17 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
+        self._check_disc()
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
+
+    def _check_disc(self) -> None:
+        """Refuse what is of the sun's middle alone beside its disc."""
+        others = ("by", "who", "proposed", "spells", "exact", "min_spell", "masks", "canopy")
+        wrong = [name for name in others if getattr(self, name)]
+        if self.disc and wrong:
+            msg = f"disc= counts hours and contacts; {wrong[0]}= is of the sun's middle, leave it "
+            msg += "or disc= out"
+            raise InputError(msg, option="disc")
 
     @cached_property
     def kind(self) -> "ReceiverKind":

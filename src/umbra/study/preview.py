@@ -9,11 +9,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.lights import Lights, Period
+from umbra.receivers.tile import Counter
+from umbra.scene.grid import Grid
 from umbra.study.loop import add_up
 from umbra.study.result import Study
 from umbra.sun import find_sun
@@ -64,9 +67,11 @@ class Moment:
     direction: NDArray[np.float64]
 
 
-def choose_stamps(steps: Steps, at: Sequence[str] = ()) -> Stamps:
-    """Return the requested clock times on a date; the ends of its steps by default."""
-    return find_stamps(steps.local()[0].date(), at, steps.zone) if at else steps
+def choose_stamps(steps: Steps, at: Sequence[str] = (), most: int | None = None) -> Stamps:
+    """Return the requested clock times on a date; by default its steps' ends, or N round ones."""
+    if at:
+        return find_stamps(steps.local()[0].date(), at, steps.zone)
+    return steps if most is None or len(steps.stamps) <= most else _find_round(steps, None, most)
 
 
 def find_moments(
@@ -122,6 +127,19 @@ def _find_round(steps: Steps, every: int | None, most: int) -> Stamps:
 
 
 @dataclass(frozen=True, eq=False)
+class PreviewCells:
+    """The cells of a preview and what counts on them, whatever the date."""
+
+    grid: Grid
+    tile: Any  # of a plan or a view
+
+    @cached_property
+    def counter(self) -> Counter:
+        """Counts on these cells."""
+        return cast("Counter", self.tile.make_counter())
+
+
+@dataclass(frozen=True, eq=False)
 class Preview:
     """
     A study at the resolution of its pictures.
@@ -139,10 +157,8 @@ class Preview:
         Where nothing receives.
     count : function of () -> (n_stamps, rows, cols) bool
         Counts ``shadows``.
-    find_cells : function of (parts) -> (rows, cols) bool
-        Finds the cells in which some parts are topmost, or in front.
-    find_canopies : function of () -> (rows, cols) bool
-        Finds cells with canopies over a plan, or in front of a view's surfaces.
+    cells : PreviewCells
+        The cells, which the previews of several dates may share.
     """
 
     x: NDArray[np.float64]
@@ -151,8 +167,7 @@ class Preview:
     heights: NDArray[np.float64]
     nothing: NDArray[np.bool_]
     count: Callable[[], NDArray[np.bool_]]
-    find_cells: Callable[[Sequence[int]], NDArray[np.bool_]]
-    find_canopies: Callable[[], NDArray[np.bool_]]
+    cells: "PreviewCells"
 
     @cached_property
     def shadows(self) -> NDArray[np.bool_]:
@@ -162,6 +177,14 @@ class Preview:
         Counted on first access: other pictures need not wait.
         """
         return self.count()
+
+    def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Find the cells in which some parts are topmost, or in front, (rows, cols) bool."""
+        return cast("NDArray[np.bool_]", self.cells.tile.find_cells(parts))
+
+    def find_canopies(self) -> NDArray[np.bool_]:
+        """Find cells with canopies over a plan, or in front of a view's surfaces."""
+        return cast("NDArray[np.bool_]", self.cells.tile.find_canopies())
 
     def has_terrain(self, bounds: NDArray[np.float64]) -> bool:
         """
@@ -187,7 +210,12 @@ class Preview:
 
 
 def make_preview(
-    study: Study, longest: int = LONGEST, steps: Stamps | None = None, *, finer: int = 1
+    study: Study,
+    longest: int = LONGEST,
+    steps: Stamps | None = None,
+    *,
+    finer: int = 1,
+    like: Preview | None = None,
 ) -> Preview:
     """
     Prepare the shadows at each stamp of a study's day.
@@ -201,6 +229,8 @@ def make_preview(
         Clock times of a day; the study's first day by default.
     finer : int
         Number of cells a side into which each is cut.
+    like : Preview, optional
+        Of another date of the study; its cells are taken if they are the same.
 
     Returns
     -------
@@ -211,13 +241,15 @@ def make_preview(
     most = math.isqrt(MOST // max(len(stamps), 1))
     own = study.grid.coarser(min(longest, most))
     grid = own.finer(finer) if finer > 1 else own
-    tile = study.model.make_tile(grid)
+    cells = like.cells if like and like.cells.grid == grid else None
+    cells = cells or PreviewCells(grid, study.model.make_tile(grid))
+    tile = cells.tile
     path = study.sun
     if has_days:
         path = find_sun(study.site, stamps, refraction=study.refraction)
 
     def count() -> NDArray[np.bool_]:
-        found = tile.make_counter().masks(path.direction[path.is_up]).view(np.bool_)
+        found = cells.counter.masks(path.direction[path.is_up]).view(np.bool_)
         nothing = tile.nothing
         if nothing.any():
             found &= ~nothing
@@ -232,7 +264,7 @@ def make_preview(
     return Preview(
         grid.x + shift_x, grid.y + shift_y,
         np.where(path.is_up[:, None], -path.direction @ tile.axes.T, np.nan),
-        tile.relief, tile.nothing, count, tile.find_cells, tile.find_canopies,
+        tile.relief, tile.nothing, count, cells,
     )  # fmt: skip
 
 
@@ -323,7 +355,12 @@ SMOOTH = 1_200_000
 
 
 def refine_preview(
-    study: Study, preview: Preview, longest: int = LONGEST, steps: Stamps | None = None
+    study: Study,
+    preview: Preview,
+    longest: int = LONGEST,
+    steps: Stamps | None = None,
+    *,
+    like: Preview | None = None,
 ) -> Preview:
     """
     Count shadows in cells as fine as a picture's pixels where the study's are larger.
@@ -341,7 +378,7 @@ def refine_preview(
     is_much = stamps * (times * times * rows * cols + faces) > max(own, FREE)
     if times <= 1 or rows < len(study.y) or takes_rays or is_much:
         return preview
-    return make_preview(study, longest, steps, finer=times)
+    return make_preview(study, longest, steps, finer=times, like=like)
 
 
 def _choose_parts(period: Period, most: int) -> int:

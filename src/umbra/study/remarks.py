@@ -1,6 +1,6 @@
 """What a study's request may not have meant, one line each with the remedy."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT
 from umbra.lights import make_no_period
 from umbra.receivers import find_kind
+from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import find_crossings
 from umbra.registry import take_notes
 from umbra.scene import Scene, Triangles
@@ -16,7 +17,14 @@ from umbra.study.options import StudyOptions
 from umbra.sun import Site, parse_dates
 from umbra.sun.local_time import tell_skipped
 
-__all__ = ["tell_outside", "tell_panes", "tell_request", "tell_sources"]
+__all__ = [
+    "tell_long_shadows",
+    "tell_outside",
+    "tell_overlap",
+    "tell_panes",
+    "tell_request",
+    "tell_sources",
+]
 
 _AWAY = 50.0  # distance of a weather file's place that is worth a word [km]
 _NIGHT = 0.02  # share of its energy without a sun that is
@@ -25,6 +33,7 @@ _SIDE = 24  # points along each side of a proposal's bounds
 _DEEP = 0.3  # height that two bodies share at a point, beyond what a model's tolerance is [m]
 _SHARE = 0.05  # of a proposal's plan that is worth a word
 _LEVEL = 1e-9  # of the side: points keep off edges that lie on a round fraction of the bounds
+_CUT = 0.25  # time in shadow at a plan's edge from which it is told that they are cut [h]
 _OPENINGS = ("window", "door", "curtainwall", "plate")
 
 
@@ -61,7 +70,13 @@ def tell_request(scene: Scene, options: StudyOptions, site: Site | None = None) 
         proposed = scene.select(options.proposed, option="proposed")
         if options.extent is not None and find_kind(options.receivers, scene).is_plan:
             notes += tell_outside(_find_box(scene, proposed), options.extent)
-        notes += _tell_overlap(scene, proposed, options)
+        casting = select_casters(scene, options.cast, options.no_cast)
+        old = scene.triangles(sorted(set(casting) - set(proposed)))
+        groups, labels = scene.groups(), scene.labels()
+        notes += tell_overlap(
+            scene.triangles(proposed), old, groups,
+            lambda thing: labels[int(np.flatnonzero(groups == thing)[0])],
+        )  # fmt: skip
     return notes
 
 
@@ -107,6 +122,18 @@ def tell_outside(box: NDArray[np.float64], extent: Sequence[float]) -> list[str]
     return [f"{told}; its own bounds are {bounds}"]
 
 
+def tell_long_shadows(sides: Iterable[NDArray[np.float32]]) -> list[str]:
+    """Report shadows that run on beyond the sides of a plan, by their hours in shadow."""
+    most = max((float(np.nanmax(side, initial=0.0)) for side in sides), default=0.0)
+    if most < _CUT:
+        return []
+    told = (
+        f"the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is high; "
+        f"longer ones are cut at its edge, where they last up to {most:.1f} h; extent= shows more"
+    )
+    return [told]
+
+
 def tell_panes(scene: Scene, options: StudyOptions) -> list[str]:
     """Report rules on samples of windows: they lie on all faces, not on the panes alone."""
     if options.kind.name != "surfaces":
@@ -129,22 +156,34 @@ def _find_box(scene: Scene, parts: Sequence[int]) -> NDArray[np.float64]:
     return np.stack([corners.min(0), corners.max(0)])
 
 
-def _tell_overlap(scene: Scene, proposed: Sequence[int], options: StudyOptions) -> list[str]:
-    """Report existing bodies that fill the place of proposed ones."""
-    new = scene.triangles(proposed)
-    casting = select_casters(scene, options.cast, options.no_cast)
-    old = scene.triangles(sorted(set(casting) - set(proposed)))
+def tell_overlap(
+    new: Triangles, old: Triangles, groups: NDArray[np.int32], find_name: Callable[[int], str]
+) -> list[str]:
+    """
+    Report existing bodies that fill the place of proposed ones.
+
+    Parameters
+    ----------
+    new : Triangles
+        Of the proposal.
+    old : Triangles
+        Of all else that casts.
+    groups : (n_parts,) int
+        Object of each part of ``old``.
+    find_name : callable
+        Returns an object's name.
+    """
     if not len(new.faces) or not len(old.faces):
         return []
     low, high = (f(new.vertices[new.faces], (0, 1)) for f in (np.min, np.max))
     old = _keep_near(old, low, high)
     steps = (np.arange(_SIDE) + 0.5) / _SIDE + _LEVEL
     places = [low[:2] + (high - low)[:2] * (a, b) for a in steps for b in steps]
-    groups, covered = scene.groups(), 0
+    one = np.zeros(int(new.part.max()) + 1, np.int32)
+    covered = shared = 0
     met: dict[int, int] = {}
-    shared = 0
     for x, y in places:
-        mine = [span for spans in _find_spans(new, groups, x, y).values() for span in spans]
+        mine = [span for spans in _find_spans(new, one, x, y).values() for span in spans]
         covered += bool(mine)
         there = {
             thing
@@ -157,7 +196,7 @@ def _tell_overlap(scene: Scene, proposed: Sequence[int], options: StudyOptions) 
     if not covered or shared < _SHARE * covered:
         return []
     first, *others = sorted(met, key=lambda thing: -met[thing])
-    name = scene.labels()[int(np.flatnonzero(groups == first)[0])]
+    name = find_name(first)
     more = f" and {len(others)} more" if others else ""
     told = (
         f"the proposal overlaps what stands there: '{name}'{more} within "

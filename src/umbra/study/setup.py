@@ -19,6 +19,8 @@ from umbra.receivers.named import NamedReceivers
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
+from umbra.study.accumulators.blocked import BlockedSky
+from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measured import FindParts, MeasureSums
@@ -32,7 +34,7 @@ from umbra.study.loop import (
     make_advance,
     pass_lights,
 )
-from umbra.study.measures import Asked, guard
+from umbra.study.measures import Asked, Measure, guard
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 from umbra.version import __version__
@@ -185,7 +187,7 @@ class Setup:
         )
         attribution = AttributionOptions.of(scene, casters, options, canopies)
         proposed = frozenset(attribution.proposed or ())
-        if not options.asks_hours:
+        if not options.asks_hours and not any(one.by_caster for one in options.measures):
             attribution = AttributionOptions()
         results = ResultOptions.of(period, options)
         rest = [part for part in casters if part not in proposed]
@@ -208,7 +210,9 @@ class Setup:
         days = len(self.period.days)
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
-        measured = sum(8 * len(one.quantities) for one in self.options.measures)
+        measured = sum(
+            8 * (self.attribution.shown if one.per else 1) for one in self.options.quantities
+        )
         measured *= 3 if self.find_proposed else 1
         return self.results.bytes_kept(days) + attribution + behind + measured
 
@@ -294,24 +298,14 @@ class Setup:
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
         """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
-        found: list[Accumulator] = [
-            MeasureSums(
-                one,
-                self.asked,
-                laid,
-                self.canopy,
-                self.find_proposed,
-                self.find_rest,
-                self.casters,
-            )
-            for one in self.options.measures
-        ]
+        found = [self._make_measured(one, laid) for one in self.options.measures]
         if not self.options.asks_hours:
             return found
         found.insert(
             0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
+            else DiscHours(arrays) if self.options.disc
             else HourSums(arrays)
         )  # fmt: skip
         if isinstance(laid, NamedReceivers) and self.period.days:
@@ -325,6 +319,18 @@ class Setup:
         elif attribution.groups is not None:
             found.append(Attribution(attribution, laid, arrays))
         return found
+
+    def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
+        """Return the accumulator of a measure."""
+        if measure.by_caster:
+            return BlockedSky(
+                measure, self.asked, laid, self.attribution, self.casters, self.find_proposed,
+                self.find_rest,
+            )  # fmt: skip
+        return MeasureSums(
+            measure, self.asked, laid, self.canopy, self.find_proposed, self.find_rest,
+            self.casters,
+        )  # fmt: skip
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
         """Return a tile's exact hours in shadow of some casters by date, (days, ...) [h]."""
@@ -357,6 +363,7 @@ class Setup:
             "longitude": getattr(site, "longitude", None),
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
+            "sun_disc_deg": RADIUS if self.options.disc else None,
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),

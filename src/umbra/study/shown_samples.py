@@ -26,6 +26,8 @@ __all__ = ["show_samples"]
 
 _SHOWN = ("shadow_hours", "hours_lost", "newly_under")
 """Hours of each sample that pictures show; those of each date have the same names."""
+_SMOOTH = 1000
+"""Suns beyond which cells of ground are half as wide again as pixels."""
 _REACH = 2
 """Cells each way in which the nearest open one is looked for: a wall's foot is built over."""
 
@@ -72,8 +74,10 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
     pixels = np.flatnonzero(tile.is_ground & (tile.sampled < 0) & ~nothing)
     ground = None
     if len(pixels):
-        # Cells are as large as pixels are on level ground.
-        cell = float(f"{laid.grid.dx / math.sqrt(-tile.camera.axes()[2][2]):.2g}")
+        # Cells are as large as pixels are on level ground; many suns leave no edges to resolve.
+        is_smooth = int(study.period.sun.is_up.sum()) > _SMOOTH
+        side = laid.grid.dx * (1.5 if is_smooth else 1.0)
+        cell = float(f"{side / math.sqrt(-tile.camera.axes()[2][2]):.2g}")
         facts["ground_cell_m"] = cell
         if is_drawn:
             ground = _count_ground(study, options, cell, tile, pixels)
@@ -98,7 +102,7 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
         for name, (dims, values) in study.more.items()
         if name in shown
     }
-    others = {"day", "neighbour"}
+    others = {"day", "neighbour", "caster"}
     more |= {name: one for name, one in study.more.items() if others.issuperset(one[0])}
     hours = show("shadow_hours", study.shadow_hours)
     return replace(

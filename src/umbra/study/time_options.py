@@ -54,9 +54,10 @@ class TimeOptions:
     measure: Sequence[str] = _measures(
         "texts",
         "What is measured, one or several by commas: sun_hours and shadow_hours (default), "
-        "sky_view_factor, sky_component; of a year of suns probable_sun_hours, probable_sun_share, "
-        "winter_probable_sun_share; of --weather sunshine_hours, irradiation (and "
-        "irradiation_beam, irradiation_sky, irradiation_ground).",
+        "sky_view_factor, sky_component, sky_blocked_by (with --by or --who); of a year of suns "
+        "probable_sun_hours, probable_sun_share, winter_probable_sun_share; of --weather "
+        "sunshine_hours, irradiation (and irradiation_beam, irradiation_sky, "
+        "irradiation_ground).",
         default=(), metavar="NAME,...", registry="measure",
     )  # fmt: skip
     sky_directions: int | str = _measures(

@@ -20,7 +20,7 @@ from umbra.readers.model import Crowns, FilePlace, settle
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
-from umbra.study.remarks import tell_outside, tell_sources
+from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
 from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
@@ -30,7 +30,8 @@ from umbra.tiles.ground import CityGround, find_city_ground
 from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
-from umbra.tiles.roles import Roles, find_matching
+from umbra.tiles.proposal import tell_proposal
+from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
 from umbra.version import __version__
@@ -78,7 +79,7 @@ class Preparation:
         if self.job.options.date is not None:
             found += tell_skipped(self.job.options.date)
         found += tell_sources(self.job.options, self.job.site)
-        found += self._tell_outside()
+        found += tell_proposal(self.job.open())
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:
@@ -94,22 +95,6 @@ class Preparation:
                 "no hours of sun or shadow"
             )
         return tuple(found)
-
-    def _tell_outside(self) -> list[str]:
-        """Report a proposal that lies wholly outside the plan."""
-        job, extent = self.job, self.job.options.extent
-        if not job.options.proposed or extent is None or not job.open().kind.is_plan:
-            return []
-        corners = []
-        for file in self.catalogue.files:
-            new = find_matching(file, job.options.proposed)
-            faces = file.geometry.faces[new[file.geometry.part]]
-            if len(faces):
-                corners.append(file.geometry.vertices[faces.ravel()] + file.origin)
-        if not corners:
-            return []
-        every = np.concatenate(corners)
-        return tell_outside(np.stack([every.min(0), every.max(0)]), extent)
 
     def describe(self, done: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
         """Return the attributes of the result, given the marks of all tiles."""
@@ -169,6 +154,13 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
+    if options.disc:
+        msg = "the sun's disc is not judged in tiles; leave disc= or tiles= out"
+        raise InputError(msg, option="disc")
+    told = next((one.name for one in options.measures if one.by_caster), None)
+    if told is not None:
+        msg = f"{told} is not found in tiles; leave it or tiles= out"
+        raise InputError(msg, option="measure")
     if options.exact and any(one.has_exact for one in options.measures):
         msg = "the exact sky is not solved in tiles; leave exact= or tiles= out"
         raise InputError(msg, option="exact")

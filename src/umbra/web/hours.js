@@ -9,6 +9,8 @@ import { Patches, packColor } from "./patches.js";
  * @typedef {object} Hours results of a study
  * @property {string} title
  * @property {number[][]} ramp colours from 0 to most, sRGB 0 to 255
+ * @property {[number, number, number]} noSun colour of places without any sun
+ * @property {boolean} isSun whether the key names hours of sun, in place of shadow
  * @property {number} most [h]
  * @property {string} note
  * @property {Plan | null} plan
@@ -23,10 +25,11 @@ import { Patches, packColor } from "./patches.js";
  * @property {string} points packed float32 (n, 3) about `origin`
  *
  * @typedef {{origin: number[], levels: string} & (Packed | Points)} Samples
- *   levels: packed bytes, 0 to 254 of the most hours; 255 has none
+ *   levels: packed bytes, 0 to 253 of the most hours, 254 without any sun; 255 has no hours
  */
 
 const CLEAR = 255;
+const NO_SUN = 254;
 const DISC = 13; // [CSS pixels]
 
 /**
@@ -35,7 +38,7 @@ const DISC = 13; // [CSS pixels]
  * @param {Model} model
  * @returns {Promise<Overlay>}
  */
-export const layHours = async ({ ramp, plan, samples }, model) => {
+export const layHours = async ({ ramp, noSun, plan, samples }, model) => {
   if (plan) {
     const image = new Image();
     image.src = plan.image;
@@ -53,7 +56,7 @@ export const layHours = async ({ ramp, plan, samples }, model) => {
   if (!samples) return {};
   const levels = new Uint8Array(await inflate(samples.levels));
   const palette = Uint32Array.from({ length: CLEAR + 1 }, (_, level) =>
-    level === CLEAR ? 0 : packColor(...blend(ramp, level / (CLEAR - 1))),
+    level === CLEAR ? 0 : packColor(...(level === NO_SUN ? noSun : blend(ramp, level / (NO_SUN - 1)))),
   );
   const colors = Uint32Array.from(levels, (level) => palette[level]);
   if ("points" in samples) {

@@ -44,6 +44,15 @@ export const makePlacePanel = (app) => {
     }
     return kept.days;
   };
+  /**
+   * Hours of sun, of those that it is up.
+   * @param {import('./place.js').Sunlight} sun
+   * @param {string} date
+   */
+  const tellShare = (sun, date) => {
+    const up = (app.daylight.day(date)?.up ?? []).reduce((sum, [from, to]) => sum + to - from, 0);
+    return `${tellHours(sun.hours)} of ${tellHours(up / 3.6e6)}`;
+  };
   const tellWhere = (/** @type {Place} */ place) => {
     const own = place.position.map((value, k) => (value + app.model.origin[k]).toFixed(2));
     return `x ${own[0]}, y ${own[1]}, z ${own[2]} m`;
@@ -96,7 +105,7 @@ export const makePlacePanel = (app) => {
         "dl",
         { class: "figures" },
         ...[
-          ["Sun", tellHours(sun.hours)],
+          ["Sun", tellShare(sun, state.date)],
           ["First", sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none"],
           ["Last", sun.spells.length ? tellClock(zone, sun.spells.at(-1)?.[1] ?? 0) : "none"],
         ].map(([name, figure]) => el("div", {}, el("dt", {}, name), el("dd", {}, figure))),
@@ -125,7 +134,7 @@ export const makePlacePanel = (app) => {
   const tellDay = (place, { title, parts, sun }) => {
     const [first, last] = [sun?.spells[0], sun?.spells.at(-1)];
     const ends = first && last ? `, ${tellClock(zone, first[0])}–${tellClock(zone, last[1])}` : "";
-    const hours = sun ? `${tellHours(sun.hours)} of sun${ends}. ` : "";
+    const hours = sun ? `${tellShare(sun, app.state.date)} in the sun${ends}. ` : "";
     return `${title ? `${title}: ` : ""}${hours}${tellNow(place, parts)}`;
   };
   /** @param {State} state */

@@ -99,6 +99,7 @@ const makeGround = (rich) => ({
   vertex: `${HEAD}${PLACE}${AMBIENT}
 uniform vec4 corners[5];         // homogeneous, relative to the eye
 uniform float height, share, range;
+uniform float facing;            // 1 where the ground is seen from above, -1 from below
 uniform float haze;              // distance at which the ground fades into the horizon
 uniform vec4 light;
 uniform vec3 tint, albedo;
@@ -107,9 +108,8 @@ flat out vec3 level;             // radiance under the sky and a sun
 void main() {
   vec4 corner = corners[gl_VertexID];
   at = vec3(corner.xy / haze, corner.w);
-  float up = height < 0.0 ? 1.0 : -1.0;
-  vec3 sun = range > 0.0 ? vec3(0.0) : tint * max(up * light.z, 0.0);
-  level = albedo * (share * findAmbient(up) + sun);
+  vec3 sun = range > 0.0 ? vec3(0.0) : tint * max(facing * light.z, 0.0);
+  level = albedo * (share * findAmbient(facing) + sun);
   gl_Position = projection * corner;
 }`,
   fragment: `${HEAD}${rich}${LAID}
@@ -121,7 +121,7 @@ out vec4 color;
 #ifdef RICH
 uniform vec4 light;
 uniform vec3 tint, albedo;
-uniform float range;
+uniform float range, facing;
 #endif
 void main() {
   vec3 radiance = level;
@@ -130,7 +130,7 @@ void main() {
   if (range > 0.0) {
     vec3 toLight = light.xyz - vec3(place, height);
     float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
-    radiance += albedo * tint * max((height < 0.0 ? toLight.z : -toLight.z) / far, 0.0) * fade;
+    radiance += albedo * tint * max(facing * toLight.z / far, 0.0) * fade;
   }
   radiance = lay(place, radiance, radiance / albedo);
 #endif

@@ -28,7 +28,9 @@ export const makeHours = (app) => {
   const one = makeSwitch(app, "hasHours", hours.title);
   const ramp = el("div", { class: "ramp", "aria-hidden": "true" });
   const stops = hours.ramp.map(([r, g, b]) => `rgb(${r},${g},${b})`);
-  ramp.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+  const dark = el("i", { "aria-hidden": "true" });
+  dark.style.background = `rgb(${hours.noSun})`;
+  ramp.style.background = `linear-gradient(to ${hours.isSun ? "left" : "right"}, ${stops.join(", ")})`;
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) =>
     el("span", {}, Number((share * hours.most).toFixed(1))),
   );
@@ -40,6 +42,7 @@ export const makeHours = (app) => {
       { class: "scale", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` },
       ramp,
       el("div", { class: "ticks", "aria-hidden": "true" }, ...ticks),
+      el("p", { class: "no-sun" }, dark, "no sun"),
     ),
     el("p", { class: "quiet" }, hours.note),
   );

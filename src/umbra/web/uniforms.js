@@ -15,7 +15,8 @@ export function findUniforms(renderer, sight, guard) {
   const plan = overlay?.plan;
   const extent = plan?.extent ?? [0, 0, 0, 0];
   const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
-  const corners = ground === null || !above ? [] : sight.findGround(ground - sight.eye[2]);
+  const isEdgeOn = sight.isPerspective && !above;
+  const corners = ground === null || isEdgeOn ? [] : sight.findGround(ground - sight.eye[2]);
   return {
     "corners[0]": corners.flat(),
     groundSize: corners.length,
@@ -30,6 +31,8 @@ export function findUniforms(renderer, sight, guard) {
     isPerspective: sight.isPerspective,
     cut: [a, b, c, dot([a, b, c], sight.eye) + d],
     height: (ground ?? 0) - sight.eye[2],
+    // Parallel rays all come from one side, wherever they begin.
+    facing: (sight.isPerspective ? (ground ?? 0) - sight.eye[2] : sight.forward[2]) < 0 ? 1 : -1,
     albedo: style.ground,
     horizon: style.horizon,
     haze: Math.max(8 * size, 25 * above),

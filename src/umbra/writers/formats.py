@@ -37,6 +37,8 @@ class Job:
     show: "Show" = "shadow"  # whose whole hours lines of equal hours are of
     at: Sequence[str] = ()  # clock times that are outlined and filmed; round ones by default
     failures: list[InputError] = field(default_factory=list)  # of outputs of packages
+    cast: Sequence[str] = ()  # patterns of the parts that cast shadows; all by default
+    no_cast: Sequence[str] = ()
 
     @property
     def is_on_map(self) -> bool:
@@ -294,6 +296,21 @@ def _write_cityjson(job: Job) -> list[str]:
     return written
 
 
+def _write_solids(job: Job) -> list[str]:
+    from umbra.study.preview import find_moments  # noqa: PLC0415
+    from umbra.writers.solid_files import EVERY, MOST, write_solids  # noqa: PLC0415
+
+    moments = find_moments(job.study, job.at, every=EVERY, most=MOST)
+    if not moments:
+        job.say("note: the sun stays below the horizon; there are no solids")
+        return []
+    if not job.at:
+        job.say(f"note: shadow volumes are of {_name_times(moments)}; at= chooses others")
+    ground = write_solids(job.folder, job.study, moments, job.cast, job.no_cast)
+    job.say(f"note: shadow volumes end on level ground at z = {ground:.6g} m")
+    return ["solids.glb", "solids.obj"]
+
+
 def _write_film(kind: str) -> Callable[[Job], list[str]]:
     def write(job: Job) -> list[str]:
         from umbra.writers import film  # noqa: PLC0415
@@ -332,6 +349,7 @@ FORMATS = {
     "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis"),
     "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
     "csv": Format(_write_csv, needs_hours=False),
+    "solids": Format(_write_solids),
     "glb": Format(_write_glb),
     "3dtiles": Format(_write_tileset),
     "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city", needs_hours=False),

@@ -12,12 +12,14 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study import Study, tell_dates
 from umbra.writers.packing import pack, pack_grids
-from umbra.writers.pixels import resample, shade_ramp
+from umbra.writers.pixels import NO_SUN, resample, shade_ramp
 
 __all__ = ["clear_ground", "find_face_surfaces", "make_hours", "make_study_config"]
 
 _LARGEST = 2048  # cells along a side; every device has textures of as many
 _CLEAR = 255  # level of receivers without a value
+_DARK = 254  # of those without any sun
+_ROUNDING = 1e-3  # of hours [h]
 _STEPS = 64  # colours of the key, between which the page blends
 _HAIR = 2e-4  # of the model's diagonal: as far apart a browser's depths tell two surfaces
 
@@ -37,9 +39,12 @@ def make_hours(study: Study) -> dict[str, object]:
             "receivers='ground', 'top', 'surfaces' or 'points', or look at the study's report"
         )
         raise InputError(msg, option="study")
+    is_sun = len(study.period.days) > 1  # of several dates, as on the sheets
     what = f"cells of {study.grid.dx:.3g} m" if study.is_plan else _count(study)
     return {
-        "title": f"Hours in shadow, {tell_dates(study)}",
+        "title": f"Hours {'of sun' if is_sun else 'in shadow'}, {tell_dates(study)}",
+        "isSun": is_sun,
+        "noSun": np.rint(np.array(NO_SUN) * 255).astype(int).tolist(),
         "ramp": np.rint(shade_ramp(_STEPS) * 255).astype(int).tolist(),
         "most": float(study.up_hours),
         "note": f"Of {study.up_hours:.1f} h of the study with the sun up; {what}.",
@@ -56,20 +61,26 @@ def _count(study: Study) -> str:
     return f"{count:,} samples, {study.samples.spacing:.3g} m apart"
 
 
-def _find_shares(study: Study) -> NDArray[np.float32]:
-    """Return the hours as shares of those with the sun up, 0 to 1, NaN where there are none."""
-    return np.clip(np.asarray(study.shadow_hours, np.float32) / max(study.up_hours, 1e-9), 0, 1)
+def _find_levels(study: Study, hours: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Return hours in shadow in levels to ``_DARK``, ``_CLEAR`` where there are none."""
+    share = np.clip(np.nan_to_num(hours) / max(study.up_hours, 1e-9), 0, 1)
+    levels = np.where(
+        (hours >= study.up_hours - _ROUNDING) & (study.up_hours > 0), _DARK,
+        np.rint(share * (_DARK - 1)),
+    )  # fmt: skip
+    return np.where(np.isnan(hours), _CLEAR, levels).astype(np.uint8)
 
 
 def _make_plan(study: Study) -> dict[str, object]:
     """Draw the hours of a plan, as ``plan`` of ``Hours``."""
-    share = _find_shares(study)
-    if max(share.shape) > _LARGEST:
-        times = _LARGEST / max(share.shape)
-        rows, cols = (max(1, round(side * times)) for side in share.shape)
-        share = resample(share, (rows, cols))
-    picture = Image.fromarray(_count_levels(share)[::-1].copy(), "P")
-    picture.putpalette(np.rint(shade_ramp(_CLEAR) * 255).astype(np.uint8).tobytes())
+    hours = np.asarray(study.shadow_hours, np.float32)
+    if max(hours.shape) > _LARGEST:
+        times = _LARGEST / max(hours.shape)
+        rows, cols = (max(1, round(side * times)) for side in hours.shape)
+        hours = resample(hours, (rows, cols))
+    picture = Image.fromarray(_find_levels(study, hours)[::-1].copy(), "P")
+    colors = np.concatenate([shade_ramp(_DARK), [NO_SUN]])
+    picture.putpalette(np.rint(colors * 255).astype(np.uint8).tobytes())
     stream = io.BytesIO()
     picture.save(stream, "PNG", compress_level=4, transparency=_CLEAR)
     half = np.array([study.grid.dx, study.grid.dy]) / 2
@@ -82,15 +93,10 @@ def _make_plan(study: Study) -> dict[str, object]:
     }
 
 
-def _count_levels(share: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """Return shares in 255 levels, `_CLEAR` where there is none."""
-    levels = np.rint(np.nan_to_num(share) * (_CLEAR - 1))
-    return np.where(np.isnan(share), _CLEAR, levels).astype(np.uint8)
-
-
 def _make_samples(study: Study) -> dict[str, object]:
     """Pack the hours of samples of surfaces, or of points, as ``samples`` of ``Hours``."""
-    levels, origin = _count_levels(_find_shares(study)), study.model.scene.origin
+    levels = _find_levels(study, np.asarray(study.shadow_hours, np.float32))
+    origin = study.model.scene.origin
     middle = np.round(study.model.scene.bounds().mean(0)) - origin
     packed: dict[str, object]
     if study.samples is None:

@@ -77,14 +77,14 @@ NO_SUN = (0.075, 0.075, 0.08)
 SLOPE_SHADE, ALONG = 0.08, 0.4
 _SHADES = 33
 # The day's light: yellow in the morning, red at noon, violet in the evening; and ever darker, so
-# that neighbours of nine differ by 5 of CIELAB's lightness in grey print and without red or green.
+# that neighbours of nine differ by 5 of CIELAB's lightness in grey print and for the colour-blind.
 STAMP_STOPS = [
-    (0.960, 0.140, 100.0),
-    (0.876, 0.145, 69.0),
-    (0.792, 0.150, 38.0),
-    (0.708, 0.155, 7.0),
-    (0.624, 0.160, -24.0),
-    (0.540, 0.165, -55.0),
+    (0.960, 0.151, 105.0),
+    (0.847, 0.145, 60.0),
+    (0.765, 0.126, 36.0),
+    (0.716, 0.132, 8.0),
+    (0.639, 0.149, -24.0),
+    (0.544, 0.168, -51.0),
 ]
 
 

@@ -16,9 +16,11 @@ from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_l
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity, guard
 
-__all__ = ["MeasureSums"]
+__all__ = ["FindParts", "MeasureSums", "compare_measured", "level_normals"]
 
 _MOST_BLOCKS = 16
+_AT_ONCE = 256
+"""Places that are solved at a time: a second or so, in which an interrupt waits."""
 FindParts = Callable[[Tile], Sequence[int]]
 
 
@@ -107,8 +109,7 @@ class MeasureSums(Accumulator):
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         tile = run.tiles[0]
         if self.asked.options.exact and self.measure.has_exact:
-            self._solve(tile, where)
-            progress(len(self.lights))
+            self._solve(tile, where, progress)
             return
         sums = [_Sums(self, tile.shape)]
         if self._find_proposed is not None:
@@ -127,16 +128,26 @@ class MeasureSums(Accumulator):
             before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
             self._before[:, *where] = before
 
-    def _solve(self, tile: Tile, where: tuple[Any, ...]) -> None:
-        """Find the exact values of a tile, with and without the proposal."""
+    def _solve(self, tile: Tile, where: tuple[Any, ...], progress: Callable[[int], object]) -> None:
+        """Find the exact values of a tile, with and without the proposal, some at a time."""
         scene, threads = tile.casting.scene, tile.casting.threads
-        places = Places(tile.places.points, _level(tile.places.normals))
+        points, normals = tile.places.points, level_normals(tile.places.normals)
         rest = self._find_rest(tile) if self._find_rest is not None else ()
-        for values, parts in ((self._after, self._casters), (self._before, rest)):
-            if values is None:
-                continue
-            found = guard(self.measure, self.measure.solve, scene, parts, places, threads)
-            values[:, *where] = np.stack(found).reshape(-1, *tile.shape)
+        each = [(self._after, self._casters), (self._before, rest)]
+        asked = [(values, parts) for values, parts in each if values is not None]
+        done, all_, told = 0, len(asked) * len(points), 0
+        for values, parts in asked:
+            found = np.zeros((len(values), len(points)))
+            for first in range(0, len(points), _AT_ONCE):
+                some = slice(first, first + _AT_ONCE)
+                places = Places(points[some], normals[some])
+                solve = self.measure.solve
+                found[:, some] = guard(self.measure, solve, scene, parts, places, threads)
+                done += len(places)
+                now = len(self.lights) * done // all_
+                progress(now - told)
+                told = now
+            values[:, *where] = found.reshape(-1, *tile.shape)
         if self._before is not None and self._find_proposed is not None:
             is_new = np.isin(tile.find_parts(), self._find_proposed(tile))
             self._before[:, *where][:, is_new] = np.nan
@@ -170,7 +181,7 @@ class MeasureSums(Accumulator):
         """Return the sums times the cosine at each receiver's normal, from those of each axis."""
         if self._is_level:
             return free
-        normals = _level(tile.places.normals)
+        normals = level_normals(tile.places.normals)
         axes = free.reshape(-1, 3, *tile.shape)
         return np.einsum("kc...,c...->k...", axes, normals.T.reshape(3, *tile.shape))
 
@@ -192,11 +203,11 @@ class MeasureSums(Accumulator):
             after = self._after[k]
             found[one.name] = (laid.dims, after)
             if self._before is not None:
-                found |= _compare(one, self._before[k], after, laid.dims)
+                found |= compare_measured(one, self._before[k], after, laid.dims)
         return found
 
 
-def _level(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def level_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return unit normals (n, 3), upward where there are none; slopes of plans have any length."""
     missing = np.isnan(normals[:, 0])
     known = np.where(missing[:, None], (0.0, 0.0, 1.0), normals) if missing.any() else normals
@@ -260,7 +271,10 @@ class _Sums:
         return free
 
 
-def _compare(one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]) -> Variables:
+def compare_measured(
+    one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]
+) -> Variables:
+    """Return a quantity before a proposal, what it takes, and the ratio."""
     ratio = np.divide(after, before, out=np.full_like(after, np.nan), where=before > 0)
     return {
         f"{one.name}_before": (dims, before),

@@ -3,7 +3,7 @@ Measures: what a study can be asked, each in one file.
 
     measure.py   what a measure is                  Measure, Quantity, Asked
     hours.py     hours of sun and shadow            sun_hours, shadow_hours
-    sky.py       the sky before a receiver          sky_view_factor, sky_component
+    sky.py       the sky before a receiver          sky_view_factor, sky_component, sky_blocked_by
     probable.py  probable sun of a year             probable_sun_hours, ..._share
     weather.py   a weather file's sun and sky       sunshine_hours, irradiation, irradiation_...
 
@@ -33,6 +33,7 @@ MEASURES: Registry[Measure] = Registry(
         "shadow_hours": f"{_PLACE}.hours:ShadowHours",
         "sky_view_factor": f"{_PLACE}.sky:SkyViewFactor",
         "sky_component": f"{_PLACE}.sky:SkyComponent",
+        "sky_blocked_by": f"{_PLACE}.sky:SkyBlockedBy",
         "probable_sun_hours": f"{_PLACE}.probable:ProbableSunHours",
         "probable_sun_share": f"{_PLACE}.probable:ProbableSunShare",
         "winter_probable_sun_share": f"{_PLACE}.probable:WinterProbableSunShare",

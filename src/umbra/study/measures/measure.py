@@ -43,6 +43,8 @@ class Quantity:
         reverse.
     is_drawn : bool
         Whether it has a map of its own.
+    per : str
+        Dimension ahead of the receivers', such as ``"caster"``; none by default.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Quantity:
     most: float | None = None
     ramp: Literal["light", "loss"] = "light"
     is_drawn: bool = True
+    per: str = ""
 
     @property
     def suffix(self) -> str:
@@ -125,6 +128,8 @@ class Measure(ABC):
         Receivers without a normal are level.
     has_exact : bool
         Whether ``solve`` finds it exactly.
+    by_caster : bool
+        Whether it is the share that each group of casters takes of its lights (``by``, ``who``).
     """
 
     name: ClassVar[str]
@@ -137,6 +142,7 @@ class Measure(ABC):
     includes: ClassVar[tuple[str, ...]] = ()
     follows_normal: ClassVar[bool] = False
     has_exact: ClassVar[bool] = False
+    by_caster: ClassVar[bool] = False
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.lights import Lights, find_directions
-from umbra.study.measures.measure import Asked, Measure
+from umbra.study.measures.measure import Asked, Measure, Quantity
 
-__all__ = ["SkyComponent", "SkyViewFactor"]
-
-_AT_ONCE = 256
-"""Places that are solved at a time: a second or so, in which an interrupt waits."""
+__all__ = ["SkyBlockedBy", "SkyComponent", "SkyViewFactor"]
 
 
 class SkyViewFactor(Measure):
@@ -59,17 +56,12 @@ class SkyViewFactor(Measure):
     def solve(
         self, scene: Any, parts: Sequence[int], places: Any, threads: int
     ) -> list[NDArray[np.float64]]:
-        """Integrate over the outlines of the free sky, some places at a time."""
+        """Integrate over the outlines of the free sky."""
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
         from umbra.sky.points import measure_sky  # noqa: PLC0415
 
         casters, _ = find_sky_casters(scene, parts)
-        found = np.zeros(len(places))
-        for first in range(0, len(found), _AT_ONCE):
-            some = slice(first, first + _AT_ONCE)
-            skies = measure_sky(casters, places.points[some], places.normals[some], threads)
-            found[some] = getattr(skies, self.name)
-        return [found]
+        return [getattr(measure_sky(casters, places.points, places.normals, threads), self.name)]
 
     def derive(self, sums: NDArray, asked: Asked) -> list[NDArray]:
         """Return the sums, at most a free sky's, which sets of patches miss by 1e-4."""
@@ -93,3 +85,36 @@ class SkyComponent(SkyViewFactor):
         directions, angles = find_directions(asked.options.sky_directions)
         weights = angles * (1 + 2 * directions[:, 2]) * (100 * 3 / (7 * math.pi))
         return Lights.of(directions, weights, (self.name,), (self.unit,))
+
+
+class SkyBlockedBy(SkyComponent):
+    """
+    The share of the open sky component that each group of casters takes (``by``, ``who``).
+
+    The nearest caster in a direction takes it. The share is of the receiver's own open sky
+    component, that of its plane without obstacles; with what is free all shares add up to 100 %.
+    """
+
+    name, long_name = "sky_blocked_by", "sky component that the caster takes, of the open plane's"
+    by_caster = True
+    takes = ("by", "who")
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What all casters take, and what each group does."""
+        whole = "sky component that is blocked, of the open plane's"
+        return (
+            Quantity("sky_blocked", self.unit, whole, 100.0, "loss"),
+            Quantity(self.name, self.unit, self.long_name, ramp="loss", per="caster"),
+        )
+
+    def check(self, options: Any) -> None:
+        """Check that there are groups, and no canopies, which take a part of a direction."""
+        super().check(options)
+        if options.by is None and not options.who:
+            msg = "measure sky_blocked_by needs by='part' (or kind, layer) or who='NAME'; give one"
+            raise InputError(msg, option="by")
+        if options.canopy:
+            msg = "sky_blocked_by gives a direction to one caster, not in part to a canopy; leave "
+            msg += "canopy= out"
+            raise InputError(msg, option="canopy")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.folders.atomic import replace_file
+from umbra.scene.grid import Grid
 from umbra.study.measures import Quantity
 from umbra.writers.city.plan import CityPlan
 from umbra.writers.city.result import CityResult
@@ -139,7 +140,11 @@ class _Drawing:
         hatched = np.zeros(shape, np.bool_)
         for tile in missing:
             hatched[_shrink(tile.rows, times), _shrink(tile.cols, times)] = True
-        words: dict[str, Any] = {} if self.told is None else self.told.describe()
+        words: dict[str, Any] = {}
+        if self.told is not None:
+            dx, dy = (times * side for side in result.cell)
+            squares = Grid(float(x[0]), float(y[0]), dx, dy, cols, rows)
+            words = self.told.describe() | {"proposed": self.told.find_proposed(squares)}
         if times > 1:
             drawn = f"drawn as means of {times} x {times} cells"
             words["note"] = " · ".join(filter(None, [words.get("note"), drawn]))

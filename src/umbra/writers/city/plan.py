@@ -17,6 +17,7 @@ from umbra.study import Study
 from umbra.tiles.job import CityJob, Workplace, read_job
 from umbra.tiles.lattice import CityTile
 from umbra.tiles.neighbourhood import Neighbourhood
+from umbra.tiles.proposal import find_proposal
 from umbra.writers.city.result import CityResult, StoredTile
 from umbra.writers.folder.captions import (
     describe_making,
@@ -94,6 +95,16 @@ class CityPlan:
     def has_roofs(self) -> bool:
         """Whether roofs lie over the receivers."""
         return self.place.kind.lies_under_roofs
+
+    def find_proposed(self, squares: Grid) -> NDArray[np.bool_] | None:
+        """Return the squares, in the city's coordinates, below a proposal; None without one."""
+        if not self.job.options.proposed:
+            return None
+        x, y, _ = self.place.origin.tolist()
+        local = replace(squares, x0=squares.x0 - x, y0=squares.y0 - y)
+        soup = find_proposal(self.place)
+        floor = float(soup.vertices[:, 2].min(initial=0.0)) - 1.0
+        return find_surface(soup, local, floor, self.job.threads).face >= 0
 
     def find_roofs(self, tile: StoredTile) -> NDArray[np.float64]:
         """Return the heights of what stands over the ground on a tile's cells, (rows, cols) [m]."""

@@ -239,6 +239,13 @@ class CityResult:
         """Return a variable on a tile."""
         return read_array(self._group, name, (tile.rows, tile.cols))
 
+    def find_sides(self) -> Iterator[NDArray[np.float32]]:
+        """Yield the hours in shadow along the four sides of the plan, one after the other."""
+        for at in (0, self._shape[0] - 1):
+            yield read_array(self._group, "shadow_hours", (at, slice(None)))
+        for at in (0, self._shape[1] - 1):
+            yield read_array(self._group, "shadow_hours", (slice(None), at))
+
     def find_done(self) -> Iterator[StoredTile]:
         """Yield the tiles that are done."""
         return (tile for tile in self.tiles if tile.number in self.marks)

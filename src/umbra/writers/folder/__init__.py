@@ -61,7 +61,8 @@ class Outputs:
     at: Sequence[str] = _pictures(
         "texts",
         "Clock times of the profile, films and outlines: 09:00,12:00,15:00; default: the profile "
-        "shows the ends of all steps, films round times, outlines whole hours.",
+        "shows the ends of all steps (round times of more than four dates), films round times, "
+        "outlines whole hours.",
         default=(),
         metavar="HH:MM,...",
     )

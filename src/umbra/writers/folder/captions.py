@@ -296,7 +296,9 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
     if study.has_hours:
-        notes.append(f"sun as a point source, refraction {facts['refraction']}")
+        radius = facts.get("sun_disc_deg")
+        how = f"as a disc of {radius}\N{DEGREE SIGN} radius" if radius else "as a point source"
+        notes.append(f"sun {how}, refraction {facts['refraction']}")
     chosen, left_out = options.cast, options.no_cast
     casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"
     notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))

@@ -17,6 +17,9 @@ from umbra.writers.plan import Plan, find_map_size
 
 __all__ = ["draw_measures"]
 
+_MOST = 4
+"""Maps of a measure that is told by caster."""
+
 
 def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     """
@@ -69,12 +72,32 @@ def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
     for one in job.study.quantities:
         if not one.is_drawn:
             continue
-        found.append((one, np.asarray(more[one.name][1], np.float32)))
+        values = np.asarray(more[one.name][1], np.float32)
+        if one.per:
+            found += _pick(one, values, np.asarray(more[one.per][1]).tolist())
+            continue
+        if not np.nanmax(np.abs(values), initial=0.0) > 0:
+            job.say(f"note: {one.name} is 0 everywhere; it has no map")
+            continue
+        found.append((one, values))
         lost = more.get(f"{one.name}_lost")
         if lost is not None and np.nanmax(lost[1], initial=0.0) > 0:
             of_loss = one.of_loss(list_few(job.options.proposed))
             found.append((of_loss, np.asarray(lost[1], np.float32)))
     return found
+
+
+def _pick(
+    one: Quantity, values: NDArray[np.float32], names: list[str]
+) -> list[tuple[Quantity, NDArray[np.float32]]]:
+    """Return the groups whose mean is largest, as maps of their own by rank."""
+    known = np.isfinite(values)
+    mean = np.where(known, values, 0.0).reshape(len(values), -1).mean(1)
+    order = [k for k in np.argsort(-mean, kind="stable")[:_MOST] if mean[k] > 0]
+    return [
+        (replace(one, name=f"{one.name}_{n}", long_name=f"{one.long_name}: {names[k]}"), values[k])
+        for n, k in enumerate(order, 1)
+    ]
 
 
 def _draw_points(job: FolderJob) -> list[str]:

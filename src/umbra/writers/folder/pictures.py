@@ -65,6 +65,7 @@ __all__ = [
 _MATTERS = 0.5  # hours lost that the picture must include, at any distance
 MOST_DAYS = 4
 """Most dates that also get separate pictures."""
+_MOST_STAMPS = 12  # of each date on a sheet of many small maps
 TILT = 35
 _ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
@@ -199,17 +200,21 @@ def _make_map(
 def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
     """Draw the profile, with a map for each of several dates."""
     study, plan = job.study, sheets.plan
-    steps = [choose_stamps(each, job.outputs.at) for each in study.period.steps]
+    most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
+    steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
         view = refine_preview(study, sheets.preview, steps=steps[0])
         _draw_profile(job, "profile.png", describe_smooth(plan, study, view), [(0, steps[0], view)])
         return
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
-    views = []
+    views: list[tuple[int, Stamps, Preview]] = []
+    coarse: Preview | None = None
+    fine: Preview | None = None
     for k in shown:
-        view = make_preview(study, longest, steps[k])
-        views.append((k, steps[k], refine_preview(study, view, longest, steps[k])))
+        coarse = make_preview(study, longest, steps[k], like=coarse)
+        fine = refine_preview(study, coarse, longest, steps[k], like=fine)
+        views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
 
@@ -218,14 +223,16 @@ def _draw_each_date(job: FolderJob, sheets: Sheets) -> list[str]:
     """Draw the hours and the profile of each of a few dates; return the names of the files."""
     study, dates = job.study, split_dates(job.study)
     names: list[str] = []
+    of_day = view = sheets.preview
     if not 1 < len(dates) <= MOST_DAYS:
         return names
     for k, (day, one) in enumerate(zip(study.period.days, dates, strict=True)):
         stamps = choose_stamps(study.period.steps[k], job.outputs.at)
-        of_day = sheets.preview if k == 0 else make_preview(study, steps=stamps)
+        if k > 0:
+            of_day = make_preview(study, steps=stamps, like=of_day)
         own = describe(job, of_day, range(k, k + 1))
         own = replace(own, appearance=sheets.plan.appearance)
-        view = refine_preview(study, of_day, steps=stamps)
+        view = refine_preview(study, of_day, steps=stamps, like=view)
         smooth = describe_smooth(own, study, view)
         _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
         _draw_hours(job, f"hours_{day}.png", own, [one])

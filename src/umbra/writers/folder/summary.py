@@ -10,6 +10,9 @@ from umbra.sun import find_daylight
 
 __all__ = ["sum_up", "tell_measures"]
 
+_MOST = 4
+"""Casters that a line tells."""
+
 
 def sum_up(study: Study) -> dict[str, Any]:
     """
@@ -53,6 +56,11 @@ def tell_measures(study: Study) -> list[str]:
     counted, lines = study.kind.find_counted(study), []
     for one in study.quantities:
         figures = _find_figures(study, one)
+        if one.per and "of" in figures:
+            takers = sorted(figures["of"].items(), key=lambda item: -item[1])[:_MOST]
+            shown = ", ".join(f"{name} {one.show(mean)}" for name, mean in takers)
+            lines.append(f"{one.long_name}, in the mean: {shown}")
+            continue
         if counted is None or figures["mean"] is None:
             continue
         mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
@@ -81,6 +89,10 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
     figures: dict[str, Any] = {"unit": one.unit, "mean": None, "least": None, "most": None}
     if counted is None or not counted.which.any():
         return figures
+    if one.per:
+        names = np.asarray(study.more[one.per][1]).tolist()
+        each = {name: counted.average(row) for name, row in zip(names, values, strict=True)}
+        return {"unit": one.unit, "of": each}
     known = values[counted.which]
     least, most = float(known.min()), float(known.max())
     return {**figures, "mean": counted.average(values), "least": least, "most": most}

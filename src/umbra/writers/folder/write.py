@@ -12,9 +12,9 @@ import numpy as np
 from umbra.errors import InputError, write_for_shell
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
-from umbra.receivers.layout import LONGEST_SHADOW
 from umbra.receivers.standing import name_holders
 from umbra.study import Study, StudyOptions
+from umbra.study.remarks import tell_long_shadows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.areas import write_area_table
 from umbra.writers.folder.captions import name_files
@@ -42,8 +42,6 @@ RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 LISTING = ".umbra-files"
 """Names of the files in a folder that are of no usual name."""
 _LONGEST = 1 << 20  # that is read of it [byte]
-_CUT = 0.25
-"""Time in shadow at the edge of a plan from which the cut is told [h]."""
 _MOST_DARK = 1000
 """Points without sun that are looked for in bodies."""
 _FRONT = 0.01
@@ -233,13 +231,8 @@ def _tell_facts(job: FolderJob) -> None:
 def note_cut(job: FolderJob) -> None:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     hours = job.study.shadow_hours
-    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
-    if most >= _CUT:
-        job.say(
-            f"note: the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is "
-            f"high; longer ones are cut at its edge, where they last up to {most:.1f} h; extent= "
-            "shows more"
-        )
+    for told in tell_long_shadows((hours[0], hours[-1], hours[:, 0], hours[:, -1])):
+        job.say(f"note: {told}")
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
@@ -272,7 +265,11 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
-    formats = Job(study, job.folder, title, job.say, job.show, outputs.at, job.failures)
+    options = job.options
+    formats = Job(
+        study, job.folder, title, job.say, job.show, outputs.at, job.failures, options.cast,
+        options.no_cast,
+    )  # fmt: skip
     names = own + write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:

@@ -54,8 +54,12 @@ def find_facts(
         ),
         (
             "The sun",
-            "a point source at the centre of its disc, by NREL's Solar Position Algorithm "
-            "(to 0.0003°), "
+            (
+                f"a disc of {study.facts['sun_disc_deg']}° radius, by the share that is seen, "
+                if "sun_disc_deg" in study.facts
+                else "a point source at the centre of its disc, "
+            )
+            + "by NREL's Solar Position Algorithm (to 0.0003°), "
             + (
                 "raised by refraction in air of 12 °C and 1010 hPa at sea level"
                 if study.refraction == "standard"

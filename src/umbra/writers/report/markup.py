@@ -45,6 +45,7 @@ class Table:
     pins: Sequence[Pin] = ()  # marked on a plan
 
 
+_MANY = 6  # columns that fit beside each other on a phone
 _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column
 
 
@@ -94,6 +95,8 @@ def make_table(table: Table) -> str:
     marks = ["number" if is_number else "" for is_number in numeric]
     places = [_count_decimals([row[k] for row in table.rows]) for k in range(len(table.columns))]
 
+    many = len(table.columns) > _MANY
+
     def cell(value: object, mark: str, decimals: int) -> str:
         shown = "" if value is None else str(value)
         if isinstance(value, int | float):
@@ -107,11 +110,16 @@ def make_table(table: Table) -> str:
 
     def line(n: int, row: Sequence[object]) -> str:
         cells = list(map(cell, row, marks, places))
+        if many:
+            pairs = zip(cells, table.columns, strict=True)
+            cells = [td.replace("<td", f'<td data-of="{text(of)}"', 1) for td, of in pairs]
         if not table.kind or table.index[n] is None:
             return f"<tr>{''.join(cells)}</tr>"
         words = str(row[table.link])
         name = f'<button type="button" class="goto">{text(words)}</button>'
-        cells[table.link] = f'<td class="{"short" if len(words) <= _NAME else ""}">{name}</td>'
+        of = f' data-of="{text(table.columns[table.link])}"' if many else ""
+        short = "short" if len(words) <= _NAME else ""
+        cells[table.link] = f'<td{of} class="{short}">{name}</td>'
         return f'<tr data-kind="{table.kind}" data-index="{table.index[n]}">{"".join(cells)}</tr>'
 
     head = "".join(
@@ -122,7 +130,8 @@ def make_table(table: Table) -> str:
     note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
     return (
         f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n{_begin_wide(table.title)}'
-        f"<table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}\n</section>"
+        f'<table class="{"many" if many else ""}"><thead><tr>{head}</tr></thead>\n'
+        f"<tbody>{body}</tbody></table></div>{note}\n</section>"
     )
 
 

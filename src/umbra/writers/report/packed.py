@@ -10,7 +10,7 @@ from umbra.study import Study
 from umbra.study.timeline import Instants
 from umbra.sun.clock import Stamps
 from umbra.writers.packing import pack
-from umbra.writers.pixels import shade_ramp
+from umbra.writers.pixels import NO_SUN, shade_ramp
 
 __all__ = [
     "make_common_data",
@@ -31,6 +31,7 @@ def make_common_data(
         "steps": _make_steps(study.period, instants.which, instants.last),
         **_pack_instants(instants, study.sun.is_up, kept),
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
+        "no_sun": np.rint(np.array(NO_SUN) * 255).astype(int).tolist(),
     }
 
 

@@ -96,5 +96,8 @@ const makeMasks = async (count) => {
 
 const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
 const NO_HOURS = color(226, 226, 231);  // of a night
+const NO_SUN = color(...data.no_sun);
+const ROUNDING = 1e-3;  // of hours
 const colorOf = (hours, most) =>
-  most > 0 ? rampColors[Math.min(ramp.length - 1, Math.round((hours / most) * (ramp.length - 1)))] : NO_HOURS;
+  most > 0 && hours >= most - ROUNDING ? NO_SUN
+    : most > 0 ? rampColors[Math.min(ramp.length - 1, Math.round((hours / most) * (ramp.length - 1)))] : NO_HOURS;

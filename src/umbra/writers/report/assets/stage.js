@@ -102,7 +102,7 @@ const makeStage = (picture) => {
     // For who listens: one short line, of the last of many moves.
     clearTimeout(speaking);
     speaking = setTimeout(() => {
-      $("said").textContent = `${picture.where(receiver)}: ${$("in-sun").textContent} of sun, ${$("in-shadow").textContent} of shadow${which}`;
+      $("said").textContent = `${picture.where(receiver)}: ${$("in-sun").textContent} of sun${$("of-up").textContent}, ${$("in-shadow").textContent} of shadow${which}`;
     }, 500);
   };
   picture.listen({ hover, pick, draw, view });
@@ -138,6 +138,7 @@ const makeStage = (picture) => {
   const strip = $("ramp").getContext("2d");
   $("ramp").width = ramp.length;
   ramp.forEach(([r, g, b], i) => { strip.fillStyle = `rgb(${r},${g},${b})`; strip.fillRect(i, 0, 1, 1); });
+  $("no-sun").style.background = `rgb(${data.no_sun})`;
   days.forEach((d, k) => chooser.add(new Option(d.day, k)));
   chooser.hidden = days.length < 2;
   for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;

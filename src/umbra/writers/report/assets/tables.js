@@ -60,6 +60,10 @@ const dress = (section, onRow) => {
   });
   field.addEventListener("input", choose);
   more.addEventListener("click", () => { shown += STEP; lay(); });
+  // Paper has no button for more rows.
+  let before = shown;
+  addEventListener("beforeprint", () => { before = shown; shown = kept.length; lay(); });
+  addEventListener("afterprint", () => { shown = before; lay(); });
   if (rows.length > 8) table.parentElement.before(bar);
   table.parentElement.after(more);
   if (onRow) body.addEventListener("click", (event) => {

@@ -22,6 +22,8 @@ const findSpells = (kindOf, receiver, first, last) => {
 const tellSum = (picture) =>
   days.length > 1 ? `, sum of ${picture.hours ? data.days.length : days.length} dates` : "";
 
+const labelOf = (id) => $(id).closest("div").querySelector("dt");
+
 // Of several dates the one that is chosen; their sum only while the picture shows it.
 const showFigures = (picture, receiver, view) => {
   const isSum = days.length > 1 && view.mode === "hours", isOne = days.length > 1 && !isSum;
@@ -41,6 +43,7 @@ const showFigures = (picture, receiver, view) => {
   const tell = (i, text) => (isOne ? text : withDay(i, text));
   $("where").textContent = picture.where(receiver);
   $("in-sun").textContent = say(found.sun);
+  $("of-up").textContent = ` of ${say(upHere)}`;
   $("in-shadow").textContent = say(found.shadow);
   $("behind").textContent = say(found.behind);
   $("first").textContent = first ? tell(first.from, startOf(first.from)) : "none";
@@ -53,8 +56,8 @@ const showFigures = (picture, receiver, view) => {
     ? `${data.behind ? "In unweakened sun" : "In the sun"} ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
     : !isThere ? "" : upHere ? `No ${data.behind ? "unweakened " : ""}sun ${isOne ? "on this date" : "in this period"}.` : "The sun stays below the horizon.";
   const which = isSum ? tellSum(picture) : isOne ? ` on ${day}` : "";
-  $("in-sun").previousElementSibling.textContent = `sun${which}, of ${say(upHere)}`;
-  $("in-shadow").previousElementSibling.textContent = "shadow" + which;
+  labelOf("in-sun").textContent = "sun" + which;
+  labelOf("in-shadow").textContent = "shadow" + which;
   return which;
 };
 

@@ -1,0 +1,124 @@
+"""Hours weighed by the share of the sun's disc that each receiver sees, and its contacts."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.lights import Lights
+from umbra.rays.sun_disc import find_free_disc
+from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.hours import HourSums
+from umbra.study.loop import TileRun
+from umbra.sun import find_sun
+
+__all__ = ["RADIUS", "DiscHours"]
+
+RADIUS = 0.2666
+"""Of the sun's disc, its mean through the year [degrees]."""
+_AT_ONCE = 8
+_CLOSE = 1_000_000  # to which contacts are solved [us]
+_SOME = 65_536  # receivers whose contacts are solved at a time
+_NEVER = np.iinfo(np.int64).min
+
+
+class DiscHours(HourSums):
+    """
+    Accumulator of hours in shadow, each step by the share of the disc that is hidden.
+
+    And of the first and the last contact: when a part of the disc first appears, and when the last
+    of it goes, of all dates together. Between two steps without any sun none is found.
+
+    Parameters
+    ----------
+    arrays : ResultArrays
+        Written to.
+    """
+
+    def __init__(self, arrays: ResultArrays) -> None:
+        super().__init__(arrays)
+        self._contacts = np.full((2, *arrays.shape), _NEVER)
+
+    def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
+        """Add up the hours, and solve the contacts."""
+        count = len(run.tiles[0].places.points)
+        self._first, self._last = (np.full((2, count), _NEVER) for _ in range(2))
+        super().add_sums(run, lights, progress)
+        where = run.where if isinstance(run.where, tuple) else (run.where,)
+        for k, found in enumerate((self._first, self._last)):
+            solved = self._solve(run.tiles[0], *found)
+            self._contacts[k, *where] = solved.reshape(run.shape)
+
+    def _add_groups(
+        self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
+        progress: Callable[[int], object],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
+        """Return the hours of hidden parts of the disc; canopies have none."""
+        places, casting = run.tiles[0].places, run.tiles[0].casting
+        hours = np.zeros(len(places.points))
+        directions = np.ascontiguousarray(lights.directions[:, :3])
+        middles = (lights.starts + lights.ends) // 2
+        joined = np.append(lights.starts[1:] == lights.ends[:-1], False)
+        after = np.where(joined, np.append(middles[1:], 0), lights.ends)
+        before = np.where(np.roll(joined, 1), np.roll(middles, 1), lights.starts)
+        for first in range(0, len(lights), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            free = find_free_disc(
+                run.tiles[0].tree, places.points, places.normals, directions[some][:, None],
+                RADIUS, casting.threads,
+            )  # fmt: skip
+            hours += lights.weights[some, 0] @ (1 - free)
+            for k, seen in enumerate(free > 0, first):
+                begins = seen & (self._first[1] == _NEVER)
+                self._first[:, begins] = np.array([[before[k]], [middles[k]]])
+                self._last[:, seen] = np.array([[after[k]], [middles[k]]])
+            progress(len(free))
+        return hours.reshape(run.shape).astype(np.float32), np.zeros(run.shape, np.float32)
+
+    def _solve(
+        self, tile: Tile, dark: NDArray[np.int64], lit: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """
+        Return when the disc appears or goes between two times of each receiver, (n,) [us].
+
+        A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there.
+        """
+        found = lit.copy()
+        which = np.flatnonzero(lit != _NEVER)
+        for first in range(0, len(which), _SOME):
+            some = which[first : first + _SOME]
+            low, high = dark[some], lit[some]
+            is_lit = self._is_seen(tile, some, low)
+            high = np.where(is_lit, low, high)
+            while len(some) and np.abs(high - low).max() > _CLOSE:
+                middle = (low + high) // 2
+                is_lit = self._is_seen(tile, some, middle)
+                low, high = np.where(is_lit, low, middle), np.where(is_lit, middle, high)
+            found[some] = high
+        return found
+
+    def _is_seen(
+        self, tile: Tile, some: NDArray[np.intp], times: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Return whether receivers see a part of the disc, each at its time."""
+        period = self.arrays.period
+        sun = find_sun(period.site, times.view("datetime64[us]"), refraction=period.refraction)
+        share = find_free_disc(
+            tile.tree, tile.places.points[some], tile.places.normals[some], sun.direction[None],
+            RADIUS, tile.casting.threads,
+        )  # fmt: skip
+        return share[0] > 0
+
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Blank the contacts where nothing receives."""
+        self._contacts[:, nothing] = _NEVER
+
+    def variables(self, laid: Receivers) -> Variables:
+        """Return the contacts."""
+        times: Any = self._contacts.view("datetime64[us]")
+        return {
+            "first_contact": (laid.dims, times[0]),
+            "last_contact": (laid.dims, times[1]),
+        }

@@ -1,0 +1,118 @@
+"""The free share of the sun's disc: closed forms, and many rays."""
+
+import numpy as np
+import pytest
+from support.shapes import box, duplicated, merge, rewound, sheet, soup
+
+from umbra.rays.face_tree import make_face_tree
+from umbra.rays.hidden import find_hidden
+from umbra.rays.sun_disc import find_free_disc
+from umbra.volume.adjacency import make_caster
+
+RADIUS = 0.2666
+NONE = np.full((1, 3), np.nan)
+
+
+def find(mesh, toward, point=(0.0, 0.0, 0.0), normal=None, radius=RADIUS):
+    normals = NONE if normal is None else np.array([normal], float)
+    tree = make_face_tree(make_caster(*mesh))
+    toward = np.asarray(toward, float) / np.linalg.norm(toward)
+    return find_free_disc(tree, np.array([point]), normals, toward[None, None], radius)[0, 0]
+
+
+def segment(height):
+    """The share of a disc above a level line, in radii over its middle."""
+    return (np.arccos(height) - height * np.sqrt(1 - height**2)) / np.pi
+
+
+@pytest.mark.parametrize(
+    "change", [lambda mesh: mesh, rewound, lambda mesh: duplicated(mesh, [0, 1])]
+)
+@pytest.mark.parametrize("height", [-1.2, -0.9, -0.3, 0.0, 0.5, 0.99, 1.3])
+def test_half_hidden_by_a_wall(change, height):
+    """A roof's edge before the sun in the zenith: whichever way it runs, it cuts a segment."""
+    at, r = 10.0, np.tan(np.radians(RADIUS))
+    for turn in (0.0, 0.4, np.pi / 2):
+        x, y = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+        edge = height * r * at
+        plan = [a * 5 * x + b * y for a, b in ((-1, -5), (1, -5), (1, edge), (-1, edge))]
+        share = find(change(sheet([(*p, at) for p in plan])), (0, 0, 1))
+        expected = 1.0 if height < -1 else 0.0 if height > 1 else segment(height)
+        assert share == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_pole_thinner_than_the_disc():
+    r = np.tan(np.radians(RADIUS)) * 100 * np.hypot(1, 0.05)
+    half = 0.1 * r
+    pole = sheet([(-half, 100, -50), (half, 100, -50), (half, 100, 50), (-half, 100, 50)])
+    share = find(pole, (0, 1, 0.05))
+    hidden = 1 - 2 * segment(0.1)
+    assert share == pytest.approx(1 - hidden, abs=1e-5)
+
+
+def test_the_horizon_and_the_own_surface_hide():
+    far = sheet([(500, 500, 500), (501, 500, 500), (501, 501, 500), (500, 501, 500)])
+    assert find(far, (0, 1, 0)) == pytest.approx(0.5, abs=1e-9)
+    assert find(far, (0, 1, 1), normal=(0, 1, -1)) == pytest.approx(0.5, abs=1e-9)
+    assert find(far, (0, 1, 1), normal=(0, -1, 0)) == 0.0
+    assert find(far, (0, 1, 1), normal=(0, 1, 0)) == 1.0
+    assert find(far, (0, 1, -1)) == 0.0
+
+
+def judge(tree, points, normals, toward, n=10_000, radius=RADIUS):
+    """By rays on a spiral over the disc."""
+    k = np.arange(n)
+    away = np.tan(np.radians(radius)) * np.sqrt((k + 0.5) / n)
+    turn = k * np.pi * (3 - 5**0.5)
+    e = np.array([0.0, 0, 1]) if abs(toward[2]) < 0.9 else np.array([1.0, 0, 0])
+    u = np.cross(e, toward)
+    u /= np.linalg.norm(u)
+    v = np.cross(toward, u)
+    rays = toward + (away * np.cos(turn))[:, None] * u + (away * np.sin(turn))[:, None] * v
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    return 1 - find_hidden(tree, points, normals, rays).mean(0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_soups_and_towns_by_rays(seed):
+    rng = np.random.default_rng(seed)
+    if seed % 2:
+        corners = rng.uniform(-30, 30, (60, 2))
+        tops = rng.uniform(2, 20, 60)
+        mesh = merge(*(box((*a, 0), (*(a + 4), t)) for a, t in zip(corners, tops)))
+        points = np.column_stack([rng.uniform(-30, 30, (400, 2)), np.full(400, 0.01)])
+        normals = np.tile([0.0, 0, 1], (400, 1))
+    else:
+        mesh = soup(rng, 300)
+        points, normals = rng.uniform(-4, 4, (400, 3)), np.full((400, 3), np.nan)
+    tree = make_face_tree(make_caster(*mesh))
+    toward = np.array([0.5, -0.6, 0.35])
+    toward /= np.linalg.norm(toward)
+    radius = 3.0  # so that many places see a part of it
+    found = find_free_disc(tree, points, normals, toward[None, None], radius)[0]
+    rays = judge(tree, points, normals, toward, radius=radius)
+    assert ((found > 0.01) & (found < 0.99)).sum() > 15
+    assert np.abs(found - rays).max() < 2e-3
+    assert np.abs(found - rays).mean() < 3e-4
+
+
+def test_a_thicket_is_judged_by_rays():
+    rng = np.random.default_rng(5)
+    leaves = rng.normal(size=(3000, 1, 3)) * 0.5 + rng.normal(size=(3000, 3, 3)) * 0.05
+    vertices = leaves.reshape(-1, 3) + [0, 40, 20]
+    mesh = vertices, np.arange(9000, dtype=np.int32).reshape(-1, 3)
+    tree = make_face_tree(make_caster(*mesh))
+    toward = np.array([0, 40, 20.0]) / np.hypot(40, 20)
+    found = find_free_disc(tree, np.zeros((1, 3)), NONE, toward[None, None], 1.0)[0]
+    rays = judge(tree, np.zeros((1, 3)), NONE, toward, 40_000, 1.0)
+    assert 0.02 < rays[0] < 0.9
+    assert found[0] == pytest.approx(rays[0], abs=5e-3)
+
+
+def test_each_point_has_its_own_direction():
+    mesh = sheet([(-5, -5, 10), (5, -5, 10), (5, 0, 10), (-5, 0, 10)])
+    tree = make_face_tree(make_caster(*mesh))
+    points = np.zeros((2, 3))
+    toward = np.array([[[0, 0.3, 1], [0, -0.3, 1.0]]]) / np.hypot(0.3, 1)
+    found = find_free_disc(tree, points, np.full((2, 3), np.nan), toward, RADIUS)
+    assert found.tolist() == [[1.0, 0.0]]

@@ -1,0 +1,80 @@
+"""Hours by the share of the sun's disc that is seen, and its contacts."""
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+import umbra
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part, make_scene
+
+SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A wall that ends in the south, and a mast before it."""
+    boxes = {"wall": ((-900, -41, 0), (0, -40, 400)), "mast": ((8, -30, 0), (8.2, -29.8, 40))}
+    return make_scene([Part(name, "", Mesh(*box(*corners))) for name, corners in boxes.items()])
+
+
+def ask(scene, **options):
+    given = {"date": "2026-03-21", "start": "08:00", "end": "16:00", "receivers": "ground",
+             "ground": 0.0, "extent": (-10, -20, 10, 0), "cell": 4.0}  # fmt: skip
+    return umbra.shadow_study(scene, SITE, **given | options).dataset
+
+
+def test_hours_are_those_of_the_middle_but_for_the_rim(scene):
+    disc, middle = ask(scene, disc=True, every="1min"), ask(scene, every="1min")
+    assert float(np.abs(disc.sun_hours - middle.sun_hours).max()) < 0.1
+    assert float(np.abs(disc.sun_hours - middle.sun_hours).max()) > 1e-4
+    assert np.allclose(disc.sun_hours + disc.shadow_hours, 8, atol=1e-5)
+    assert disc.attrs["sun_disc_deg"] == 0.2666
+
+
+def test_contacts_are_the_radius_before_the_middle(scene):
+    """The sun comes out behind an upright edge: its rim leads by the radius over its speed."""
+    point = {"receivers": "points", "points": [[0.0, 0.0, 0.0]], "extent": None, "cell": None,
+             "ground": None}  # fmt: skip
+    no_mast = {**point, "no_cast": ["mast"]}
+    disc = ask(scene, disc=True, **no_mast)
+    exact = ask(scene, spells=True, exact=True, **no_mast)
+
+    def seconds(value):
+        return value.values.astype("datetime64[us]").astype(np.int64)[0] / 1e6
+
+    gone = seconds(exact.last_sun)
+    when = np.array([gone * 1e6], np.int64).view("datetime64[us]")
+    one, two = (umbra.find_sun(SITE, when + np.timedelta64(60 * k, "s")) for k in (0, 1))
+    # Across the upright edge's plane, in degrees a second.
+    normal = np.array([1.0, 0.0, 0.0])
+    speed = (
+        abs(np.degrees(np.arcsin(two.direction[0] @ normal) - np.arcsin(one.direction[0] @ normal)))
+        / 60
+    )
+    wanted = 0.2666 / speed
+    assert seconds(disc.last_contact) - gone == pytest.approx(wanted, abs=3)
+    assert disc.first_contact.values[0] == np.datetime64(
+        "2026-03-21T07:00:00"
+    )  # in the sun at once
+
+
+def test_each_date_has_its_hours(scene):
+    disc = ask(scene, disc=True, date=["2026-03-21", "2026-12-21"], every="30min")
+    assert np.allclose(disc.shadow_hours_by_day.sum("day"), disc.shadow_hours, atol=1e-4)
+
+
+def test_what_sees_no_sun_has_no_contact(scene):
+    points = [[-30, -39.9, 1, 0, 1, 0], [4, 0, 0, 0, -1, 0]]
+    disc = ask(scene, disc=True, every="30min", receivers="points", points=points, extent=None,
+               cell=None, ground=None)  # fmt: skip
+    assert np.isnat(disc.first_contact.values).tolist() == [True, False]
+    assert np.isnat(disc.last_contact.values).tolist() == [True, False]
+    assert disc.sun_hours.values[0] == 0
+
+
+@pytest.mark.parametrize("other", [{"spells": True}, {"by": "part"}, {"exact": True}])
+def test_what_is_of_the_middle_is_refused(scene, other):
+    with pytest.raises(InputError) as caught:
+        ask(scene, disc=True, **other)
+    assert caught.value.option == "disc"

@@ -1,0 +1,89 @@
+"""Reports on paper and on a phone: no row, column or picture is lost."""
+
+import base64
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.pages import READY
+from support.shapes import box, moved
+
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import run_study
+from umbra.sun import Site
+from umbra.writers.pixels import write_png
+from umbra.writers.plan import Plan
+from umbra.writers.report import Table, write_report
+
+SITE = Site(48.2, 16.37, "Europe/Vienna")
+COLUMNS = tuple(f"column {k}" for k in range(8))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    """A report with a table of 8 columns and 60 rows, and a picture taller than a page."""
+    parts = {
+        "tower": box((0, 0, 0), (4, 4, 9)),
+        "shed": moved(box((0, 0, 0), (3, 3, 2)), (8, 5, 0)),
+    }
+    scene = make_scene([Part(name, "", Mesh(*mesh)) for name, mesh in parts.items()])
+    study = run_study(
+        scene, SITE, date="2026-03-21", every="2h", cell=1.0, proposed=["tower"], masks=True
+    )
+    folder = tmp_path_factory.mktemp("paper")
+    write_png(folder / "tall.png", np.full((3000, 600, 3), 80, np.uint8))
+    rows = [tuple(f"cell {row}-{k}" for k in range(8)) for row in range(60)]
+    plan = Plan(study.x, study.y, (study.heights - study.ground).astype(np.float32), title="Paper")
+    path = folder / "report.html"
+    write_report(
+        path, study, plan, [("Tall", folder / "tall.png")],
+        tables=[Table("Many", COLUMNS, rows)],
+    )  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(("width", "height"), [(8.27, 11.69), (16.54, 11.69)])
+def test_paper_has_all_rows_columns_and_pictures(page, report, width, height):
+    page.open(report, READY)
+    page.send("Emulation.setEmulatedMedia", media="print")
+    page.resize(round(width * 96), round(height * 96))
+    page.ask("dispatchEvent(new Event('beforeprint'))")
+    rows = "document.querySelector('.sortable tbody').rows"
+    assert page.ask(f"{rows}.length") == 60
+    right = (
+        f"Math.max(...[...{rows}].map((row) => row.lastElementChild.getBoundingClientRect().right))"
+    )
+    assert page.ask(right) <= round(width * 96)
+    tall = "document.querySelector('figure img').getBoundingClientRect().height"
+    assert 100 < page.ask(tall) <= 0.9 * height * 96
+    boxes = "[...document.querySelectorAll('*')].filter((e) => e.clientHeight && "
+    boxes += "/auto|scroll/.test(getComputedStyle(e).overflow)).length"
+    assert page.ask(boxes) == 0  # nothing that scrolls
+    page.ask("dispatchEvent(new Event('afterprint'))")
+    assert page.ask(f"{rows}.length") == 25
+
+
+def test_a_pdf_holds_the_picture_of_the_plan(page, report):
+    page.open(report, READY)
+    page.send("Emulation.setEmulatedMedia", media="print")
+    page.ask("dispatchEvent(new Event('beforeprint'))")
+    page.wait("document.getElementById('paper').naturalWidth > 100")
+    address = page.ask("document.getElementById('paper').src")
+    picture = Image.open(io.BytesIO(base64.b64decode(address.partition(",")[2])))
+    assert (
+        len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 3
+    )  # not an empty canvas
+    pdf = base64.b64decode(page.send("Page.printToPDF")["data"])
+    assert pdf.startswith(b"%PDF")
+
+
+def test_on_a_phone_rows_of_many_columns_become_lists(page, report):
+    page.resize(390, 844, is_phone=True)
+    page.open(report, READY)
+    assert page.ask("document.documentElement.scrollWidth") <= 390
+    wide = "(t => [t.scrollWidth, t.parentElement.clientWidth])(document.querySelector('.many'))"
+    assert np.diff(page.ask(wide)) >= 0
+    cells = page.ask("[...document.querySelector('.many tbody tr').cells].map((c) => c.dataset.of)")
+    assert cells == list(COLUMNS)
+    assert page.ask("getComputedStyle(document.querySelector('.many td')).display") == "flex"

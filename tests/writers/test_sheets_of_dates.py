@@ -1,0 +1,60 @@
+"""Sheets of several dates share what no date changes, and small maps show few clock times."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.days import parts
+from support.shapes import box
+
+from umbra.receivers.seen import ViewModel
+from umbra.study import StudyOptions, make_preview, run
+from umbra.sun import Site
+from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.pictures import draw_surfaces, look_at_surfaces
+
+SITE = Site(48.2, 16.37, "Europe/Vienna")
+DAYS = ["2026-03-21", "2026-04-21", "2026-05-21", "2026-06-21", "2026-07-21"]
+
+
+def draw(dates, every="15min"):
+    """Return the profiles' maps of a study of surfaces, by the file's name."""
+    drawn = {}
+    painter = SimpleNamespace(
+        draw_profile=lambda path, _plan, maps, **_: drawn.setdefault(path.name, maps),
+        draw_hours=lambda *_, **__: None,
+    )
+    scene = parts(tower=box((0, 0, 0), (4, 4, 9)), house=box((10, 0, 0), (18, 6, 5)))
+    options = StudyOptions(receivers="surfaces", spacing=1.0, date=dates, every=every)
+    study = run(scene, SITE, options)
+    job = FolderJob(study, Path(), Outputs(), options, painter, lambda _: None)
+    draw_surfaces(look_at_surfaces(job))
+    return drawn
+
+
+def test_the_view_is_looked_at_once_for_all_dates_of_one_size(monkeypatch):
+    looked, look = [], ViewModel.look
+    monkeypatch.setattr(ViewModel, "look", lambda *args: looked.append(args[1].size) or look(*args))
+    draw(DAYS[:3])
+    assert len(looked) == len(set(looked)) + 1  # the receivers, and each size of the pictures
+
+
+def test_shared_cells_change_no_shadow():
+    scene = parts(tower=box((0, 0, 0), (4, 4, 9)))
+    options = StudyOptions(receivers="215/35", date=DAYS[:2], every="1h", cell=0.5)
+    study = run(scene, SITE, options)
+    first = make_preview(study)
+    first.shadows  # noqa: B018 - counted by the same counter before
+    second = make_preview(study, steps=study.period.steps[1], like=first)
+    assert second.cells is first.cells
+    fresh = make_preview(study, steps=study.period.steps[1])
+    np.testing.assert_array_equal(second.shadows, fresh.shadows)
+    assert (second.shadows != first.shadows).any()
+    assert make_preview(study, 10, like=first).cells is not first.cells
+
+
+@pytest.mark.parametrize(("dates", "count"), [(DAYS[:4], 33), (DAYS, 9)])
+def test_more_than_four_dates_show_round_times(dates, count):
+    maps = draw(dates)["profile.png"]
+    assert [len(one.labels) for one in maps] == [count] * len(dates)
