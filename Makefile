@@ -133,9 +133,10 @@ pictures: study
 	$(PY) examples/count_in_a_frame.py $(OUT)
 	$(PY) examples/hall.py $(OUT)
 	$(PY) examples/three_cases.py $(OUT)
+	$(PY) examples/frame_by_pass.py $(OUT)
 	$(PY) examples/soft_shadows.py $(OUT) --samples 1024
 	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
-	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png \
+	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/frame_by_pass.png $(OUT)/table.png $(OUT)/table_count.png \
 	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png $(OUT)/sheet/sheet.png $(OUT)/above.png \
 	  $(OUT)/seasons.png $(OUT)/tower/hours_lost.png $(OUT)/envelope/envelope.png docs/pictures
 	$(UMBRA) view $(BLOCK) --date 2026-03-21 --proposed Tower --out $(OUT)/scene.html

@@ -1,6 +1,7 @@
 """What memory there is: the least of the machine's, the control groups' and the process's own."""
 
 import math
+import os
 import subprocess
 import sys
 
@@ -78,17 +79,6 @@ def test_the_process_own_limits_count(name):
     assert 1e9 < float(done.stdout) <= 3e9
 
 
-LAYER = """
-import umbra.machine, numba
-@numba.njit(parallel=True)
-def count(n):
-    total = 0
-    for k in numba.prange(n):
-        total += k
-    return total
-count(8)
-print(numba.threading_layer())
-"""
 LOAD = """
 import sys
 from umbra.machine import load_compiler
@@ -137,6 +127,26 @@ assert numba.njit(lambda n: np.linalg.det(np.eye(n)))(2) == 1  # now the compile
 """
 
 
+FIRST = """
+import numpy as np
+from umbra.volume.half_edges import sort
+import umbra.kernels
+for _ in range(2):
+    print(sort(np.array([2, 1], np.int32), np.arange(2, dtype=np.int32)))
+"""
+
+
+def test_a_session_of_python_tells_once_that_it_compiles(tmp_path):
+    told = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    lines = [
+        subprocess.run(
+            [sys.executable, "-c", FIRST], env=told, capture_output=True, text=True, check=True
+        ).stderr.splitlines()
+        for _ in range(2)
+    ]
+    assert lines == [[f"umbra: {machine.FIRST_RUN}"], []]
+
+
 def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):
     (tmp_path / "kernels.py").write_text(KERNELS)
     told = [
@@ -146,16 +156,3 @@ def test_compiled_kernels_load_without_what_the_compiler_knows(tmp_path):
         for _ in range(2)
     ]
     assert told == ["14.0\nTrue\n", "14.0\nFalse\n"]
-
-
-def test_threads_by_tbb_are_found_in_another_environment_too(tmp_path):
-    if (
-        "TBB"
-        not in subprocess.run(
-            [sys.executable, "-c", LAYER], capture_output=True, text=True, check=True
-        ).stdout.upper()
-    ):
-        pytest.skip("oneTBB is not installed")
-    code = f"import sys; sys.prefix = {str(tmp_path)!r}\n{LAYER}"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "tbb"

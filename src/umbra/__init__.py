@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from umbra.calls.envelope import envelope
     from umbra.calls.part_height import part_height
     from umbra.calls.picture import Picture, render
+    from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
@@ -84,6 +85,7 @@ _HOMES = {
     "part_height": "umbra.calls.part_height",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
+    "prove": "umbra.calls.prove",
     "read": "umbra.readers",
     "read_rule": "umbra.rules.read",
     "render": "umbra.calls.picture",
@@ -129,6 +131,7 @@ __all__ = [
     "part_height",
     "point_light",
     "pose",
+    "prove",
     "read",
     "read_rule",
     "render",

@@ -1,17 +1,46 @@
-"""Compilation of inner kernels."""
+"""
+Compilation of inner kernels, and kernels whose items are shared by threads.
 
+A kernel with numba's ``parallel=True`` takes 2 to 4 times as long to compile as one for a single
+thread. So the kernels of a first study run in a pool of Python's threads, without the GIL.
+"""
+
+import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import Any, TypeVar
 
+import numpy as np
 from llvmlite import ir
 from numba import njit, types
+from numba.core import event
 from numba.core.options import DefaultOptions
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
-__all__ = ["borrowing", "cross", "dot", "find_lowest", "inlined", "inner"]
+from umbra.machine import count_cores, get_threads, tell_compiling
+
+__all__ = [
+    "borrowing", "copy_rows", "cross", "dot", "find_lowest", "inlined", "inner", "run_shared",
+    "take_next",
+]  # fmt: skip
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class _Listener(event.Listener):
+    """Hears of every kernel that numba compiles, and tells of umbra's."""
+
+    def on_start(self, event: Any) -> None:
+        if event.data["dispatcher"].py_func.__module__.startswith("umbra."):
+            tell_compiling()
+
+    def on_end(self, event: Any) -> None:
+        """Do nothing: what is told is that it has begun."""
+
+
+event.register("numba:compile", _Listener())
 
 # No C calls them, whose wrapper would only take time to compile. That of Python stays: without
 # it a slip would end the process, not in an error.
@@ -64,6 +93,18 @@ def cross(p, q):
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
+@inlined
+def copy_rows(source, target):
+    """
+    Copy the rows of a matrix to the first rows of another.
+
+    An assignment to a slice takes two seconds to compile, for the words of its error.
+    """
+    for i in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[i, k] = source[i, k]
+
+
 @intrinsic
 def find_lowest(_: Any, _bits: Any) -> Any:  # numpydoc ignore=RT01
     """Find the lowest set bit of a nonzero int64."""
@@ -72,3 +113,50 @@ def find_lowest(_: Any, _bits: Any) -> Any:  # numpydoc ignore=RT01
         return builder.cttz(arguments[0], ir.IntType(1)(1))
 
     return types.int64(types.int64), generate
+
+
+@intrinsic
+def take_next(_: Any, taken: Any) -> Any:  # numpydoc ignore=RT01
+    """Return the first number of an array of int64, and add one for the next thread."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.atomic_rmw("add", data, ir.IntType(64)(1), "monotonic")
+
+    return types.int64(taken), generate
+
+
+def run_shared(items: int, kernel: Callable[..., object], *arguments: Any) -> None:
+    """
+    Run a kernel in as many threads as ``use_threads`` allows this one, and has items for.
+
+    The kernel's last argument, (2,) int64 of 0, is shared: by ``take_next(taken)`` it takes one
+    item after another until there are no more, and ``take_next(taken[1:])`` numbers its threads.
+
+    Parameters
+    ----------
+    items : int
+    kernel : callable
+        Compiled with ``nogil=True``.
+    *arguments
+        Its other arguments.
+    """
+    taken = np.zeros(2, np.int64)
+    helpers = [
+        _find_pool().submit(kernel, *arguments, taken) for _ in range(min(get_threads(), items) - 1)
+    ]
+    try:
+        kernel(*arguments, taken)
+    finally:
+        for helper in helpers:
+            if not helper.cancel():  # it has begun
+                helper.result()
+
+
+@cache
+def _find_pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count_cores(), "umbra-kernels")
+
+
+if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads
+    os.register_at_fork(after_in_child=_find_pool.cache_clear)

@@ -11,13 +11,13 @@ compile if it can write to neither, as in a read-only container of a user withou
 """
 
 import atexit
-import ctypes
 import gc
 import math
 import os
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, suppress
 from functools import cache
@@ -32,16 +32,19 @@ except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
 __all__ = [
+    "FIRST_RUN",
     "HOME",
     "choose_threads",
     "count_cores",
     "find_kernel_cache",
     "find_memory",
+    "get_threads",
     "listen_to_compiler",
     "load_compiler",
     "make_command",
     "name_memory",
     "pass_over_settings",
+    "tell_compiling",
     "use_threads",
 ]
 
@@ -145,18 +148,25 @@ def choose_threads(threads: int | None) -> int:
     return cores if threads is None else min(threads, cores)
 
 
+class _Threads(threading.local):
+    number = count_cores()
+
+
+_threads = _Threads()
+
+
 def use_threads(threads: int) -> None:
     """
-    Set the number of threads of kernels called from this thread, at most all.
+    Set the number of threads of kernels called from this thread, at most all; all by default.
 
     Results do not depend on it.
     """
-    import numba  # noqa: PLC0415  (readers need the memory alone)
+    _threads.number = max(1, choose_threads(threads))
 
-    most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    numba.set_num_threads(max(1, min(threads, most)))
-    # Schedule work in small pieces: equal static shares seldom take equal time.
-    numba.set_parallel_chunksize(1)
+
+def get_threads() -> int:
+    """Return the number of threads of kernels called from this thread."""
+    return _threads.number
 
 
 def load_compiler() -> None:
@@ -168,6 +178,8 @@ def load_compiler() -> None:
     needs the runtime alone. A kernel that is not compiled yet makes the compiler read the rest.
     Users' own kernels might need the packages and the extensions, so only the commands do this.
     """
+    global _is_command  # noqa: PLW0603
+    _is_command = True
     if "numba" in sys.modules:
         return
     # Nearly all objects live as long as the process: looking for garbage among them takes 0.05 s
@@ -191,13 +203,8 @@ def load_compiler() -> None:
 
     def load_overload(self: Any, signature: Any, context: Any) -> Any:
         runtime.initialize(context)
-        found = None
         with self._guard_against_spurious_io_errors():
-            found = self._load_overload(signature, context)
-        if found is None:
-            for listener in tuple(_listeners):
-                listener()
-        return found
+            return self._load_overload(signature, context)
 
     loaded.load_overload = load_overload
     # Compiled kernels never read the globals of the modules that their parts are from; importing
@@ -208,42 +215,34 @@ def load_compiler() -> None:
     )
 
 
+FIRST_RUN = "compiling for this machine, once; later runs start at once"
 _listeners: list[Callable[[], object]] = []
+_is_command = False  # and not a session of Python
+
+
+def tell_compiling() -> None:
+    """Tell that a kernel is compiled: the listeners, or in a session of Python its log, once."""
+    for listener in tuple(_listeners):
+        listener()
+    if not (_listeners or _is_command):
+        _warn_of_first_run()
+
+
+@cache
+def _warn_of_first_run() -> None:
+    from logging import getLogger  # noqa: PLC0415  (commands never need it)
+
+    getLogger("umbra").warning("umbra: %s", FIRST_RUN)
 
 
 @contextmanager
 def listen_to_compiler(listener: Callable[[], object]) -> Iterator[None]:
-    """Call a function in the block whenever a command has to compile a kernel."""
+    """Call a function in the block whenever a kernel is compiled."""
     _listeners.append(listener)
     try:
         yield
     finally:
         _listeners.remove(listener)
-
-
-def _load_tbb() -> None:
-    """
-    Load oneTBB from where pip installed it, so that numba finds this threading layer.
-
-    numba uses the system's loader, which does not search environments, and falls back to OpenMP,
-    which spins while waiting: on a busy machine two threads are then several times slower than one.
-    pip installs it into the environment's ``lib``; for a user installation, or another environment
-    on the path, the package's file list has the location.
-    """
-    name = "libtbb.so.12"
-    library = Path(sys.prefix) / "lib" / name
-    if sys.platform == "linux" and not library.exists():
-        from importlib.metadata import PackageNotFoundError, files  # noqa: PLC0415  (15 ms)
-
-        with suppress(PackageNotFoundError):
-            library = next(
-                (Path(file.locate()) for file in files("tbb") or () if file.name == name), library
-            )
-    with suppress(OSError):
-        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
-
-
-_load_tbb()
 
 
 def make_command(code: str, *arguments: str) -> list[str]:

@@ -1,5 +1,6 @@
 """The command line in this process and in one of its own, and models to feed it."""
 
+import re
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,16 +14,22 @@ from support.shapes import box
 from umbra.cli import main
 from umbra.writers import painter
 
+ANSWERS = re.compile(r"^.*(?: in the sun on average; .*|: the proposal takes .*)\n", re.MULTILINE)
 PICTURE = b"\x89PNG, a stand-in"
 
 
 @dataclass(frozen=True)
 class Said:
-    """How a run ended and what it said."""
+    """How a run ended and what it said, besides the answers of a study."""
 
     status: int
     out: str
     err: str
+    answers: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, status, out, err):
+        return cls(status, out, ANSWERS.sub("", err), tuple(ANSWERS.findall(err)))
 
     def json(self):
         return orjson.loads(self.out)
@@ -46,7 +53,7 @@ def umbra_here(capsys):
         with pytest.raises(SystemExit) as ended:
             main([str(argument) for argument in arguments])
         said = capsys.readouterr()
-        return Said(ended.value.code or 0, said.out, said.err)
+        return Said.of(ended.value.code or 0, said.out, said.err)
 
     return run
 
@@ -58,7 +65,7 @@ def umbra_alone():
     def run(*arguments, **options):
         command = [str(SCRIPT), *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
-        return Said(done.returncode, done.stdout, done.stderr)
+        return Said.of(done.returncode, done.stdout, done.stderr)
 
     return run
 

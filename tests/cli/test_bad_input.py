@@ -394,7 +394,9 @@ def test_a_terminal_shows_stages_and_stdout_holds_results_only(tower, tmp_path):
     for what in stages:
         assert what in rest, (what, shown)
         rest = rest.partition(what)[2]
-    assert rest.endswith("\x1b[2K")  # the bar is gone
+    _, _, answer = rest.rpartition("\x1b[2K")  # the bar is gone
+    assert answer.startswith("2026-09-18: ")
+    assert answer.count("\n") == 1
     assert "\x1b[?25l" not in shown  # and the cursor never was
     assert out.splitlines() == [
         f"results/{name}" for name in ("study.nc", "hours.png", "profile.png", "study.toml")

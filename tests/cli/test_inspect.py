@@ -94,8 +94,12 @@ def test_for_people(umbra_here, tmp_path):
     assert "not closed: 180 border edges (first: " in said.out
     assert "--lat, --lon" in said.out
     assert "house 0 " in said.out
-    assert "and 5 more (--json lists all)" in said.out
+    assert "house 9 " in said.out
+    assert "house 10 " not in said.out
+    assert "and 35 more" in said.out
     assert max(map(len, said.out.splitlines())) <= 120
+    every = umbra_here("inspect", path, "--all").out
+    assert all(f"house {k} " in every for k in range(45))
 
 
 def test_two_files(umbra_here, tmp_path):

@@ -8,6 +8,7 @@ import sys
 import textwrap
 import time
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -241,8 +242,7 @@ def spend(run, seconds):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processor time is looked up as on Linux")
-@pytest.mark.parametrize("family", FAMILIES)
-@pytest.mark.parametrize("seconds", [1.0, 1.6])
+@pytest.mark.parametrize(("family", "seconds"), zip(FAMILIES, cycle([1.0, 1.6])))
 def test_ctrl_c_ends_every_reader(tmp_path_factory, family, seconds):
     folder = tmp_path_factory.getbasetemp() / family
     folder.mkdir(exist_ok=True)

@@ -66,8 +66,9 @@ def test_settings_that_lie_there_change_no_picture(folder):
         os.chdir(where)
         file = str(folder / "box.obj")
         done = subprocess.run(
-            [SCRIPT, STUDY[0], file, *STUDY[2:], "--out", "out"], capture_output=True, check=False
-        )
+            [SCRIPT, STUDY[0], file, *STUDY[2:], "--quiet", "--out", "out"],
+            capture_output=True, check=False,
+        )  # fmt: skip
         assert (done.returncode, done.stderr) == (0, b"")
     for name in ("hours.png", "profile.png"):
         one, two = (where / "out" / name for where in (folder, folder.parent))

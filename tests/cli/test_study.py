@@ -78,6 +78,7 @@ def test_netcdf_is_as_promised(study, tower, tmp_path, engine, masks):
     said = study(*HALF_DAY, *(["--masks"] if masks else []), "--threads", "2")
     assert said.status == 0
     assert not said.err
+    assert len(said.answers) == 1
     folder = tmp_path / "out"
     assert said.out.splitlines() == [
         str(folder / name) for name in ("study.nc", "hours.png", "profile.png", "study.toml")
@@ -305,7 +306,7 @@ def test_terrain_that_a_file_names_is_told_of_the_ground(umbra_here, tmp_path):
     asked += ["--every", "4h", "--size", "9x9", "--out", tmp_path / "out"]
     note = "note: the model brings ground of its own, of which a plane at z = 0 m shows nothing"
     assert note in umbra_here(*asked, "--receivers", "ground").err
-    assert "ground" not in umbra_here(*asked).err
+    assert "note: " not in umbra_here(*asked).err
 
 
 def test_a_terrain_is_told_of_the_ground_and_a_house_is_not(study, tmp_path):
@@ -314,7 +315,7 @@ def test_a_terrain_is_told_of_the_ground_and_a_house_is_not(study, tmp_path):
     note = "--receivers top"
     assert note in study(*HALF_DAY, files=[path]).err
     assert note not in study(*HALF_DAY, "--receivers", "top", files=[path]).err
-    assert not study(*HALF_DAY).err
+    assert "note: " not in study(*HALF_DAY).err
 
 
 def test_a_study_from_the_cache_is_the_same_to_the_bit(study, tmp_path, monkeypatch):

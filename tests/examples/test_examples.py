@@ -110,6 +110,20 @@ def test_three_cases(tmp_path):
 
 
 @pytest.mark.usefixtures("_has_gl")
+def test_frame_by_pass(tmp_path):
+    run("frame_by_pass.py", tmp_path)
+    with Image.open(tmp_path / "frame_by_pass.png") as picture:
+        drawn = np.asarray(picture.convert("RGB")).astype(int)
+    ambient, lit = drawn[:400, :640], drawn[400:, 640:]
+    counts = drawn[400:, :640]
+    is_zero = counts.min(-1) > 180  # the colour of no volume
+    assert 0.02 < (~is_zero).mean() < 0.5
+    gained = (lit - ambient).sum(-1)
+    assert (gained[is_zero] > 20).mean() > 0.9
+    assert np.abs(gained[~is_zero]).max() < 20
+
+
+@pytest.mark.usefixtures("_has_gl")
 def test_hall(tmp_path):
     run("hall.py", tmp_path)
     with Image.open(tmp_path / "hall.png") as picture:

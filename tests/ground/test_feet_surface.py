@@ -279,3 +279,10 @@ def test_a_building_far_below_neighbours_on_both_sides_has_a_cellar(heights, has
     surface = find_ground(scene, "feet").surface
     assert surface.buildings == 3 - has_cellar
     assert (surface.vertices[:, 2].min() > heights[1] + 3) == has_cellar
+
+
+def test_a_model_without_feet_has_a_level_ground():
+    ground = find_ground(make(((0, 0, 0), (1, 1, 1))))
+    assert ground.is_plane
+    with pytest.raises(InputError):
+        find_ground(make(((0, 0, 0), (1, 1, 1))), "feet")

@@ -12,8 +12,6 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import numpy as np
-
 from umbra.cache import LIMIT, find_doubt, find_folder, measure
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
@@ -59,7 +57,7 @@ def examine() -> dict[str, Any]:
         "umbra": __version__,
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
-        "cpu": {"runs": True, "cores": count_cores(), "threading": _find_threading()},
+        "cpu": {"runs": True, "cores": count_cores()},
         "gl": {"runs": bool(runs), "backends": backends},
         "packages": packages,
         "cache": _find_cache(),
@@ -77,22 +75,6 @@ def _find_version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
-
-
-def _find_threading() -> str:
-    """Return numba's threading layer, found by a small job."""
-    import numba  # noqa: PLC0415 - a child that probes needs none
-
-    @numba.njit(parallel=True)
-    def add(values: Any) -> None:
-        for i in numba.prange(values.size):
-            values[i] += 1
-
-    try:
-        add(np.zeros(4))
-        return str(numba.threading_layer())
-    except (ValueError, numba.NumbaError):
-        return "none"
 
 
 def probe(backend: str) -> dict[str, Any]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from umbra.study.rules import Rules, Verdict
+    from umbra.verdicts.judge import Finding
 
 __all__ = ["DrawnSheet", "ShadowStudy"]
 
@@ -277,31 +278,38 @@ class ShadowStudy:
         raise_failures(failures, warn)
         return written
 
-    def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
+    def judge(self, rules: "str | Path | Rules") -> "list[Verdict] | list[Finding]":
         """
         Judge the receivers by rules, each rule on its own dates and hours.
 
         Parameters
         ----------
-        rules : path or Rules
-            A rule file.
+        rules : str, path or Rules
+            A rule of ``umbra.list_rules``, or a file.
 
         Returns
         -------
         verdicts : list of Verdict
             Each with ``check``, ``date``, ``where``, ``wanted``, ``measured``, ``passes`` and
-            ``evidence``.
+            ``evidence``; by a cited rule a list of ``Finding``, with ``where``, ``verdict`` and
+            ``outcome``.
 
         Raises
         ------
         InputError
             If the rules are malformed, or do not apply to such receivers.
         """
-        from umbra.study.rules import Rules, judge, read_rules  # noqa: PLC0415
+        from umbra.rules.read import read_any  # noqa: PLC0415
+        from umbra.study.rules import Rules, judge  # noqa: PLC0415
 
-        read = rules if isinstance(rules, Rules) else read_rules(Path(rules))
+        read = rules if isinstance(rules, Rules) else read_any(rules)
         self._tell_panes()
-        return judge(self.result, read)
+        if isinstance(read, Rules):
+            return judge(self.result, read)
+        from umbra.verdicts.of_study import judge_study  # noqa: PLC0415
+
+        (verdict,) = judge_study(self.result, self.options, read)
+        return list(verdict.findings)
 
     def _tell_panes(self) -> None:
         """Warn of rules that judge more of windows than their panes."""

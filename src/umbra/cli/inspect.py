@@ -11,14 +11,15 @@ from umbra.machine import load_compiler
 
 __all__ = ["command"]
 
-_MOST = 40  # parts listed for a person; --json has all
+_MOST = 10  # rows of a table for a person who does not ask for --all
 
 
 @click.command("inspect")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @reading_options()
+@click.option("--all", "shows_all", is_flag=True, help="List all parts, layers and tags, not ten.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(files: tuple[str, ...], as_json: bool) -> None:
+def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     """
     Show what a file contains: parts, size, location, and whether its meshes are closed.
 
@@ -66,9 +67,10 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     echo("closed" if found.total.closed else _why_open(result))
     for note in scene.notes:
         echo(f"note: {note}")
-    _list_words("layer", [[part.layer] for part in scene.parts], result["parts"])
-    _list_words("tag", [part.tags for part in scene.parts], result["parts"])
-    _list_parts(result["parts"])
+    most = len(scene.parts) if shows_all else _MOST
+    _list_words("layer", [[part.layer] for part in scene.parts], result["parts"], most)
+    _list_words("tag", [part.tags for part in scene.parts], result["parts"], most)
+    _list_parts(result["parts"], most)
 
 
 def _why_open(result: dict) -> str:
@@ -90,7 +92,7 @@ def _why_open(result: dict) -> str:
     return text
 
 
-def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) -> None:
+def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict], most: int) -> None:
     """Print the layers or tags and how many parts each selects, the commonest first."""
     chosen: dict[str, list[dict]] = {}
     for some, part in zip(words, parts, strict=True):
@@ -105,10 +107,10 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
     ]
     if shared:
         shared.sort(key=lambda row: -row[1])
-        _show_table({what: "<24", "parts": ">8", "triangles": ">10"}, shared)
+        _show_table({what: "<24", "parts": ">8", "triangles": ">10"}, shared, most)
 
 
-def _list_parts(parts: list[dict]) -> None:
+def _list_parts(parts: list[dict], most: int) -> None:
     """Print the number of parts by kind, then a table of the first parts."""
     kinds: dict[str, list[dict]] = {}
     for part in parts:
@@ -117,7 +119,7 @@ def _list_parts(parts: list[dict]) -> None:
         (kind, len(mine), *(sum(part[name] for part in mine) for name in ("triangles", "closed")))
         for kind, mine in sorted(kinds.items())
     ]
-    _show_table({"kind": "<24", "parts": ">7", "triangles": ">10", "closed": ">7"}, tallies)
+    _show_table({"kind": "<24", "parts": ">7", "triangles": ">10", "closed": ">7"}, tallies, most)
     width = min(max(len(part["name"]) for part in parts), 48)
     columns = {
         "part": f"<{width}", "kind": "<20", "triangles": ">9", "closed": ">7", "border": ">7",
@@ -128,18 +130,18 @@ def _list_parts(parts: list[dict]) -> None:
          part["border_edges"], part["nonmanifold_edges"], part["inconsistent_edges"])
         for part in parts
     ]  # fmt: skip
-    _show_table(columns, rows)
+    _show_table(columns, rows, most)
 
 
-def _show_table(columns: dict[str, str], rows: Sequence[tuple]) -> None:
+def _show_table(columns: dict[str, str], rows: Sequence[tuple], most: int) -> None:
     """Print the first rows of a table; columns have a heading and a format, ``<`` for names."""
     forms = columns.values()
     cells = [
         fit_names(column, int(form[1:])) if form[0] == "<" else column
-        for column, form in zip(zip(*rows[:_MOST], strict=True), forms, strict=True)
+        for column, form in zip(zip(*rows[:most], strict=True), forms, strict=True)
     ]
     echo()
     for row in (columns, *zip(*cells, strict=True)):
         echo(" ".join(f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)))
-    if len(rows) > _MOST:
-        echo(f"and {len(rows) - _MOST} more (--json lists all)")
+    if len(rows) > most:
+        echo(f"and {len(rows) - most} more (--all lists them)")

@@ -24,6 +24,7 @@ COMMANDS = {
     "doctor": "Show which devices work on this machine.",
     "envelope": "Find how high one may build on a plot, by rules of sunlight.",
     "inspect": "Show what a file contains.",
+    "prove": "Judge gardens, windows and flats by cited rules, and write the sheet.",
     "render": "Draw a picture with exact shadows.",
     "rules": "List the rules that a proposal is judged by, or print one.",
     "sky": "Show the sky above a place, and what obstructs it.",
@@ -116,7 +117,7 @@ def doctor(as_json: bool) -> None:
         return
     cpu, gl = report["cpu"], report["gl"]
     echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
-    echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    echo(f"cpu  runs, {cpu['cores']} cores")
     echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
     for name, found in gl["backends"].items():
         if "reason" in found:

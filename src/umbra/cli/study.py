@@ -90,7 +90,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         outputs.check_receivers(options.receivers, has_hours=options.asks_hours)
         from umbra.study import run  # noqa: PLC0415
         from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
-        from umbra.writers.folder.summary import sum_up, tell_measures  # noqa: PLC0415
+        from umbra.writers.folder.summary import sum_up, tell_answers  # noqa: PLC0415
         from umbra.writers.folder.write import fill_folder, note_earlier, raise_failures  # noqa: PLC0415
 
         stages.begin(name_reading(files))
@@ -123,7 +123,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     elif not quiet:
         for path in written:
             echo_path(path)
-        for line in tell_measures(study):
+        for line in tell_answers(study):
             say(line)
     raise_failures(failures, say)
 

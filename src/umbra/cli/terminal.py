@@ -18,13 +18,12 @@ from typing import Any
 import click
 
 from umbra.errors import UmbraError, make_printable, shorten
-from umbra.machine import find_memory, listen_to_compiler, name_memory
+from umbra.machine import FIRST_RUN, find_memory, listen_to_compiler, name_memory
 
 __all__ = ["Stages", "echo", "echo_json", "echo_path", "name_reading", "show_progress"]
 
 _EVERY = 20.0  # between lines [s]; a run that is shorter says nothing
 COUNTING = "counting shadows"
-_FIRST_RUN = "compiling for this machine, once; later runs start at once"
 
 
 class Stages:
@@ -200,7 +199,7 @@ class _Logged(Stages):
     def _show(self) -> str:
         done, everything, unit = self._done or (0, 1, "")
         if self._is_compiling and not done:
-            return f"{self._stage}; {_FIRST_RUN}"
+            return f"{self._stage}; {FIRST_RUN}"
         if everything == 1:
             return self._stage
         words = f"{self._stage}: {done} of {everything} {unit}"
@@ -230,7 +229,7 @@ class _Watched(Stages):
         self._bar.update(self._task, completed=done, total=everything, unit=unit, refresh=is_new)
 
     def tell_compiling(self) -> None:
-        self._bar.update(self._task, description=f"{self._stage}; {_FIRST_RUN}")
+        self._bar.update(self._task, description=f"{self._stage}; {FIRST_RUN}")
 
     def end(self) -> None:
         self._bar.stop()

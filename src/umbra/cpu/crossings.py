@@ -9,13 +9,13 @@ are kept from sun to sun, and the changes are added to them.
 from functools import partial
 
 import numpy as np
-from numba import get_thread_id, njit, prange
+from numba import njit
 
 from umbra.cpu.lanes import FEW_LANES, write_crossings
 from umbra.cpu.sweep import bound_counts
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, inner, take_next
 
-__all__ = ["count_winding", "sweep"]
+__all__ = ["sweep"]
 
 _BLOCK = 64  # edges projected at once
 _WRAPPED = 255  # largest count for which a wrapped 8-bit sum is 0 only for 0
@@ -175,20 +175,12 @@ def _add_up(diff, base, first, last, level, weights, sums):
     diff[last] = 0
 
 
-@njit(cache=True, nogil=True)
-def count_winding(ends, weight, corner, diff, counts):
-    """Count how often edges in the plane go around each cell, from ``diff`` of 0."""
-    south, loads = np.zeros((2, diff.shape[1] + 1), np.int64)
-    codes = (np.arange(ends.shape[0]) << 2 | 1).astype(np.int32)
-    first, last, _ = _cross(ends, weight, codes, 0.0, 0.0, corner, diff, south, loads)
-    level = np.cumsum(south[:-1]).astype(np.int32)
-    _sum_up(diff, np.zeros_like(diff), first, last, level, counts)
-
-
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def sweep(sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep):
+@njit(cache=True, nogil=True, boundscheck=False)
+def sweep(
+    sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep, taken
+):
     """
-    Count ``which`` suns, in each thread's buffers.
+    Count ``which`` suns until all are taken, in this thread's buffers.
 
     Where a sun leaves cells in shadow, its ``weights`` (suns, k) are added to ``out[thread]`` (k,
     rows, cols); if there are as many ``counts`` as suns, counts are written there instead. ``suns``
@@ -201,17 +193,21 @@ def sweep(sides, codes, starts, suns, which, rims, corner, kept, weights, out, c
     keep = counts.shape[0] == suns.shape[0]
     rim_ends, rim_weight, planes, is_open, rim_loads, first_rim, last_rim = rims
     diff, base, below, states, turned, wrapped = kept
-    for q in prange(which.size):
-        t = get_thread_id()
+    t = take_next(taken[1:])
+    while True:
+        q = take_next(taken)
+        if q >= which.size:
+            return
         s = which[q]
         n = _find_turned(planes, is_open, suns[s], states[t, 1], states[t, 0], turned[t])
-        south, loads = np.zeros((2, rim_loads.size), np.int64)
+        south, loads = np.zeros(rim_loads.size, np.int64), np.zeros(rim_loads.size, np.int64)
         _, _, has_spilled = _cross(
             rim_ends, rim_weight, turned[t, :n], 0.0, 0.0, corner, base[t], below[t], loads
         )
         wrapped[t] |= has_spilled
-        loads[:] = rim_loads
-        south[:] = below[t]
+        for c in range(loads.size):
+            loads[c] = rim_loads[c]
+            south[c] = below[t, c]
         first, last, has_spilled = _cross(
             *sides, codes[starts[s] : starts[s + 1]], suns[s, 3], suns[s, 4], corner, diff[t],
             south, loads,

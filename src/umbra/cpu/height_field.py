@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numba import get_thread_id, njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.sweep import Sweep, bound_counts
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, copy_rows, inner, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -120,9 +120,9 @@ class HeightFieldSweep(Sweep):
         level = self._buffer("level", shape, count_type)
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
-        _sweep(
-            self.ends, self.caster.weight, found.codes, found.starts, away, which,
-            self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
+        run_shared(
+            len(which), _sweep, self.ends, self.caster.weight, found.codes, found.starts, away,
+            which, self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
             self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
@@ -138,10 +138,9 @@ class HeightFieldSweep(Sweep):
 
     def _face_sun(self, suns: NDArray[np.float64]) -> NDArray[np.uint64]:
         """Return a bit mask of the suns that light each sloping face."""
-        planes = self.slopes.planes
-        lit = np.zeros(planes.shape[1], np.uint64)
-        edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
-        find_lit(planes, np.append(suns, np.zeros((len(suns), 1)), 1), lit, edge_on)
+        lit = np.zeros(self.slopes.planes.shape[1], np.uint64)
+        lights = np.append(suns, np.zeros((len(suns), 1)), 1)
+        find_lit(self.slopes.planes, lights, lit, np.zeros(len(lit) // 512 + 1, np.uint64))
         return lit
 
 
@@ -377,15 +376,15 @@ def _add_up(level, weights, sums, cells, face, lit, sun):
             n[c] = 0
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+@njit(cache=True, nogil=True, boundscheck=False)
 def _sweep(
     ends, weight, codes, starts, away, which, heights, lowest, floor, corner, cells, face, lit,
-    level, weights, out, counts, too_deep,
+    level, weights, out, counts, too_deep, taken,
 ):  # fmt: skip
-    """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
+    """Count ``which`` suns as the plane's sweep does, in this thread's buffers."""
     keep = counts.shape[0] == away.shape[0]
-    for q in prange(which.size):
-        t = get_thread_id()
+    t, q = take_next(taken[1:]), take_next(taken)
+    while q < which.size:
         s = which[q]
         load = np.zeros(heights.shape[0] + 1, np.int64)
         too_deep[s] = _fill(
@@ -393,8 +392,9 @@ def _sweep(
             away[s, 0], away[s, 1], away[s, 2], heights, lowest, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
-            counts[s, :, :] = level[t, : counts.shape[1]]
+            copy_rows(level[t, : counts.shape[1]], counts[s])
         if keep or too_deep[s]:
             level[t, :, :] = 0
         else:
             _add_up(level[t], weights[s], out[t], cells, face, lit, s)
+        q = take_next(taken)

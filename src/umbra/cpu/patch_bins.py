@@ -11,8 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.patch_work import run_blocks, take_next
-from umbra.kernels import inlined
+from umbra.kernels import inlined, run_shared, take_next
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 from umbra.volume.half_edges import find_roots
@@ -171,11 +170,11 @@ class EdgeBinner:
         totals = np.zeros(n, np.int64)
         held = _make_entries(0)
         given = (self.edges.ends, self.edges.shell, edge, change, first, basis, grid, shape, starts)
-        run_blocks(_fill, *given, totals, *held)
+        run_shared(n, _fill, *given, totals, *held)
         base = np.append(0, np.cumsum(totals))
         held = _make_entries(int(base[-1]))
         if base[-1]:
-            run_blocks(_fill, *given, base, *held)
+            run_shared(n, _fill, *given, base, *held)
         return SunBins(basis, grid, shape, starts, *held, int(lengths.max(initial=1)))
 
     def _find(
@@ -188,8 +187,8 @@ class EdgeBinner:
             edge = np.zeros(len(found.codes), np.int32)
             change = np.zeros(len(found.codes), np.int16)
             kept = np.zeros(len(found.starts) - 1, np.int64)
-            run_blocks(
-                _merge, found.codes, found.starts, self.caster.weight, self._group,
+            run_shared(
+                len(kept), _merge, found.codes, found.starts, self.caster.weight, self._group,
                 len(self.edges.ends), edge, change, kept,
             )  # fmt: skip
             for first, n in zip(found.starts[:-1], kept):

@@ -13,9 +13,9 @@ face that is almost in the plane; patches of few samples, and patches at grazing
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
@@ -24,16 +24,15 @@ from umbra.cpu.patch_rims import add_rim, clear, find_runs
 from umbra.cpu.patch_search import find_rims, find_window, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
+    count_blocks,
     find_doubts,
     find_errors,
     find_run,
     is_marked,
     make_patch_work,
-    run_blocks,
-    take_next,
 )
 from umbra.cpu.patches import Patches
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, inlined, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 
@@ -128,20 +127,21 @@ class PatchCounter:
         """Fill in masks, if any; otherwise the sums of weights, given as in ``darken``."""
         use_threads(self._threads)
         bins = self._binner.bin(np.ascontiguousarray(suns))
-        run_blocks(_count, self._patches, bins, self._binner.edges, self._tree, sums, masks)
+        patches, n = self._patches, len(self._patches.size)
 
+        def count(taken: NDArray[np.int64]) -> None:
+            work = make_patch_work(patches, bins, 0, n)
+            last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
+            _count_blocks(
+                patches, bins, self._binner.edges, self._tree, sums, masks, work, last, known, n,
+                taken,
+            )  # fmt: skip
 
-@njit(cache=True, nogil=True)
-def _count(patches, bins, edges, tree, sums, masks, taken):
-    """Count blocks of patches until all are taken."""
-    n = patches.size.shape[0]
-    work = make_patch_work(patches, bins, 0, n)
-    last, known = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.int64)
-    _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n)
+        run_shared(count_blocks(patches), count)
 
 
 @borrowing
-def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, taken, n):
+def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n, taken):
     """
     Count blocks of patches until all ``n`` patches are taken.
 
@@ -177,7 +177,7 @@ def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, ta
                         change[k, c] += change[k - 1, c]
 
 
-@inlined
+@partial(borrowing, inline="always")  # here alone: it is compiled once
 def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last, k):
     """
     Count a patch for one sun.

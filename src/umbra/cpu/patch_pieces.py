@@ -17,17 +17,16 @@ from umbra.cpu.patch_rims import add_rim, clear, find_runs
 from umbra.cpu.patch_search import find_rims, find_window
 from umbra.cpu.patch_work import (
     BLOCK,
+    count_blocks,
     find_doubts,
     find_errors,
     find_run,
     is_marked,
     make_patch_work,
-    run_blocks,
-    take_next,
 )
 from umbra.cpu.patches import Patches
 from umbra.cpu.shares import Membership, add_shares, make_share_work
-from umbra.kernels import borrowing, inlined, inner
+from umbra.kernels import borrowing, inlined, inner, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -108,8 +107,9 @@ class PieceCounter:
         suns = np.ascontiguousarray(suns)
         pieces, tree = self._pieces, self._tree
         faces = _Faces(pieces.of_shell, pieces.piece[tree.source])
-        run_blocks(
-            _add, self._patches, pieces.binner.bin(suns), pieces.edges, tree, faces, suns,
+        run_shared(
+            count_blocks(self._patches), _add,
+            self._patches, pieces.binner.bin(suns), pieces.edges, tree, faces, suns,
             weights, membership, cast, sole,
         )  # fmt: skip
 

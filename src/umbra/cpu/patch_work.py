@@ -1,21 +1,17 @@
 """Work arrays of a count on patches, and samples that need rays."""
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import get_num_threads, types
-from numba.extending import intrinsic
 
 from umbra.cpu.patch_rims import CROSSINGS, Crossings
+from umbra.cpu.patches import Patches
 from umbra.kernels import inlined, inner
 from umbra.rays.face_tree import DEEPEST
 
 __all__ = [
-    "BLOCK", "PatchWork", "find_doubts", "find_errors", "find_run", "is_marked", "make_patch_work",
-    "run_blocks", "take_next",
+    "BLOCK", "PatchWork", "count_blocks", "find_doubts", "find_errors", "find_run", "is_marked",
+    "make_patch_work",
 ]  # fmt: skip
 
 BLOCK = 32
@@ -51,31 +47,9 @@ class PatchWork(NamedTuple):
     stack: np.ndarray
 
 
-def run_blocks(kernel: Callable[..., None], *arguments: Any) -> None:
-    """
-    Run a kernel on numba's number of threads; it takes blocks by ``take_next`` of its last array.
-
-    numba's own parallel loops take long to compile for so many arrays.
-    """
-    taken = np.zeros(1, np.int64)
-    threads = get_num_threads()
-    if threads == 1:
-        kernel(*arguments, taken)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for done in [pool.submit(kernel, *arguments, taken) for _ in range(threads)]:
-            done.result()
-
-
-@intrinsic
-def take_next(_: Any, taken: Any) -> Any:  # numpydoc ignore=RT01
-    """Return the number in an array of one int64, and add one for the next thread."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        return builder.atomic_rmw("add", data, ir.IntType(64)(1), "monotonic")
-
-    return types.int64(taken), generate
+def count_blocks(patches: Patches) -> int:
+    """Return the number of blocks that threads take one after another."""
+    return -(-len(patches.size) // BLOCK)
 
 
 @inner

@@ -15,8 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.crossings import count_winding, sweep
+from umbra.cpu.crossings import sweep
 from umbra.cpu.sweep import Sweep
+from umbra.kernels import run_shared
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster, weld_vertices
@@ -136,9 +137,10 @@ class PlaneSweep(Sweep):
             self._buffer("turned", (threads, n), np.int32),
             self._buffer("wrapped", (threads,), np.bool_, count_type),
         )
-        sweep(
-            (self.ends, self.asked.weight), found.codes, found.starts, np.append(suns, slope, 1),
-            which, self.rims, (grid.row, grid.col), kept, weights, out, masks, too_deep,
+        run_shared(
+            len(which), sweep, (self.ends, self.asked.weight), found.codes, found.starts,
+            np.append(suns, slope, 1), which, self.rims, (grid.row, grid.col), kept, weights, out,
+            masks, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -191,10 +193,7 @@ def _open_where_negative(caster: Caster, placed: NDArray[np.float64], grid: Grid
     if not len(cut):
         return caster
     ends = placed.take(caster.edges.take(cut, axis=0), axis=0).reshape(-1, 6)
-    winding = np.zeros((grid.rows, grid.cols), np.int32)
-    diff = np.zeros((grid.rows + 1, grid.cols), np.int32)
-    count_winding(ends, caster.weight[cut], (grid.row, grid.col), diff, winding)
-    if winding.min() >= 0:
+    if _count_winding(ends, caster.weight[cut], grid).min() >= 0:
         return caster
     # If each component is wound consistently, only negative ones can be at fault.
     inward = caster.is_inward
@@ -202,6 +201,36 @@ def _open_where_negative(caster: Caster, placed: NDArray[np.float64], grid: Grid
     if inward.any() and (rest.is_closed != caster.is_closed).any():
         return _open_where_negative(_reclip(rest), placed, grid)
     return _reclip(caster.opened(np.ones_like(caster.is_closed)))
+
+
+def _count_winding(
+    ends: NDArray[np.float64], weight: NDArray[np.int8], grid: Grid
+) -> NDArray[np.int32]:
+    """Count how often edges in the plane go around each cell: the shadow of a sun in the zenith."""
+    winding = np.zeros((1, grid.rows, grid.cols), np.int32)
+    starts = np.array([0, len(ends)])
+    codes = np.arange(len(ends), dtype=np.int32) << 2 | 1
+    zenith = np.array([[0.0, 0.0, 1.0, 0.0, 0.0]])
+    no_rims = (
+        np.zeros((0, 6)), np.zeros(0, np.int8), np.zeros((3, 0)), np.zeros(0, np.bool_),
+        np.zeros(grid.cols + 1, np.int64), grid.rows, 0,
+    )  # fmt: skip
+    nothing = np.zeros((1, 1), np.uint8), np.zeros((1, 1, 1, 1), np.uint8)
+    for count_type in (np.int8, np.int32):
+        too_deep = np.zeros(1, np.bool_)
+        shape = (1, grid.rows + 1, grid.cols)
+        kept = (
+            np.zeros(shape, count_type), np.zeros(shape, count_type),
+            np.zeros((1, grid.cols + 1), np.int64), np.zeros((1, 2, 0), np.int8),
+            np.zeros((1, 0), np.int32), np.zeros(1, np.bool_),
+        )  # fmt: skip
+        run_shared(
+            1, sweep, (ends, weight), codes, starts, zenith, np.zeros(1, np.int64), no_rims,
+            (grid.row, grid.col), kept, *nothing, winding, too_deep,
+        )  # fmt: skip
+        if not too_deep[0]:
+            break
+    return winding[0]
 
 
 def _reclip(caster: Caster) -> Caster:

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 from typing import ClassVar
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
@@ -27,10 +27,13 @@ def bound_counts(load):
     return deepest
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _empty_into(sums, out, weight):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _empty_into(sums, out, weight, taken):
     """Add ``weight`` times each thread's ``out`` to ``sums``, and reset ``out`` to 0."""
-    for r in prange(sums.shape[1]):
+    while True:
+        r = take_next(taken)
+        if r >= sums.shape[1]:
+            return
         for t in range(out.shape[0]):
             for k in range(sums.shape[0]):
                 for c in range(sums.shape[2]):
@@ -93,7 +96,7 @@ class Sweep(ABC):
                 some = np.arange(first, min(first + at_once, len(mine)))
                 self._count(found, mine, some, of_mine, out, np.zeros((0, 1, 1), np.int32))
                 progress(len(some))
-            _empty_into(sums, out, weight)
+            run_shared(sums.shape[1], _empty_into, sums, out, weight)
 
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
-from umbra.kernels import borrowing, cross, dot, inlined
+from umbra.kernels import borrowing, cross, dot, inlined, run_shared, take_next
 from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
 __all__ = ["SurfaceKeys", "count_sides"]
@@ -45,16 +45,27 @@ class SurfaceKeys:
     @classmethod
     def of(cls, view: DepthBuffer) -> "SurfaceKeys":
         """Prepare a view for counting."""
-        return cls(*_prepare(view.key, view.face))
+        rows, cols = view.key.shape
+        keys = _make_rows(rows, cols + LANES, np.zeros(0))
+        tiles = np.full((-(-rows // TILE), -(-cols // TILE)), _NOWHERE)
+        run_shared(len(tiles), _prepare, view.key, view.face, keys, tiles)
+        return cls(keys, tiles)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _prepare(key, face):
-    """Return a surface's keys and tiles."""
+@njit(cache=True, nogil=True)
+def _make_rows(rows, cols, kind):
+    """Return an array of the type of ``kind`` that a kernel fills."""
+    return np.empty((rows, cols), kind.dtype)
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _prepare(key, face, keys, tiles, taken):
+    """Write a surface's keys and tiles, one row of tiles after another."""
     rows, cols = key.shape
-    keys = np.empty((rows, cols + LANES))
-    tiles = np.full(((rows + TILE - 1) // TILE, (cols + TILE - 1) // TILE), _NOWHERE)
-    for t in prange(tiles.shape[0]):
+    while True:
+        t = take_next(taken)
+        if t >= tiles.shape[0]:
+            return
         farthest = np.full(cols, _NOWHERE)
         for r in range(t * TILE, min(rows, t * TILE + TILE)):
             for c in range(cols):
@@ -63,7 +74,6 @@ def _prepare(key, face):
             keys[r, cols:] = _NOWHERE
         for c in range(cols):
             tiles[t, c // TILE] = min(tiles[t, c // TILE], farthest[c])
-    return keys, tiles
 
 
 def count_sides(
@@ -84,23 +94,25 @@ def count_sides(
     """
     keys = surface.keys
     chunks = max(1, min(threads * 4, len(codes) // 512))
-    quads, spans, places, listed, deepest = _list_sides(
-        ends, codes, weight, matrix, light, floor, surface.tiles, keys, chunks
-    )
+    rows, cols = len(keys), keys.shape[1] - LANES
+    quads = _make_rows(len(codes), _COLUMNS, np.zeros(0))
+    spans = _make_rows(len(codes), 3, np.zeros(0, np.int64))
+    filled = np.zeros(chunks, np.int64)
+    given = ends, codes, weight, matrix, light, floor, surface.tiles, (rows, cols)
+    run_shared(chunks, _set_up, *given, quads, spans, filled)
+    places, listed, deepest = _list_sides(spans, filled, rows)
     kind = np.zeros(0, np.int16 if deepest < 1 << 15 else np.int32)
-    return _fill(quads, spans, places, listed, keys, kind)[:, : keys.shape[1] - LANES]
+    counts = _make_rows(rows, keys.shape[1], kind)
+    run_shared(len(places) - 1, _fill, quads, spans, places, listed, keys, counts)
+    return counts[:, :cols]
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _list_sides(ends, codes, weight, matrix, light, floor, tiles, keys, chunks):
-    """Return the sides that can change a count, those of each stripe, and a bound on counts."""
-    rows, cols = keys.shape[0], keys.shape[1] - LANES
-    quads = np.empty((codes.size, _COLUMNS))
-    spans = np.empty((codes.size, 3), np.int64)
-    filled = np.zeros(chunks, np.int64)
-    _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled)
+def _list_sides(spans, filled, rows):
+    """Return the sides of each stripe, and a bound on counts."""
     # Offsets in the list of stripes, and the largest sum of multiplicities that share a row.
-    length = (codes.size + chunks - 1) // chunks
+    chunks = filled.size
+    length = (spans.shape[0] + chunks - 1) // chunks
     places = np.zeros((rows + STRIPE - 1) // STRIPE + 1, np.int64)
     load = np.zeros(rows + 1, np.int64)
     for chunk in range(chunks):
@@ -117,7 +129,7 @@ def _list_sides(ends, codes, weight, matrix, light, floor, tiles, keys, chunks):
             for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
                 listed[cursor[stripe]] = i
                 cursor[stripe] += 1
-    return quads, spans, places, listed, np.cumsum(load).max()
+    return places, listed, np.cumsum(load).max()
 
 
 @inlined
@@ -194,14 +206,18 @@ def _bound(quads, out, t, line, side, span):
     return first_row, end_row
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _set_up(ends, codes, weight, matrix, light, floor, tiles, size, quads, spans, filled, taken):
     """Turn edges into bounds and key planes; drop sides that cannot change a count."""
+    rows, cols = size
     chunks = filled.size
     length = (codes.size + chunks - 1) // chunks
     origin = (matrix[0, 3], matrix[1, 3], matrix[2, 3], matrix[3, 3])
     nowhere = (0.0, 0.0, 0.0, 0.0)
-    for chunk in prange(chunks):
+    while True:
+        chunk = take_next(taken)
+        if chunk >= chunks:
+            return
         out = chunk * length
         for q in range(chunk * length, min(codes.size, chunk * length + length)):
             code = codes[q]
@@ -292,15 +308,17 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
         filled[chunk] = out - chunk * length
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _fill(quads, spans, places, listed, keys, kind):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _fill(quads, spans, places, listed, keys, counts, taken):
     """
-    Return sums of the type of ``kind``, (rows, cols + LANES).
+    Write the sums of all sides into ``counts`` (rows, cols + LANES).
 
     All sides are filled one stripe at a time, so that the stripe's surface stays in the cache.
     """
-    counts = np.empty(keys.shape, kind.dtype)
-    for stripe in prange(places.size - 1):
+    while True:
+        stripe = take_next(taken)
+        if stripe >= places.size - 1:
+            return
         top = stripe * STRIPE
         counts[top : top + STRIPE] = 0
         mine = listed[places[stripe] : places[stripe + 1]]
@@ -312,7 +330,6 @@ def _fill(quads, spans, places, listed, keys, kind):
         _fill_stripe(
             quads, spans, mine, top, first, wide, near, members, start, width, surface, sums
         )
-    return counts
 
 
 @partial(borrowing, boundscheck=False, fastmath={"nsz", "nnan"})

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, copy_rows, inner
 from umbra.volume.adjacency import sort_along_curve
 
 __all__ = [
@@ -207,7 +207,7 @@ def _project(p, n, matrix, points, at):
 @inner
 def _cut(corners, f, limits, first, end, p, q):
     """Cut a triangle to some half spaces; return the number of corners left, they and scratch."""
-    p[:3] = corners[f]
+    copy_rows(corners[f], p)
     n = 3
     for i in range(first, end):
         n = cut_polygon(p, n, limits[i], q)
@@ -253,7 +253,7 @@ def _enclose(subject, matrix, walls, limits):
     to skip.
     """
     n = walls.shape[0]
-    limits[:n] = walls
+    copy_rows(walls, limits)
     area = 1.0
     for k, (a, b) in enumerate(((1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0))):
         low, high = np.inf, -np.inf

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, cut_polygon, misses
 from umbra.drawing.regions import PlanarRegions
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, copy_rows, inner
 from umbra.volume.adjacency import weld_vertices
 
 __all__ = ["ModelEdges", "VisibleLines", "find_edges", "find_lines"]
@@ -276,7 +276,7 @@ def _find_clear(
                 other = region[f]
                 if not is_there[other] or _misses(corners[f], 3, limits):
                     continue
-                p[:3] = corners[f]
+                copy_rows(corners[f], p)
                 n = 3
                 for i in range(walls.shape[0]):
                     n = cut_polygon(p, n, walls[i], q)
@@ -292,7 +292,7 @@ def _find_clear(
                 if _hide(a, b, p, n, apex, plane, least, span):
                     if n_hidden == hidden.shape[0]:
                         more = np.zeros((2 * n_hidden, 2))
-                        more[:n_hidden] = hidden
+                        copy_rows(hidden, more)
                         hidden = more
                     hidden[n_hidden, 0], hidden[n_hidden, 1] = span[0], span[1]
                     n_hidden += 1

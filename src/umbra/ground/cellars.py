@@ -33,6 +33,8 @@ def find_cellars(feet: Feet) -> NDArray[np.int64]:
     """
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
+    if not len(feet.corners):
+        return np.zeros(0, np.int64)
     corners, owner = feet.corners.reshape(-1, 3), np.repeat(feet.owner, 3)
     _, first = np.unique(np.column_stack([corners[:, :2], owner]), axis=0, return_index=True)
     corners, owner = corners[first], owner[first]

@@ -5,11 +5,21 @@ Rows, materials, texels and the rule are those of `umbra.rays.transmission.Trans
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
+from umbra.kernels import take_next
 from umbra.scene.material import find_linear
 
-__all__ = ["BLEND", "HIGH", "LEVELS", "MASK", "find_cover", "find_opacities", "trace_light"]
+__all__ = [
+    "BLEND",
+    "BLOCK",
+    "HIGH",
+    "LEVELS",
+    "MASK",
+    "find_cover",
+    "find_opacities",
+    "trace_light",
+]
 
 MASK, BLEND = 1.0, 2.0
 HIGH = 4096  # splits a texel's index so that float32 holds both parts exactly
@@ -17,7 +27,7 @@ LEVELS = 256
 
 _TINY = 1e-200
 _ASIDE = (0.61, 0.57, 0.33)
-_BLOCK = 256  # points per block of a thread
+BLOCK = 256  # points per block of a thread
 _LINEAR = find_linear(np.arange(LEVELS) / (LEVELS - 1))
 
 
@@ -138,13 +148,16 @@ def _cross(f, p, light, way, tolerance, rows, weights):
     return True
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, hidden):
+@njit(cache=True, nogil=True)
+def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, hidden, taken):
     """Traverse the hierarchy for each point; multiply the transmittance of the triangles hit."""
     n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (n + BLOCK - 1) // BLOCK:
+            return
         way, inverse, color, weights = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-        for i in range(block * _BLOCK, min(n, block * _BLOCK + _BLOCK)):
+        for i in range(block * BLOCK, min(n, block * BLOCK + BLOCK)):
             p = points[i]
             for k in range(3):
                 way[k] = light[k] - light[3] * p[k]

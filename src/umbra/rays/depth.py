@@ -10,10 +10,10 @@ rounded up on both sides: every pixel centre belongs to exactly one of two faces
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.cover import find_cover
 from umbra.rays.transmission import Transmitters
@@ -94,7 +94,8 @@ def rasterise_depth(
     )
     points = multiply_rows(vertices, matrix[:, :3].T) + matrix[:, 3]
     use_threads(threads)
-    _rasterise(points, faces, view.key, view.face, key_range[1], threads, corner, None)
+    limits = key_range[1], threads, corner, None
+    run_shared(threads, _rasterise, points, faces, view.key, view.face, *limits)
     return view
 
 
@@ -140,7 +141,7 @@ def add_transmitting(
     use_threads(threads)
     points = corners @ matrix[:, :3].T + matrix[:, 3]
     skin = nearer, t.rows, t.materials, t.texels
-    _rasterise(points, faces, limit, row, near, threads, (0, 0), skin)
+    run_shared(threads, _rasterise, points, faces, limit, row, near, threads, (0, 0), skin)
     key = np.where(row == NOTHING, behind, limit)
     face = np.where(row == NOTHING, face, t.faces[row].astype(np.int32)).astype(np.int32)
     return DepthBuffer(key, face, before)
@@ -155,7 +156,7 @@ def add_ground(
     """Draw the plane z = height, in the frame of ``matrix``, into the view, in place."""
     slope = find_ground_keys(matrix, height)
     if slope is not None:
-        _draw_ground(slope, key_range[1], view.key, view.face)
+        run_shared(len(view.key), _draw_ground, slope, key_range[1], view.key, view.face)
 
 
 def find_ground_keys(matrix: NDArray[np.float64], height: float) -> NDArray[np.float64] | None:
@@ -174,10 +175,13 @@ def find_ground_keys(matrix: NDArray[np.float64], height: float) -> NDArray[np.f
     return np.linalg.solve(points[:, :3], points[:, 3]).astype(np.float64)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _draw_ground(slope, near, key, face):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _draw_ground(slope, near, key, face, taken):
     """Draw the ground, of affine keys, where it is nearer than what is seen."""
-    for r in prange(key.shape[0]):
+    while True:
+        r = take_next(taken)
+        if r >= key.shape[0]:
+            return
         at = slope[1] * r + slope[2]
         for c in range(key.shape[1]):
             value = slope[0] * c + at
@@ -293,13 +297,16 @@ def _is_there(skin, f, line, r, c, key, color):
     return find_cover(f, w0, w1, w2, rows, materials, texels, color) > 0.0
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _rasterise(points, faces, key, face, near, threads, corner, skin):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _rasterise(points, faces, key, face, near, threads, corner, skin, taken):
     """Draw faces; faces with a skin (see ``add_transmitting``) except in its holes."""
     col, row = corner
     west, south = np.float64(col), np.float64(row)
     east, north = np.float64(col + key.shape[1]), np.float64(row + key.shape[0])
-    for t in prange(threads):
+    while True:
+        t = take_next(taken)
+        if t >= threads:
+            return
         color = np.empty(3)
         p = np.empty((3, 4))
         line = np.empty((3, 3))

@@ -11,10 +11,10 @@ whether the shadow count is not 0.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, find_lowest, inlined
+from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import meet_boxes
@@ -71,7 +71,8 @@ def find_hidden(
     whole = np.zeros((len(lights), 4))
     whole[:, : lights.shape[1]] = lights
     use_threads(threads)
-    _find(points, normals, whole, tree, attached, masks)
+    blocks = -(-len(points) // _BLOCK)
+    run_shared(blocks, _find, points, normals, whole, tree, attached, masks)
     return masks
 
 
@@ -296,10 +297,13 @@ def _measure(u):
     return abs(u[0]) + abs(u[1]) + abs(u[2])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _find(points, normals, lights, tree, attached, masks):
+@njit(cache=True, nogil=True)
+def _find(points, normals, lights, tree, attached, masks, taken):
     n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (n + _BLOCK - 1) // _BLOCK:
+            return
         stack = np.zeros(DEEPEST, np.int32)
         end = min(n, (block + 1) * _BLOCK)
         _find_block(points, normals, lights, tree, attached, masks, stack, block * _BLOCK, end)

@@ -1,9 +1,10 @@
 """What a plumb line meets: the height and the face of a surface at places of the plan."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -42,14 +43,18 @@ def drop_plumb(
     count = np.zeros(len(plan), np.intp)
     if len(tree.corners):
         use_threads(threads)
-        _drop(np.ascontiguousarray(plan), floor, tree, z, normals, count)
+        blocks = -(-len(plan) // _BLOCK)
+        run_shared(blocks, _drop, np.ascontiguousarray(plan), floor, tree, z, normals, count)
     return z, normals, count
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _drop(plan, floor, tree, z, normals, count):
+@njit(cache=True, nogil=True)
+def _drop(plan, floor, tree, z, normals, count, taken):
     n = plan.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (n + _BLOCK - 1) // _BLOCK:
+            return
         stack = np.zeros(DEEPEST, np.int32)
         found = np.zeros(tree.corners.shape[0], np.int64)
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):

@@ -24,8 +24,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared
 from umbra.machine import use_threads
-from umbra.rays.cover import BLEND, HIGH, LEVELS, MASK, find_opacities, trace_light
+from umbra.rays.cover import BLEND, BLOCK, HIGH, LEVELS, MASK, find_opacities, trace_light
 from umbra.rays.face_tree import halve_boxes
 from umbra.scene import Light, Material, Scene
 from umbra.scene.material import WRAPS
@@ -107,7 +108,8 @@ class Transmitters:
             for values in (points, light.position[:3] * light.position[3], self.rows[:, _CORNERS])
         )
         use_threads(threads)
-        trace_light(
+        run_shared(
+            -(-len(points) // BLOCK), trace_light,
             np.ascontiguousarray(points - origin), place, TOUCH * float(coarse), self.nodes,
             self.rows, self.materials, self.texels, left, hidden,
         )  # fmt: skip

@@ -221,6 +221,7 @@ def convert(rules: Rules, name: str) -> Rule:
         title=rules.name,
         edition=rules.version,
         source=rules.source,
+        is_first_format=True,
         requirements=tuple(map(_convert_check, rules.checks)),
     )
 

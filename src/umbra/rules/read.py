@@ -14,11 +14,11 @@ from typing import Any
 from umbra.errors import InputError, find_similar
 from umbra.rules.conditions import CONDITION_KEYS, read_condition
 from umbra.rules.file import Block, load_block
-from umbra.rules.first_format import convert, read_rules
+from umbra.rules.first_format import Rules, convert, read_rules
 from umbra.rules.record import Condition, Place, Requirement, Rule, list_conditions
 from umbra.rules.words import STANDINGS
 
-__all__ = ["CHECK_KEYS", "FILE_KEYS", "find_shipped", "read_rule"]
+__all__ = ["CHECK_KEYS", "FILE_KEYS", "find_shipped", "is_shipped", "read_any", "read_rule"]
 
 FILE_KEYS = (
     "format", "name", "place", "edition", "asks", "source", "read", "standing", "first_hand",
@@ -74,6 +74,18 @@ def read_rule(named: str | os.PathLike[str]) -> list[Rule]:
             block.refuse(f"a rule of format 1 has no variant '{choice}'; leave it out")
         return [replace(convert(read_rules(path), path.stem), text=_read_text(path))]
     return _choose(_read_rules(block, path), choice, block, path)
+
+
+def read_any(named: str | os.PathLike[str]) -> Rules | list[Rule]:
+    """Read a rule as ``read_rule``; a file of format 1 as its checks."""
+    rules = read_rule(named)
+    path, _ = _find_file(os.fspath(named))
+    return read_rules(path) if rules[0].is_first_format else rules
+
+
+def is_shipped(text: str) -> bool:
+    """Return whether a text names a rule that umbra brings, or a variant of one."""
+    return text.partition(":")[0] in find_shipped()
 
 
 def _find_file(text: str) -> tuple[Path, str]:

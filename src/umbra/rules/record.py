@@ -98,9 +98,12 @@ class Condition:
     def needs_before(self) -> bool:
         """Whether it compares with what stands without the proposal."""
         limits = (self.ratio_to_before, self.loss_at_most)
-        return self.measure in {"hours_lost", "new_shadow_hours", "new_shadow_share"} or any(
-            limit is not None for limit in limits
-        )
+        return not self.has_value_alone or any(limit is not None for limit in limits)
+
+    @property
+    def has_value_alone(self) -> bool:
+        """Whether its measure has a value without a proposal."""
+        return self.measure not in {"hours_lost", "new_shadow_hours", "new_shadow_share"}
 
     @property
     def has_limit(self) -> bool:
@@ -203,6 +206,8 @@ class Rule:
         The variant that was chosen, or that these requirements are of; empty without variants.
     about_variant : str
     requirements : tuple of Requirement
+    is_first_format : bool
+        Whether the file is of format 1.
     text : str
         The file.
     """
@@ -222,6 +227,7 @@ class Rule:
     variant: str = ""
     about_variant: str = ""
     requirements: tuple[Requirement, ...] = ()
+    is_first_format: bool = False
     text: str = field(default="", repr=False)
 
 

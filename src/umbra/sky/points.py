@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.kernels import run_shared, take_next
 from umbra.machine import choose_threads, use_threads
 from umbra.sky.casters import SkyCasters
 from umbra.sky.events import find_events, find_spans
@@ -87,12 +88,12 @@ def measure_sky(
     toward = toward / length[:, None]
     use_threads(choose_threads(threads))
     found = np.zeros((len(at), 2))
-    _measure(casters, at, toward, found)
+    run_shared(len(at), _measure, casters, at, toward, found)
     svf, share = np.maximum(found, 0.0).T
     if not objects:
         return PointSkies(svf, 100.0 * share, None)
     taken = np.zeros((len(at), objects))
-    _share(casters, at, toward, taken)
+    run_shared(len(at), _share, casters, at, toward, taken)
     whole = find_open(toward)[1]
     return PointSkies(svf, 100.0 * share, taken / np.where(whole > 0, whole, np.inf)[:, None])
 
@@ -117,18 +118,24 @@ def trace_free_sky(casters, p, normal):
     return seen, find_pieces(seen, normal, events, spans, owner, skylines[0])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _measure(casters, points, normals, found):
-    for i in prange(points.shape[0]):
+@njit(cache=True, nogil=True)
+def _measure(casters, points, normals, found, taken):
+    while True:
+        i = take_next(taken)
+        if i >= points.shape[0]:
+            return
         _, pieces = trace_free_sky(casters, points[i], normals[i])
         moments = np.zeros(7)
         integrate(pieces, moments)
         found[i, 0], found[i, 1] = sum_up(moments, normals[i])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _share(casters, points, normals, shares):
-    for i in prange(points.shape[0]):
+@njit(cache=True, nogil=True)
+def _share(casters, points, normals, shares, taken):
+    while True:
+        i = take_next(taken)
+        if i >= points.shape[0]:
+            return
         seen = find_seen(casters, points[i], normals[i])
         events = find_events(seen, normals[i], casters.is_between, np.zeros(BINS))
         moments = np.zeros((shares.shape[1], 7))

@@ -20,10 +20,11 @@ hidden equally often.
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.kernels import run_shared, take_next
 from umbra.machine import use_threads
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface
@@ -235,7 +236,8 @@ def _cover(
     lamp = LightFrame(place, light.radius, light.edges is not None, find_axes(light, place))
     hard = counter.count(view, camera, light.light)
     coverage[where] = hard[where] > 0
-    _count_over_light(
+    run_shared(
+        count_tiles(where.shape[0], where.shape[1], BLOCK), _count_over_light,
         frame.position, frame.normal, origin, where, edges, lamp, spots,
         hard.astype(np.int32), coverage, unsure,
     )  # fmt: skip
@@ -291,8 +293,10 @@ def _estimate(counts, mean):
     return hidden / n + slope * (mean - total / n)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard, coverage, unsure):
+@njit(cache=True, nogil=True)
+def _count_over_light(
+    position, normal, origin, where, edges, lamp, spots, hard, coverage, unsure, taken
+):
     """
     Write the coverage of visible points in penumbra wedges; see the module's docstring.
 
@@ -304,7 +308,8 @@ def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard,
     across = np.ascontiguousarray(spots.T)
     coarse = 2.0**-40 * np.abs(origin).max()
     every = np.arange(ends.shape[0])
-    for number in prange(count_tiles(rows, cols, BLOCK)):
+    number = take_next(taken)
+    while number < count_tiles(rows, cols, BLOCK):
         block = find_tile(number, rows, cols, BLOCK)
         near = np.empty(ends.shape[0], np.int64)
         n_near, _ = find_in_tile(position, origin, where, wedges, block, every, near)
@@ -351,3 +356,4 @@ def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard,
                         _add_to_spots(ax, ay, bx, by, step, across, counts)
                     if has_any:
                         coverage[r, c] = _estimate(counts, mean)
+        number = take_next(taken)

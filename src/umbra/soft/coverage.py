@@ -10,8 +10,9 @@ Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
+from umbra.kernels import take_next
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
 
 __all__ = [
@@ -183,21 +184,8 @@ def split_block(block):
     return tiles
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def add_wedges(
-    position,
-    origin,
-    seen,
-    ends,
-    multiplicity,
-    planes,
-    light,
-    radius,
-    is_square,
-    axes,
-    cover,
-    unsure,
-):
+@njit(cache=True, nogil=True)
+def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, unsure, taken):
     """
     Sum s Q multiplicity / area over the silhouette edges, for each visible point.
 
@@ -214,21 +202,24 @@ def add_wedges(
     multiplicity : (n,) int64
     planes : (n, 4, 4) float64
         Of ``make_planes``.
-    light : (4,) float64
-    radius : float
-    is_square : bool
-        Whether the light is a parallelogram.
-    axes : (3, 3) float64
-        Rows u, v and the normal of the light's plane; u and v map the plane to the unit light.
+    lamp : tuple
+        The light (4,) float64; its radius; whether it is a parallelogram; and its axes (3, 3)
+        float64: rows u, v and the normal of its plane; u and v map the plane to the unit light.
     cover : (rows, cols) float64
         Added to.
     unsure : (rows, cols) bool
         Set where an edge passes the light's centre within rounding, so that the hard count may be
         on the other side.
+    taken : (2,) int64
+        Of ``run_shared``, whose items are tiles.
     """
     rows, cols = seen.shape
+    light, radius, is_square, axes = lamp
     every = np.arange(ends.shape[0])
-    for number in prange(count_tiles(rows, cols, BLOCK)):
+    while True:
+        number = take_next(taken)
+        if number >= count_tiles(rows, cols, BLOCK):
+            return
         block = find_tile(number, rows, cols, BLOCK)
         near = np.empty(ends.shape[0], np.int64)
         n_near, _ = find_in_tile(position, origin, seen, planes, block, every, near)

@@ -13,6 +13,8 @@ are ours: they are exact, where the papers look them up in textures.
 import numpy as np
 from numba import njit
 
+from umbra.kernels import copy_rows
+
 __all__ = ["find_disc_part", "find_signed_part", "find_square_part", "place_axes", "project_edge"]
 
 _NEAREST = 1e-9  # of the distance to the light: nearer edges touch the receiver
@@ -28,14 +30,14 @@ def place_axes(x, y, z, light, radius, is_square, axes, out):
     the light over its squared length, which yields the fraction of the distance to it.
     """
     if light[3] == 0.0:
-        out[:] = axes
+        copy_rows(axes, out)
         return True
     wx, wy, wz = light[0] - x, light[1] - y, light[2] - z
     if is_square:
         depth = axes[2, 0] * wx + axes[2, 1] * wy + axes[2, 2] * wz
         if abs(depth) <= 1e-9 * radius:
             return False
-        out[:] = axes
+        copy_rows(axes, out)
         out[2] /= depth
         if depth < 0.0:
             out[1] *= -1.0  # from the back, the light is mirrored

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared
 from umbra.machine import use_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
 from umbra.soft import AreaLight, make_axes
-from umbra.soft.coverage import add_wedges, make_planes
+from umbra.soft.coverage import BLOCK, add_wedges, count_tiles, make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
 if TYPE_CHECKING:
@@ -82,9 +83,10 @@ def _cover(
     make_planes(ends, place, light.radius, planes)
     coverage = np.zeros(where.shape)
     unsure = np.zeros(where.shape, np.bool_)
-    add_wedges(
-        frame.position, origin, where, ends, multiplicity, planes, place,
-        light.radius, light.edges is not None, find_axes(light, place), coverage, unsure,
+    lamp = place, light.radius, light.edges is not None, find_axes(light, place)
+    run_shared(
+        count_tiles(where.shape[0], where.shape[1], BLOCK), add_wedges,
+        frame.position, origin, where, ends, multiplicity, planes, lamp, coverage, unsure,
     )  # fmt: skip
     hard = counter.count(view, camera, light.light)
     return np.where(where, hard - coverage, 0.0), unsure

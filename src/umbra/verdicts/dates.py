@@ -1,14 +1,15 @@
-"""Dates of rules in a year: days, ranges and terms."""
+"""Dates of rules in a year, as studies take them."""
 
 import datetime as dt
 
 from umbra.errors import InputError
 from umbra.rules.record import Condition
+from umbra.verdicts.moments import find_term
 
 __all__ = ["settle_dates"]
 
 
-def settle_dates(condition: Condition, year: int) -> list[str]:
+def settle_dates(condition: Condition, year: int, zone: str) -> list[str]:
     """
     Return a condition's dates as a study takes them.
 
@@ -17,20 +18,26 @@ def settle_dates(condition: Condition, year: int) -> list[str]:
     condition : Condition
     year : int
         Of dates without a year. A range that ends before it begins runs into the next.
+    zone : str
+        Whose calendar holds the terms.
 
     Raises
     ------
     InputError
         If there is no 29 February in the year.
     """
-    return [_settle(text, year) for text in condition.dates]
+    found = []
+    for text in condition.dates:
+        if text == "year":
+            found.append(str(year))
+        elif not text[0].isdigit():
+            found += [str(day) for day in find_term(text, year, zone)]
+        else:
+            found.append(_settle(text, year))
+    return found
 
 
 def _settle(text: str, year: int) -> str:
-    if text == "year":
-        return str(year)
-    if not text[0].isdigit():
-        return f"{year}-{text}"
     first, _, last = text.partition("..")
     start = _add_year(first, year)
     if not last:

@@ -162,7 +162,6 @@ class Gathered:
         z = float(np.mean(ground.places.points[:, 2])) + (requirement.height or 0.0)
         if math.isinf(far):
             far = near + self._find_reach(requirement, z)
-        # Mitred corners: distances are from the boundary's sides, as the statutes draw them.
         ring = shapely.difference(shapely.buffer(boundary, far), shapely.buffer(boundary, near))
         name = (
             f"{near:g} to {far:g} m"
@@ -174,6 +173,10 @@ class Gathered:
         found.points[:, 2] = z
         found.normals[:] = (0.0, 0.0, 1.0)
         return found
+
+    def list_counted(self) -> list[SunlightOf]:
+        """Return all receivers that rules asked of."""
+        return [one for one in self._kept.values() if isinstance(one, SunlightOf)]
 
     def find_plot(self) -> Any:
         """Return the plot's boundary, a polygon in the model's own coordinates."""

@@ -1,6 +1,6 @@
 """Verdicts of rules on a model's areas, windows, bands and places."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from umbra.rules.record import Alternative, Condition, Requirement, Rule, list_conditions
@@ -21,7 +21,7 @@ from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import SunlightOf
 from umbra.verdicts.values import measure
 
-__all__ = ["Finding", "RuleVerdict", "choose_asked", "judge_rules"]
+__all__ = ["Finding", "RuleVerdict", "choose_asked", "judge_rules", "spell_out"]
 
 NO_PROPOSAL = "what stood before is not known; name the proposal's parts with proposed="
 
@@ -42,8 +42,10 @@ class Finding:
     outcome : Outcome
     because : str
         Receiver that decides for a group; how many decide for a share.
-    members : tuple of int
-        Indices of the receivers.
+    members : tuple of str
+        Names of the receivers.
+    of : str
+        Kind of the receivers.
     variants : tuple of str
         Variants of the rule that it holds for.
     """
@@ -54,7 +56,8 @@ class Finding:
     where: str
     outcome: Outcome
     because: str = ""
-    members: tuple[int, ...] = ()
+    members: tuple[str, ...] = ()
+    of: str = ""
     variants: tuple[str, ...] = ()
 
     @property
@@ -194,6 +197,20 @@ def _judge_requirement(
     return findings
 
 
+def spell_out(verdicts: Sequence[RuleVerdict], spell: Callable[[str], str]) -> list[RuleVerdict]:
+    """Return the verdicts with options in what is needed as a user types them."""
+    return [
+        replace(
+            verdict, notes=tuple(map(spell, verdict.notes)),
+            findings=tuple(
+                replace(one, outcome=replace(one.outcome, needs=spell(one.outcome.needs)))
+                for one in verdict.findings
+            ),
+        )
+        for verdict in verdicts
+    ]  # fmt: skip
+
+
 def tell_wanted(condition: Condition) -> str:
     """Describe a condition's limit where nothing is measured."""
     share = condition.share is not None or condition.ratio_to_before is not None
@@ -228,23 +245,33 @@ Judged = list[list[Outcome]]
 
 def _judge_subjects(sunlight: SunlightOf, requirement: Requirement, has_before: bool) -> Judged:
     """Judge all receivers of a kind: outcomes by date, then by receiver."""
-    return _judge_condition(sunlight, requirement.condition, has_before)
+    conditions = list_conditions(requirement.condition)
+    compares = any(one.needs_before or not one.has_limit for one in conditions)
+    return _judge_condition(
+        sunlight, requirement.condition, "" if has_before else NO_PROPOSAL, compares and has_before
+    )
 
 
 def _judge_condition(
-    sunlight: SunlightOf, condition: Condition | Alternative, has_before: bool
+    sunlight: SunlightOf, condition: Condition | Alternative, lacking: str, reads_before: bool
 ) -> Judged:
     if isinstance(condition, Alternative):
-        each = [_judge_condition(sunlight, one, has_before) for one in condition.conditions]
+        each = [
+            _judge_condition(sunlight, one, lacking, reads_before) for one in condition.conditions
+        ]
         dates = max(map(len, each))
         each = [one * dates if len(one) == 1 else one for one in each]
         return [
             [join(condition, parts) for parts in zip(*of_date, strict=True)]
             for of_date in zip(*each, strict=True)
         ]
-    needs = NO_PROPOSAL if condition.needs_before and not has_before else ""
-    reads_before = has_before and (condition.needs_before or not condition.has_limit)
+    needs = lacking if condition.needs_before else ""
+    if needs and not condition.has_value_alone:
+        wanted = tell_wanted(condition)
+        blank = Outcome(verdict=UNKNOWN, wanted=wanted, measure=condition.measure, needs=needs)
+        return [[blank] * len(sunlight.subjects)]
     values = measure(condition, sunlight, has_before=reads_before)
+    sunlight.keep_line(condition, values)
     return [
         [judge_value(condition, one, k, needs) for k in range(len(sunlight.subjects))]
         for one in values
@@ -274,10 +301,11 @@ def _list_findings(
             decides = next((k for k, one in zip(members, own) if one.value == outcome.value
                             and one.date == outcome.date), members[0])  # fmt: skip
             because = subjects.names[decides] if kind == requirement.of_each else ""
-            findings.append(
-                Finding(rule=rule, check=requirement.name, kind=kind, where=where, outcome=outcome,
-                        because=because, members=tuple(members))
-            )  # fmt: skip
+            findings.append(Finding(
+                rule=rule, check=requirement.name, kind=kind, where=where, outcome=outcome,
+                because=because, members=tuple(subjects.names[k] for k in members),
+                of=subjects.kind,
+            ))  # fmt: skip
     return findings
 
 

@@ -83,20 +83,18 @@ def judge_value(condition: Condition, values: Values, k: int, needs_before: str)
     """Judge the value of a receiver by a condition's limit."""
     value = float(values.value[k])
     before = None if values.before is None else float(values.before[k])
+    is_share = values.unit == "%" and MEASURES[condition.measure].unit != "%"
     outcome = Outcome(
-        verdict=UNKNOWN, wanted=tell_limit(condition, values.unit), measure=condition.measure,
+        verdict=UNKNOWN, wanted=tell_limit(condition, values.unit),
+        measure=f"share_with_{condition.measure}" if is_share else condition.measure,
         unit=values.unit, value=value, off=float(values.off[k]), before=before,
         date=values.date[k], first=values.first[k], last=values.last[k],
         spells=int(values.spells[k]), level=condition.level,
     )  # fmt: skip
     if not condition.has_limit:
         return replace(outcome, needs="no number in law: a court weighs it")
-    if condition.needs_before and before is None and condition.measure not in {
-        "hours_lost", "new_shadow_hours", "new_shadow_share"
-    }:  # fmt: skip
+    if needs_before:
         return replace(outcome, needs=needs_before)
-    if needs_before and condition.needs_before:
-        return replace(outcome, value=None, needs=needs_before)
     if condition.ratio_to_before is not None:
         assert before is not None
         ratio = 1.0 if before <= 0 else value / before

@@ -1,7 +1,7 @@
 """Sun at each moment on the samples of what is judged: before, after, or by the proposal alone."""
 
 import datetime as dt
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.rules.record import Condition
-from umbra.scene import Scene
+from umbra.scene import Mesh, Part, Scene, make_scene
 from umbra.study import run
 from umbra.study.accumulators.hours import Masks
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.verdicts.dates import settle_dates
+from umbra.verdicts.moments import find_windows, follows_clock
 from umbra.verdicts.subjects import Subjects
 
 __all__ = ["Model", "SunDay", "SunlightOf"]
 
-CAST = ("after", "before", "proposed")
+_DEEP = 1000.0  # below all that is judged [m]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -97,6 +98,12 @@ class SunDay:
             },
         )
 
+    def trim(self, first: int, last: int) -> "SunDay":
+        """Return the steps between two instants [us since 1970], those at the ends cut."""
+        kept = self.pick((self.ends > first) & (self.starts < last))
+        starts, ends = np.maximum(kept.starts, first), np.minimum(kept.ends, last)
+        return replace(kept, starts=starts, ends=ends, hours=(ends - starts) / 3.6e9)
+
 
 @dataclass(eq=False)
 class SunlightOf:
@@ -107,10 +114,13 @@ class SunlightOf:
     ----------
     model : Model
     subjects : Subjects
+    lines : dict
+        Of a limit in hours, its measure and a date, the hours of each sample of areas, (n,) [h].
     """
 
     model: Model
     subjects: Subjects
+    lines: dict[tuple[float, str, str], NDArray[np.float64]] = field(default_factory=dict)
     _studies: dict[Any, Study] = field(default_factory=dict)
 
     def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
@@ -126,16 +136,29 @@ class SunlightOf:
         study = self._count(condition, which)
         period, masks = study.period, study.masks
         assert masks is not None
+        windows = None
+        if not follows_clock(condition):
+            windows = find_windows(condition, period.days, self.model.site)
         for day, date in enumerate(period.days):
-            yield _cut_day(period, masks, day, date)
+            whole = _cut_day(period, masks, day, date)
+            yield whole if windows is None else whole.trim(*windows[day])
+
+    def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:
+        """Keep the hours at the samples of areas, on which a drawing rules the limit's line."""
+        amount = condition.at_most if condition.at_least is None else condition.at_least
+        for one in values:
+            has_line = self.subjects.kind in {"areas", "band"} and one.hours is not None and amount
+            if has_line and one.date and one.date[0] is not None:
+                self.lines[float(amount or 0.0), condition.measure, f"{one.date[0]}"] = one.hours
 
     def _count(self, condition: Condition, which: str) -> Study:
+        # Hours by the sun or another clock are cut out of whole days, which rules share.
+        hours = (condition.start, condition.end) if follows_clock(condition) else ("00:00", "24:00")
         time = {
-            "date": settle_dates(condition, self.model.year),
-            "start": condition.start,
-            "end": condition.end,
+            "date": settle_dates(condition, self.model.year, self.model.site.zone),
+            "start": hours[0],
+            "end": hours[1],
             "every": condition.every,
-            **({"clock": condition.clock} if condition.clock != "local" else {}),
         }
         key = (which, *map(str, time.values()))
         if key not in self._studies:
@@ -164,11 +187,19 @@ class SunlightOf:
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
-        asked = StudyOptions(
-            receivers="points", points=np.hstack([given.points, normals]), **kept,
-            **model.choose_casters(which), **more,
-        )  # fmt: skip
-        return run(model.scene, model.site, asked)
+        casters, scene = model.choose_casters(which), model.scene
+        if not scene.select(casters["cast"], casters["no_cast"]):
+            scene, casters, kept = _make_empty(given.points), {}, {"threads": options.threads}
+        points = np.hstack([given.points, normals])
+        asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
+        return run(scene, model.site, asked)
+
+
+def _make_empty(points: NDArray[np.float64]) -> Scene:
+    """Return a scene in which nothing shades some points: a study needs a caster."""
+    low = points.min(0) - (0.0, 0.0, _DEEP)
+    corners = low + np.array([(0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), (0.0, 1e-3, 0.0)])
+    return make_scene([Part("nothing", "", Mesh(corners, np.array([[0, 1, 2]], np.int32)))])
 
 
 def _cut_day(period: Period, masks: Masks, day: int, date: dt.date) -> SunDay:

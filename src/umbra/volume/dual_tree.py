@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, prange
+from numba import njit
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared, take_next
 from umbra.volume.adjacency import Caster
 from umbra.volume.duals import (
     STRETCH,
@@ -98,7 +99,7 @@ def make_dual_tree(caster: Caster) -> DualTree:
     while len(levels[0]) > 1:
         blocks = (len(levels[0]) + WIDTH - 1) // WIDTH
         boxes = np.full((blocks, 8, WIDTH), np.nan, np.float32)
-        _put_boxes(levels[0], boxes)
+        run_shared(-(-len(boxes) // _AT_ONCE), _put_boxes, levels[0], boxes)
         levels.insert(0, boxes)
     starts = np.cumsum([0] + [len(boxes) for boxes in levels[:-1]])
     above = np.concatenate([np.zeros((0, 8, WIDTH), np.float32), *levels[:-1]])
@@ -108,13 +109,17 @@ def make_dual_tree(caster: Caster) -> DualTree:
 def _sort_along_curve(caster: Caster, duals: Duals) -> NDArray[np.int32]:
     """Sort segments by their midpoints along a Morton curve through the cube."""
     keys = np.zeros(len(duals.edges), np.uint64)
-    _make_keys(duals.points, duals.edges, caster.edge_faces, caster.turn, keys)
+    given = duals.points, duals.edges, caster.edge_faces, caster.turn, keys
+    run_shared(-(-len(duals.edges) // STRETCH), _make_keys, *given)
     return duals.edges[np.argsort(keys)]
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _make_keys(points, edges, edge_faces, turn, keys):
-    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _make_keys(points, edges, edge_faces, turn, keys, taken):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= (edges.size + STRETCH - 1) // STRETCH:
+            return
         for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
             a = points[edge_faces[edges[i], 0]]
             b = points[edge_faces[edges[i], 1]]
@@ -127,10 +132,13 @@ def _make_keys(points, edges, edge_faces, turn, keys):
             )
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _put_boxes(children, boxes):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _put_boxes(children, boxes, taken):
     """Bound each block of boxes or segments by a box, rounded outward."""
-    for stretch in prange((boxes.shape[0] + _AT_ONCE - 1) // _AT_ONCE):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= (boxes.shape[0] + _AT_ONCE - 1) // _AT_ONCE:
+            return
         for block in range(stretch * _AT_ONCE, min(boxes.shape[0], (stretch + 1) * _AT_ONCE)):
             for i in range(min(WIDTH, children.shape[0] - block * WIDTH)):
                 child = children[block * WIDTH + i]

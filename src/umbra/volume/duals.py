@@ -23,9 +23,10 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared, take_next
 from umbra.volume.adjacency import Caster
 
 __all__ = [
@@ -115,7 +116,8 @@ def make_duals(caster: Caster) -> Duals:
     low, high = places.min(0), places.max(0)
     fit = Fit((low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, _LEAST))
     points = np.full((caster.planes.shape[1], 4), np.nan)
-    _place_points(caster.planes, fit.centre, fit.reach, points)
+    stretches = -(-len(points) // STRETCH)
+    run_shared(stretches, _place_points, caster.planes, fit.centre, fit.reach, points)
     loose = np.zeros(len(caster.edges), np.bool_)
     _find_loose(np.isnan(points[:, 0]), caster.edge_faces, loose)
     return Duals(
@@ -126,9 +128,12 @@ def make_duals(caster: Caster) -> Duals:
     )
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _place_points(planes, centre, reach, points):
-    for stretch in prange((points.shape[0] + STRETCH - 1) // STRETCH):
+@njit(cache=True, nogil=True)
+def _place_points(planes, centre, reach, points, taken):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= (points.shape[0] + STRETCH - 1) // STRETCH:
+            return
         for face in range(stretch * STRETCH, min(points.shape[0], (stretch + 1) * STRETCH)):
             x, y, z = planes[0, face], planes[1, face], planes[2, face]
             length = np.sqrt(x * x + y * y + z * z)
@@ -245,14 +250,18 @@ class Tree(ABC):
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
     """Arrange segments in blocks; ``numbers`` (n_blocks, 16) are edges, -1 for none."""
     blocks = np.full((len(numbers), 8, WIDTH), np.nan, np.float32)
-    _lay_out(duals.points, numbers, caster.edge_faces, caster.turn, blocks)
+    given = duals.points, numbers, caster.edge_faces, caster.turn, blocks
+    run_shared(-(-len(numbers) // (STRETCH // WIDTH)), _lay_out, *given)
     return Segments(duals.fit, duals.always, numbers, blocks)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _lay_out(points, numbers, edge_faces, turn, blocks):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _lay_out(points, numbers, edge_faces, turn, blocks, taken):
     at_once = STRETCH // WIDTH
-    for stretch in prange((numbers.shape[0] + at_once - 1) // at_once):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= (numbers.shape[0] + at_once - 1) // at_once:
+            return
         for block in range(stretch * at_once, min(numbers.shape[0], (stretch + 1) * at_once)):
             for i in range(WIDTH):
                 edge = numbers[block, i]

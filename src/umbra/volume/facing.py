@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import find_lowest
+from umbra.kernels import find_lowest, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
 
@@ -27,8 +27,12 @@ _FLAT = 1e-250  # square of a normal's length, so small that it may have lost it
 _ROUNDING = 1e-9  # far above the rounding of a unit normal's product with a light
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def find_lit(planes, lights, lit, edge_on):
+def find_lit(
+    planes: NDArray[np.float64],
+    lights: NDArray[np.float64],
+    lit: NDArray[np.unsignedinteger],
+    edge_on: NDArray[np.uint64],
+) -> None:
     """
     Find the faces lit by each light; a face whose plane contains the light is unlit.
 
@@ -36,9 +40,18 @@ def find_lit(planes, lights, lit, edge_on):
     64. Writes ``lit`` (n_faces,), bit k set where light k lights the face, and ``edge_on``
     (n_blocks,), bit k set where light k sees some face of the block of 512 exactly edge-on.
     """
+    run_shared(len(edge_on), _find_lit, planes, lights, lit, edge_on)
+
+
+@njit(cache=True, nogil=True)
+def _find_lit(planes, lights, lit, edge_on, taken):
+    """Find the lit faces of one block after another."""
     n = planes.shape[1]
     none = lit.dtype.type(0)
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= edge_on.size:
+            return
         low = block * _BLOCK
         high = min(n, low + _BLOCK)
         x = planes[0, low:high]
@@ -83,8 +96,8 @@ def _bound_normals(planes, low, high):
                 high[group, k] = max(high[group, k], part)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _find_lit_in_groups(planes, low, high, suns, lit, edge_on, taken):
     """
     Find what ``find_lit`` does, for suns (n, 3).
 
@@ -92,7 +105,10 @@ def _find_lit_in_groups(planes, low, high, suns, lit, edge_on):
     """
     n = planes.shape[1]
     none = np.uint64(0)
-    for block in prange(edge_on.size):
+    while True:
+        block = take_next(taken)
+        if block >= edge_on.size:
+            return
         flat = np.uint64(0)
         for group in range(
             block * (_BLOCK // _GROUP), min(low.shape[0], (block + 1) * (_BLOCK // _GROUP))
@@ -174,9 +190,10 @@ def ask_every_edge(
         batch = np.ascontiguousarray(lights[done : done + LIGHTS_AT_ONCE])
         _find_lit_of(caster, batch, lit, edge_on)
         counts = np.zeros((len(batch), len(active)), np.int64)
-        _find_active(
-            caster.edge_faces, caster.turn, lit, len(batch), edges, found, first, active, counts
-        )
+        run_shared(
+            len(active), _find_active, caster.edge_faces, caster.turn, lit, len(batch), edges,
+            found, first, active, counts,
+        )  # fmt: skip
         totals = np.cumsum(counts.sum(1))
         n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
         n = min(n, len(batch))
@@ -184,7 +201,7 @@ def ask_every_edge(
         starts = np.append(0, totals[:n])
         places = np.cumsum(counts[:n], axis=1) - counts[:n] + starts[:-1, None]
         codes = np.zeros(max(int(starts[-1]), 1), np.int32)
-        _list_codes(edges, found, first, active, places, codes)
+        run_shared(len(active), _list_codes, edges, found, first, active, places, codes)
         flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
         codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
         yield slice(done, done + n), Silhouettes(codes, starts)
@@ -206,7 +223,8 @@ def _find_lit_of(
         return bounds
 
     low, high = derive(caster, "normals", None, bound)
-    _find_lit_in_groups(caster.planes, low, high, lights[:, :3].copy(), lit, edge_on)
+    given = caster.planes, low, high, lights[:, :3].copy(), lit, edge_on
+    run_shared(len(edge_on), _find_lit_in_groups, *given)
 
 
 def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
@@ -217,16 +235,20 @@ def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
     find_lit(caster.planes, np.ascontiguousarray(light), lit, edge_on)
     codes = np.zeros(n_edges + 1, np.int32)
     active = np.zeros((n_edges + _STRETCH - 1) // _STRETCH, np.int64)
-    n = _list_for_one(caster.edge_faces, caster.turn, lit, codes, active)
+    run_shared(len(active), _list_for_one, caster.edge_faces, caster.turn, lit, codes, active)
+    n = _join_stretches(codes, active)
     flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
     starts = np.array([0, n])
     return Silhouettes(*_drop_edge_on(caster, light, flat, codes[: max(n, 1)].copy(), starts))
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _list_for_one(edge_faces, turn, lit, codes, active):
-    """List the codes of one light per stretch, then compact them; return their number."""
-    for stretch in prange(active.size):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _list_for_one(edge_faces, turn, lit, codes, active, taken):
+    """List the codes of one light, every stretch's from its own start on."""
+    while True:
+        stretch = take_next(taken)
+        if stretch >= active.size:
+            return
         start = stretch * _STRETCH
         n = start
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
@@ -235,6 +257,11 @@ def _list_for_one(edge_faces, turn, lit, codes, active):
             codes[n] = np.int32(edge) << 2 | one
             n += one ^ two ^ turn[edge]
         active[stretch] = n - start
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _join_stretches(codes, active):
+    """Close the gaps between the codes of stretches; return the number of codes."""
     n = 0
     for stretch in range(active.size):
         start = stretch * _STRETCH
@@ -244,8 +271,8 @@ def _list_for_one(edge_faces, turn, lit, codes, active):
     return n
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts, taken):
     """
     Find the edges that are in some light's silhouette, in stretches of edges.
 
@@ -257,7 +284,10 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
     wanted = np.uint64(0xFFFFFFFFFFFFFFFF)
     if n_lights < 64:
         wanted = (np.uint64(1) << np.uint64(n_lights)) - np.uint64(1)
-    for stretch in prange(active.size):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= active.size:
+            return
         start = stretch * _STRETCH
         n = np.uint64(start)  # unsigned indices need no test of their sign
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
@@ -284,10 +314,13 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
             counts[k, stretch] = m
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _list_codes(edges, found, first, active, places, codes):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _list_codes(edges, found, first, active, places, codes, taken):
     """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
-    for stretch in prange(active.size):
+    while True:
+        stretch = take_next(taken)
+        if stretch >= active.size:
+            return
         start = stretch * _STRETCH
         if active[stretch] * _FEW_ACTIVE < _STRETCH:
             cursor = places[:, stretch].copy()

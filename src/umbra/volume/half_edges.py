@@ -15,8 +15,10 @@ def sort(numbers, order):
     ordered = np.zeros_like(order)
     if not order.size:
         return ordered
-    least = numbers.min()
-    place = np.zeros(numbers.max() - least + 2, np.int32)
+    least = most = numbers[0]
+    for number in numbers:
+        least, most = min(least, number), max(most, number)
+    place = np.zeros(most - least + 2, np.int32)
     for number in numbers:
         place[number - least + 1] += 1
     for k in range(1, place.size):

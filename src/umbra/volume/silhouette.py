@@ -19,10 +19,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numba import get_num_threads, njit
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.machine import get_threads
 from umbra.volume.adjacency import Caster
 from umbra.volume.dual_tree import DualTree, make_dual_tree
 from umbra.volume.duals import WIDTH, Plane, Segments, Tree, sift_block
@@ -106,7 +107,7 @@ def find_silhouettes(
                 break
     if tree is None:
         return
-    threads = get_num_threads()
+    threads = get_threads()
     for first in range(done, len(lights), LIGHTS_AT_ONCE):
         batch = lights[first : first + LIGHTS_AT_ONCE]
         search = partial(_search, tree, caster)

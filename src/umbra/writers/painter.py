@@ -223,7 +223,11 @@ def serve() -> None:
         if pair != mine:  # else no one would see that its process ended
             os.close(pair[0])
             os.close(pair[1])
-    with os.fdopen(mine[0], "rb") as jobs, os.fdopen(mine[1], "wb") as answers:
+    with (
+        suppress(BrokenPipeError),  # of what is left to write as it closes
+        os.fdopen(mine[0], "rb") as jobs,
+        os.fdopen(mine[1], "wb") as answers,
+    ):
         _do(jobs, answers)
 
 

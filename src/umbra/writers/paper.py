@@ -9,7 +9,7 @@ matplotlibrc could turn, and no pixel of the map resampled once more.
 import logging
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -54,6 +54,7 @@ __all__ = [
     "find_font",
     "load_fonts",
     "measure",
+    "save_pages",
     "to_pixels",
     "wrap",
 ]
@@ -286,19 +287,42 @@ class Paper:
 
 def _save_vectors(leaf: Leaf, path: str | os.PathLike[str], ending: str) -> None:
     """Write a PDF or an SVG."""
+    undated = {"CreationDate": None} if ending == "pdf" else {"Date": None}
+    with _set_vectors():
+        figure = _bind(leaf)
+        figure.savefig(path, format=ending, facecolor="white", metadata=undated)
+
+
+def save_pages(leaves: Sequence[Leaf], path: str | os.PathLike[str], title: str = "") -> None:
+    """Write a PDF of several pages."""
+    from matplotlib.backends.backend_pdf import PdfPages  # noqa: PLC0415
+
+    about: Any = {"CreationDate": None, "Title": title or None}
+    with _set_vectors(), PdfPages(path, metadata=about) as pages:
+        for leaf in leaves:
+            pages.savefig(_bind(leaf), facecolor="white")
+
+
+@contextmanager
+def _set_vectors() -> Iterator[None]:
+    """Set matplotlib so that type stays type, whatever a user's file says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_VECTORS)
+        yield
+
+
+def _bind(leaf: Leaf) -> Any:
+    """Return a figure that draws a leaf."""
     from matplotlib.figure import Figure  # noqa: PLC0415  (PNG needs none)
 
     class Bound(Artist):
         def draw(self, renderer: RendererBase) -> None:
             leaf.draw(renderer)
 
-    undated = {"CreationDate": None} if ending == "pdf" else {"Date": None}
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(_VECTORS)
-        figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
-        figure.add_artist(Bound())
-        figure.savefig(path, format=ending, facecolor="white", metadata=undated)
+    figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
+    figure.add_artist(Bound())
+    return figure
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared, take_next
 from umbra.lights import Lights, Period
 from umbra.rays.face_tree import DEEPEST
 from umbra.rays.hidden import get, is_hidden
@@ -139,11 +140,12 @@ class ExactIntervals(DayIntervals):
         times, state = self._lights.starts, self._states[k].state
         before = self._before[k]
         if before is None:
-            _begin(mask, times[i], state)
+            run_shared(-(-mask.size // BLOCK), _begin, mask, times[i], state)
         else:
             tree, places = self._run.tiles[k].tree, self._run.tiles[0].places
-            _advance(
-                before, mask, times[i - 1], times[i], self._lights.paths[i],  # type: ignore[attr-defined]
+            run_shared(
+                -(-before.size // 256), _advance, before, mask, times[i - 1], times[i],
+                self._lights.paths[i],  # type: ignore[attr-defined]
                 self._tolerance, places.points, places.normals, tree,
                 self.arrays.results.min_spell, state,
             )  # fmt: skip
@@ -239,24 +241,30 @@ def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(instants[place] == times, place, -1)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _begin(mask, at, state):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _begin(mask, at, state, taken):
     """Open an interval at each sunlit receiver at the first instant of a run."""
     cells = mask.size
-    for block in prange((cells + BLOCK - 1) // BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (cells + BLOCK - 1) // BLOCK:
+            return
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             if mask[c] == 0:
                 state[BEGAN, c] = at
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@njit(cache=True, nogil=True)
 def _advance(
-    before, after, start, end, path, tolerance, points, normals, tree, least, state
+    before, after, start, end, path, tolerance, points, normals, tree, least, state, taken
 ):  # fmt: skip
     """Advance to the next instant: solve the time of each receiver's change."""
     cells = before.size
     steps = path.shape[0] - 1
-    for block in prange((cells + 255) // 256):
+    while True:
+        block = take_next(taken)
+        if block >= (cells + 255) // 256:
+            return
         stack = np.zeros(DEEPEST, np.int32)
         for c in range(block * 256, min(cells, (block + 1) * 256)):
             if before[c] == after[c]:

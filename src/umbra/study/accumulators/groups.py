@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.shares import Membership, add_shares, make_share_work
 from umbra.errors import InputError
+from umbra.kernels import run_shared, take_next
 from umbra.machine import use_threads
 from umbra.receivers.kind import PieceShares
 from umbra.scene import Scene
@@ -206,7 +207,8 @@ class PiecesOneByOne:
             bits[window] = packed
         use_threads(self._threads)
         flat = self._bits.reshape(len(self._bits), -1)
-        _share(flat, self._places.normals, suns, weights, membership, cast, sole)
+        given = flat, self._places.normals, suns, weights, membership, cast, sole
+        run_shared(-(-flat.shape[1] // _BLOCK), _share, *given)
 
 
 class ShareCount:
@@ -259,12 +261,15 @@ class ShareCount:
         return Shares(self._cast.reshape(shape), self._sole.reshape(shape))
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _share(bits, normals, suns, weights, membership, cast, sole):
+@njit(cache=True, nogil=True)
+def _share(bits, normals, suns, weights, membership, cast, sole, taken):
     """Add at most eight instants, one bit each, to the hours of every group."""
     cells = bits.shape[1]
     pieces, where = np.arange(bits.shape[0]).astype(np.int32), np.arange(cells)
-    for block in prange((cells + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (cells + _BLOCK - 1) // _BLOCK:
+            return
         low, high = block * _BLOCK, min(cells, (block + 1) * _BLOCK)
         work = make_share_work(membership)
         add_shares(

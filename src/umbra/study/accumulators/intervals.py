@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import run_shared, take_next
 
 __all__ = [
     "BEGAN",
@@ -111,6 +113,7 @@ class IntervalState:
         self.shape, self.least = shape, least
         cells = int(np.prod(shape, dtype=np.int64))
         self.state = np.zeros((7, cells), np.int64)
+        self._blocks = -(-cells // BLOCK)
         self.state[[BEGAN, FIRST, LAST]] = NEVER
         self.until = NEVER  # end of the last step
 
@@ -128,12 +131,13 @@ class IntervalState:
             UTC [us since 1970].
         """
         before = np.append(self.until, ends[:-1])
-        _add_steps(masks.reshape(len(masks), -1), starts, before, self.least, self.state)
+        given = masks.reshape(len(masks), -1), starts, before, self.least, self.state
+        run_shared(self._blocks, _add_steps, *given)
         self.until = int(ends[-1])
 
     def end_all(self, at: int) -> None:
         """Close all open intervals at an instant [us since 1970]."""
-        _end_all(at, self.least, self.state)
+        run_shared(self._blocks, _end_all, at, self.least, self.state)
 
     def finish(self) -> SunIntervalTable:
         """Close all open intervals, and return the table."""
@@ -174,11 +178,14 @@ def end_interval(state, c, at, least):
     state[BEGAN, c] = NEVER
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _add_steps(masks, starts, before, least, state):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _add_steps(masks, starts, before, least, state, taken):
     """Add steps to every receiver; ``before`` holds the end of the step before each."""
     cells = masks.shape[1]
-    for block in prange((cells + BLOCK - 1) // BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (cells + BLOCK - 1) // BLOCK:
+            return
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             for s in range(masks.shape[0]):
                 is_on = state[BEGAN, c] != NEVER
@@ -191,10 +198,13 @@ def _add_steps(masks, starts, before, least, state):
                     end_interval(state, c, starts[s], least)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _end_all(at, least, state):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _end_all(at, least, state, taken):
     cells = state.shape[1]
-    for block in prange((cells + BLOCK - 1) // BLOCK):
+    while True:
+        block = take_next(taken)
+        if block >= (cells + BLOCK - 1) // BLOCK:
+            return
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             if state[BEGAN, c] != NEVER:
                 end_interval(state, c, at, least)

@@ -89,8 +89,8 @@ class Outputs:
     )
     rules: Any = _files(  # a path, or the rules that it holds
         "path",
-        "Check the result against a file of rules; writes verdicts.csv.",
-        metavar="FILE.yaml",
+        "Judge the result by a rule that 'umbra rules' lists, or a file; writes verdicts.csv.",
+        metavar="NAME|FILE",
     )
 
     def __post_init__(self) -> None:
@@ -103,10 +103,11 @@ class Outputs:
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
         if self.rules is not None:
-            from umbra.study.rules import Rules, read_rules  # noqa: PLC0415
+            from umbra.rules.first_format import Rules  # noqa: PLC0415
+            from umbra.rules.read import read_any  # noqa: PLC0415
 
-            if not isinstance(self.rules, Rules):
-                object.__setattr__(self, "rules", read_rules(read_path("rules", self.rules)))
+            if not isinstance(self.rules, (Rules, list)):
+                object.__setattr__(self, "rules", read_any(read_path("rules", self.rules)))
         if any(text.strip(" ,") for text in self.at):
             from umbra.sun.clock import check_stamps  # noqa: PLC0415
 

@@ -1,14 +1,19 @@
 """A study's summary in a few numbers, as JSON can hold them."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.measures import Quantity
+from umbra.study.rules.measure import say_hours
 from umbra.sun import find_daylight
 
-__all__ = ["sum_up", "tell_measures"]
+__all__ = ["sum_up", "tell_answers"]
+
+_MOST_DATES = 8
+_NEVER = 1e-4  # hours that are none [h]
 
 _MOST = 4
 """Casters that a line tells."""
@@ -51,9 +56,18 @@ def sum_up(study: Study) -> dict[str, Any]:
     }
 
 
-def tell_measures(study: Study) -> list[str]:
-    """Tell the measures in a line each: the mean of what counts, the least and the most."""
+def tell_answers(study: Study) -> list[str]:
+    """
+    Tell what a study found: a line for the hours of each date, and one for each measure.
+
+    Each names the area that its figures are of.
+    """
     counted, lines = study.kind.find_counted(study), []
+    if study.has_hours and counted is not None:
+        dates = split_dates(study)
+        lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one)]
+        if len(dates) > _MOST_DATES:
+            lines.append(f"and {len(dates) - _MOST_DATES} more dates (--json has the hours of all)")
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:
@@ -67,6 +81,28 @@ def tell_measures(study: Study) -> list[str]:
         lines.append(
             f"{one.long_name}: {mean} in the mean of {counted.tell_whole()} "
             f"({counted.name}), from {least} to {most}"
+        )
+    return lines
+
+
+def _tell_hours(study: Study) -> list[str]:
+    """Tell the sun of one date, or of sums, and what a proposal takes of it."""
+    counted = study.kind.find_counted(study)
+    if counted is None or not counted.whole or not study.up_hours > 0:
+        return []
+    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
+    mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
+    never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
+    date = f"{tell_dates(study)}: " if study.period.days else ""
+    lines = [f"{date}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"]
+    if "hours_lost" in study.more:
+        lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+        taken, most = counted.add_up(lost > _NEVER), say_hours(lost[counted.which].max())
+        area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
+        lines.append(
+            f"{date}the proposal takes sun from {area} of it, at most {most}"
+            if taken
+            else f"{date}the proposal takes no sun from it"
         )
     return lines
 

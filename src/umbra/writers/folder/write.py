@@ -263,6 +263,7 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
         return own
     from umbra.writers.formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
+    from umbra.writers.proof.of_study import write_study_verdicts  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
     options = job.options
@@ -272,12 +273,15 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     )  # fmt: skip
     names = own + write_formats(formats, outputs.files)
     tables = []
-    if outputs.rules:
+    if isinstance(outputs.rules, list):
+        tables += write_study_verdicts(job.folder / VERDICTS, study, job.options, outputs.rules)
+    elif outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
 
         tables.append(_write_verdicts(job, judge(study, outputs.rules)))
         _note_standing(tables[0].pins, job.say)
         _note_area(job)
+    if outputs.rules:
         names.append(VERDICTS)
     if outputs.report and plan is not None:
         from umbra.writers.report import write_report  # noqa: PLC0415

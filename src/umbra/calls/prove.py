@@ -1,0 +1,233 @@
+"""``umbra.prove``: verdicts by rules, and the sheet that an office hands in."""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from umbra.calls.prove_options import ProofOptions, take_study_options
+from umbra.errors import InputError, check_type
+from umbra.rules.read import read_rule
+from umbra.rules.record import Rule
+from umbra.scene import Scene
+from umbra.study.setup import settle_ground
+from umbra.sun import Site
+from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
+from umbra.verdicts.judge import spell_out
+
+__all__ = ["Proof", "make_proof", "prove"]
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """
+    Verdicts on a model.
+
+    Parameters
+    ----------
+    verdicts : list of RuleVerdict
+        One for each rule, with ``rule``, ``verdict`` and ``findings``.
+    """
+
+    verdicts: list[RuleVerdict]
+    gathered: Gathered
+    options: ProofOptions
+    notes: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """``fail`` if a rule fails, else ``unknown`` if one is, else ``pass``."""
+        words = [one.verdict for one in self.verdicts]
+        return next((word for word in ("fail", "unknown") if word in words), "pass")
+
+    def sum_up(self) -> dict[str, Any]:
+        """Return the verdicts as JSON can hold them."""
+        from umbra.writers.proof.rows import sum_up  # noqa: PLC0415
+
+        zone = self.gathered.model.site.zone
+        return {
+            "verdict": self.verdict,
+            "year": self.options.year,
+            "rules": sum_up(self.verdicts, zone),
+            "notes": list(self.notes),
+        }
+
+    def tell(self) -> list[str]:
+        """Return a sentence for each rule."""
+        from umbra.writers.proof.rows import tell_rule  # noqa: PLC0415
+
+        return [tell_rule(one) for one in self.verdicts]
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """
+        Write ``proof.html``, ``proof.pdf``, ``verdicts.csv`` and ``conditions.csv``.
+
+        Parameters
+        ----------
+        folder : path
+            Made if missing; earlier results are replaced when the new ones are complete.
+
+        Returns
+        -------
+        paths : list of Path
+        """
+        from umbra.folders.atomic import replace_results  # noqa: PLC0415
+
+        out = Path(folder)
+        with replace_results(out) as unfinished:
+            names = self.fill(unfinished)
+        return [out / name for name in names]
+
+    def fill(self, folder: Path) -> list[str]:
+        """Write the files into a folder that exists; return their names."""
+        from umbra.writers.folder.captions import name_files  # noqa: PLC0415
+        from umbra.writers.proof import ProofSheet, write_proof  # noqa: PLC0415
+
+        options, model = self.options, self.gathered.model
+        sheet = ProofSheet(
+            title=options.title or name_files(model.scene), project=options.project or "",
+            author=options.author or "", number=options.number or "", logo=options.logo,
+            paper=options.paper, facts=tuple(_list_facts(self)),
+        )  # fmt: skip
+        return write_proof(folder, self.gathered, self.verdicts, sheet)
+
+
+def prove(
+    scene: Scene,
+    site: Site,
+    rules: str | Path | Sequence[str | Path],
+    **options: Any,
+) -> Proof:
+    """
+    Judge a model by rules.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    rules : str, path, or several
+        Names of ``umbra.list_rules``, ``NAME:VARIANT``, or files.
+    **options
+        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``,
+        ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``,
+        ``sunshine``, ``threads``; and of the sheet ``title``, ``project``, ``author``,
+        ``number``, ``logo``, ``paper``.
+
+    Returns
+    -------
+    proof : Proof
+        With ``verdicts``, ``verdict``, ``tell()`` and ``write(folder)``.
+
+    Raises
+    ------
+    InputError
+        If a rule or an option is wrong.
+
+    Examples
+    --------
+    >>> proof = umbra.prove(scene, site, "tno-light", windows="w.csv")  # doctest: +SKIP
+    >>> proof.verdict  # doctest: +SKIP
+    'pass'
+    """
+    check_type("scene", scene, Scene)
+    check_type("site", site, Site)
+    known = ProofOptions.__dataclass_fields__
+    for name in options:
+        if name not in known:
+            msg = f"a proof has no option '{name}'; there are {', '.join(known)}"
+            raise InputError(msg, option=name)
+    many = [rules] if isinstance(rules, (str, Path)) else list(rules)
+    proof = make_proof(scene, site, ProofOptions(rules=tuple(map(str, many)), **options))
+    for note in proof.notes:
+        warnings.warn(note, stacklevel=2)
+    return proof
+
+
+def make_proof(
+    scene: Scene,
+    site: Site,
+    options: ProofOptions,
+    rules: list[list[Rule]] | None = None,
+    spell: Callable[[str], str] = str,
+) -> Proof:
+    """Judge a model by rules, with the options of a record; ``spell`` writes options' names."""
+    if rules is None:
+        rules = read_rules_of(options)
+    study = take_study_options(options)
+    ground = settle_ground(scene, study)
+    model = Model(
+        scene=scene, site=site, year=int(options.year or 0), options=study,
+        proposed=tuple(options.proposed),
+    )  # fmt: skip
+    if options.proposed:
+        scene.select(options.proposed, option="proposed")
+    gathered = Gathered(
+        model, areas=options.areas, windows=options.windows, plot=options.plot,
+        areas_on=options.areas_on, reveal=options.reveal,
+    )  # fmt: skip
+    verdicts = spell_out(judge_rules(gathered, rules), spell)
+    notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes))))
+    return Proof(verdicts, gathered, options, notes)
+
+
+def read_rules_of(options: ProofOptions) -> list[list[Rule]]:
+    """Read the rules that are named, each once."""
+    names = [name for text in options.rules for name in _split(text)]
+    if not names:
+        msg = "a proof needs a rule; give rules='NAME', of those that 'umbra rules' lists"
+        raise InputError(msg, option="rules")
+    return [read_rule(name) for name in dict.fromkeys(names)]
+
+
+def _split(text: str) -> list[str]:
+    """Split names at commas, but not the path of a file."""
+    if Path(text).exists() or "=" in text:
+        return [text]
+    return [word for word in text.split(",") if word]
+
+
+def _list_facts(proof: Proof) -> list[tuple[str, str]]:
+    """Return the assumptions and files."""
+    from umbra.version import __version__  # noqa: PLC0415
+
+    options, model = proof.options, proof.gathered.model
+    site, scene = model.site, model.scene
+    ground = settle_ground(scene, model.options)
+    described = ground.describe()
+    casters = [
+        f"{name.replace('_', ' ')}: {', '.join(getattr(options, name))}"
+        for name in ("proposed", "cast", "no_cast", "canopy")
+        if getattr(options, name)
+    ]
+    files = [f"{name}  SHA-256 {digest}" for name, digest in _list_files(proof)]
+    return [
+        ("place", f"{site.show()}, {site.zone}; true north at {site.true_north:g}° in the plan"),
+        ("dates", f"those without a year are of {options.year}; times are of the local clock"),
+        ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
+        ("ground", str(described.get("assumption", ground.name))),
+        ("casters", "; ".join(casters) or "all parts of the model"),
+        ("not in it", "light reflected, glass, frames, and whatever the files do not have"),
+        *([("notes", "\n".join(proof.notes))] if proof.notes else []),
+        ("files", "\n".join(files) or "none"),
+        ("made by", f"umbra {__version__}"),
+    ]
+
+
+def _list_files(proof: Proof) -> list[tuple[str, str]]:
+    """Return the names and digests of the model's files, and of those named beside it."""
+    import hashlib  # noqa: PLC0415
+
+    found = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
+    options = proof.options
+    named = [options.areas, options.windows, options.plot, options.sunshine, *options.rules]
+    for one in named:
+        path = Path(str(one)) if isinstance(one, (str, Path)) else None
+        if path is not None and path.is_file():
+            with path.open("rb") as file:
+                found.append((path.name, hashlib.file_digest(file, "sha256").hexdigest()))
+    return list(dict.fromkeys(found))
+
+
+def _list_sources(proof: Proof) -> list[tuple[str, str]]:
+    return [(one.name, one.sha256) for one in proof.gathered.model.scene.sources]

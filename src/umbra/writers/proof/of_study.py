@@ -1,0 +1,31 @@
+"""Verdicts of cited rules beside a study's results."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from umbra.rules.record import Rule
+from umbra.study.options import StudyOptions
+from umbra.study.result import Study
+from umbra.verdicts.of_study import judge_study
+from umbra.writers.proof.rows import COLUMNS, SHOWN, list_rows, list_shown, tell_rule
+from umbra.writers.report.markup import Table
+from umbra.writers.tables import write_table
+
+__all__ = ["write_study_verdicts"]
+
+
+def write_study_verdicts(
+    path: Path, study: Study, options: StudyOptions, rules: Sequence[Rule]
+) -> list[Table]:
+    """Judge a study's named receivers by a cited rule, write the verdicts, and return tables."""
+    verdicts = judge_study(study, options, rules)
+    write_table(path, COLUMNS, list_rows(verdicts, study.site.zone))
+    return [
+        Table(
+            tell_rule(one),
+            SHOWN,
+            list_shown(one, study.site.zone),
+            f"{one.rule.edition}. Source: {one.rule.source}. {one.rule.before_use}",
+        )
+        for one in verdicts
+    ]

@@ -1,0 +1,177 @@
+"""Verdicts in sentences and in rows of tables."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from umbra.rules.words import STANDINGS, tell_amount
+from umbra.study.rules.measure import read_clock
+from umbra.verdicts.judge import Finding, RuleVerdict
+from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
+
+__all__ = [
+    "COLUMNS", "list_conditions_of", "list_rows", "list_shown", "sum_up", "tell_rule", "tell_value",
+]  # fmt: skip
+
+COLUMNS = (
+    "rule", "title", "edition", "source", "standing", "variant", "check", "receiver", "name",
+    "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
+    "close", "wanted", "because", "first_sun", "last_sun", "needs",
+)  # fmt: skip
+_NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "flat"}
+
+
+def list_rows(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple[object, ...]]:
+    """Return a row of ``verdicts.csv`` for each finding."""
+    return [_make_row(one, one.outcome, zone) for rule in verdicts for one in rule.findings]
+
+
+def list_conditions_of(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple[object, ...]]:
+    """Return a row of ``conditions.csv`` for each condition of each finding."""
+    return [
+        _make_row(finding, outcome, zone)
+        for rule in verdicts
+        for finding in rule.findings
+        for outcome in _list_parts(finding.outcome)
+    ]
+
+
+def _list_parts(outcome: Outcome) -> list[Outcome]:
+    if not outcome.parts:
+        return [outcome]
+    return [one for part in outcome.parts for one in _list_parts(part)]
+
+
+def _make_row(finding: Finding, outcome: Outcome, zone: str) -> tuple[object, ...]:
+    rule = finding.rule
+    return (
+        rule.name, rule.title, rule.edition, rule.source, rule.standing, " ".join(finding.variants),
+        finding.check, finding.kind, finding.where, None if outcome.date is None else
+        str(outcome.date), outcome.verdict, outcome.level, outcome.measure, _round(outcome.value),
+        outcome.unit, _round(outcome.limit), _round(outcome.margin), _round(outcome.off),
+        _round(outcome.before), "yes" if outcome.is_close else "", outcome.wanted, finding.because,
+        _tell_time(outcome.first, zone), _tell_time(outcome.last, zone), outcome.needs,
+    )  # fmt: skip
+
+
+def _round(value: float | None) -> float | None:
+    return None if value is None else round(float(value), 4)
+
+
+def _tell_time(instant: np.datetime64 | None, zone: str) -> str:
+    if instant is None or np.isnat(instant):
+        return ""
+    return read_clock(zone, instant)
+
+
+def tell_value(outcome: Outcome) -> str:
+    """Describe a value with what it may be off by, beside its limit."""
+    if outcome.value is None:
+        return ""
+    unit = outcome.unit
+    value = tell_amount(outcome.value, unit)
+    off = f" ± {tell_amount(outcome.off, unit)}" if outcome.off >= _LEAST.get(unit, 0.0005) else ""
+    return value + off
+
+
+_LEAST = {"h": 1 / 120, "%": 0.05}
+
+
+def tell_rule(verdict: RuleVerdict) -> str:
+    """Describe the verdict on a rule in a sentence with numbers."""
+    rule, findings = verdict.rule, verdict.findings
+    counts = {word: verdict.count(word) for word in (PASS, FAIL, UNKNOWN)}
+    head = f"{rule.title}: {verdict.verdict.upper()}."
+    if len(findings) == 1 and not findings[0].members:
+        one = findings[0]
+        return f"{head} {_tell_one(one)}"
+    nouns = {_NOUNS.get(one.kind, one.kind) for one in findings}
+    noun = nouns.pop() if len(nouns) == 1 else "receiver"
+    dates = len({one.outcome.date for one in findings if one.outcome.date})
+    whole = len(findings)
+    each = " and dates" if dates > 1 and noun != "receiver" else ""
+    plural = f"{noun}{'s' if whole != 1 else ''}{each}"
+    if whole == 1:
+        return f"{head} {_tell_one(findings[0])}"
+    told = f"{head} {counts[PASS]:,} of {whole:,} {plural} pass"
+    if counts[FAIL]:
+        told += f", {counts[FAIL]:,} fail"
+    if counts[UNKNOWN]:
+        told += f", {counts[UNKNOWN]:,} are unknown"
+    judged = [one for one in findings if one.verdict == verdict.verdict]
+    shown = min(judged, key=lambda one: one.outcome.slack)
+    word = {FAIL: "worst", PASS: "nearest to the limit", UNKNOWN: "such as"}[verdict.verdict]
+    return f"{told}; {word} {_tell_one(shown)}"
+
+
+def _tell_one(finding: Finding) -> str:
+    outcome = finding.outcome
+    if outcome.value is None:
+        return f"{outcome.needs[:1].upper()}{outcome.needs[1:]}." if outcome.needs else "."
+    limit = (
+        ""
+        if outcome.limit is None
+        else f" where {tell_amount(outcome.limit, outcome.unit)} is the limit"
+    )
+    date = f" on {outcome.date}" if outcome.date else ""
+    before = ""
+    if outcome.before is not None and outcome.unit != "1":
+        before = f" ({tell_amount(outcome.before, outcome.unit)} before)"
+    who = f"'{finding.where}'" + (f" ({finding.because})" if finding.because else "")
+    needs = f"; {outcome.needs}" if outcome.needs else ""
+    return f"{who} with {tell_value(outcome)}{date}{before}{limit}{needs}."
+
+
+def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
+    """Return the rows of a table for a person: name, date, value, limit, margin, verdict, note."""
+    rows: list[tuple[str, ...]] = []
+    for one in sorted(verdict.findings, key=lambda one: (_ORDER[one.verdict], one.outcome.slack)):
+        outcome = one.outcome
+        first, last = _tell_time(outcome.first, zone), _tell_time(outcome.last, zone)
+        notes = [
+            f"level {outcome.level}" if outcome.level else "",
+            f"by {one.because}" if one.because else "",
+            "close to the limit" if outcome.is_close else "",
+            outcome.needs,
+        ]
+        before = None if outcome.unit == "1" else outcome.before
+        rows.append((
+            one.where, str(outcome.date or ""),
+            "" if before is None else tell_amount(before, outcome.unit), tell_value(outcome),
+            "" if outcome.limit is None else tell_amount(outcome.limit, outcome.unit),
+            "" if outcome.margin is None else _sign(outcome.margin, outcome.unit),
+            f"{first} to {last}" if first and outcome.unit == "h" else "", outcome.verdict,
+            "; ".join(filter(None, notes)),
+        ))  # fmt: skip
+    return rows
+
+
+SHOWN = (
+    "name", "date", "before", "value", "limit", "margin", "from, to", "verdict", "remark",
+)  # fmt: skip
+_ORDER = {FAIL: 0, UNKNOWN: 1, PASS: 2}
+
+
+def _sign(value: float, unit: str) -> str:
+    sign = "\u2212" if value < 0 else "+"
+    return sign + tell_amount(abs(value), unit)
+
+
+def sum_up(verdicts: Sequence[RuleVerdict], zone: str) -> list[dict[str, Any]]:
+    """Return the verdicts for JSON."""
+    found = []
+    for verdict in verdicts:
+        rule = verdict.rule
+        found.append({
+            "rule": rule.name, "title": rule.title, "edition": rule.edition, "source": rule.source,
+            "standing": rule.standing, "standing_means": STANDINGS[rule.standing],
+            "verdict": verdict.verdict, "sentence": tell_rule(verdict),
+            **{word: verdict.count(word) for word in (PASS, FAIL, UNKNOWN)},
+            "notes": [*rule.notes, *verdict.notes],
+            "findings": [
+                dict(zip(COLUMNS[5:], _make_row(one, one.outcome, zone)[5:], strict=True))
+                for one in verdict.findings
+            ],
+        })  # fmt: skip
+    return found
