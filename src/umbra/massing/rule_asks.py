@@ -250,7 +250,7 @@ class _Clauses:
         if condition.clock != "local" and "clock" not in {one.name for one in fields(StudyOptions)}:
             self._refuse(f"is of the {condition.clock} clock")
         time: dict[str, Any] = {
-            "date": settle_dates(condition, model.year), "start": condition.start,
+            "date": settle_dates(condition, model.year, model.site.zone), "start": condition.start,
             "end": condition.end, "every": condition.every,
             **({"clock": condition.clock} if condition.clock != "local" else {}),
         }  # fmt: skip
