@@ -7,6 +7,7 @@ import pytest
 import shapely
 
 from umbra.massing.bounds import bound_cells, bound_sum
+from umbra.massing.filling import fill_up
 from umbra.massing.problem import Group, pose_problem
 from umbra.massing.search import _count
 from umbra.massing.solid import make_solid
@@ -62,6 +63,7 @@ def test_between_instants_the_swept_sun_counts(quarter):
     assert corner.sum() > 20
     assert np.max(dense[corner] - found.heights[corner]) < 0.02  # a second's turn at a corner
     assert not found.violations
+    assert found.shrunk == 0  # the planes alone are low enough
     stepped = quarter.search(quarter.ask(window, 1.0, "12:30", "13:30", "30min"), highest=CAP)
     assert stepped.volume > found.volume + 100  # two instants leave gaps that the sweep does not
 
@@ -189,3 +191,14 @@ def test_smaller_cells_hold_at_least_as_much():
         ask = quarter.ask((0.3, 9.1, 1.0), 1.0, "11:00", "12:00", "15min")
         volumes.append(quarter.search(ask, highest=30.0).volume)
     assert volumes == sorted(volumes)
+
+
+def test_cells_are_filled_up_until_none_can_rise(quarter):
+    ask = make_choice(quarter, np.random.default_rng(2), 3)
+    groups = [Group.one(label, 0, k) for k, label in enumerate(ask.labels)]
+    problem = pose_problem(quarter.plot, [ask], groups, None)
+    top = quarter.plot.ground + CAP
+    filled = fill_up(problem.needs, quarter.plot.ground.copy(), top)
+    best = quarter.search(ask, highest=CAP)
+    assert 0.5 * best.volume < (filled - quarter.plot.ground).sum() <= best.bound + 1e-6
+    assert np.array_equal(fill_up(problem.needs, filled, top), filled)
