@@ -39,7 +39,7 @@ __all__ = [
     "keep_scene",
     "load",
     "load_scene",
-    "measure",
+    "measure_cache",
 ]
 
 T = TypeVar("T")
@@ -293,7 +293,7 @@ def drop(name: str) -> None:
         _find_path(name).unlink()
 
 
-def measure() -> tuple[int, int]:
+def measure_cache() -> tuple[int, int]:
     """Return the number of files and their total size [byte]."""
     sizes = [size for _, size, _ in _list(find_folder())]
     return len(sizes), sum(sizes)

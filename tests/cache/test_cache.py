@@ -16,7 +16,7 @@ from support.shapes import box, moved
 import umbra
 from umbra import cache as cache_folder
 from umbra import readers
-from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure
+from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure_cache
 from umbra.calls.doctor import examine
 from umbra.errors import InputError
 from umbra.readers import kept as readers_cache
@@ -301,9 +301,9 @@ def test_the_oldest_go_first(folder, monkeypatch):
     for number in range(4):
         cache_folder.keep(str(number), {"a": np.zeros(1000)})
         os.utime(folder / f"{number}.npz", (number, number))
-    assert measure()[0] == 4
+    assert measure_cache()[0] == 4
     assert cache_folder.load("0") is not None  # now it is the youngest
-    monkeypatch.setattr(cache_folder, "LIMIT", 2.5 * measure()[1] // 4)
+    monkeypatch.setattr(cache_folder, "LIMIT", 2.5 * measure_cache()[1] // 4)
     cache_folder.keep("4", {"a": np.zeros(10)})
     assert sorted(path.stem for path in folder.iterdir()) == ["0", "3", "4"]
     monkeypatch.setattr(cache_folder, "LIMIT", 10_000)
@@ -334,7 +334,7 @@ def test_a_folder_that_cannot_be_is_no_cache(tmp_path, reads, monkeypatch):
     scene = umbra.read(path, cache=True)
     check_same(scene, umbra.read(path, cache=True))
     assert len(reads.files) == 2
-    assert measure() == (0, 0)
+    assert measure_cache() == (0, 0)
 
 
 def test_a_user_without_a_home_has_no_cache(tmp_path, monkeypatch):
@@ -368,11 +368,11 @@ def test_a_folder_that_others_may_write_to_is_not_used(tmp_path, folder, reads, 
     umbra.read(path, cache=True)
     assert reads.files == ["town.city.json"]
     folder.chmod(mode)
-    assert measure()[0] == 1
+    assert measure_cache()[0] == 1
     check_same(umbra.read(path, cache=True), plain)
     umbra.read(save_city(tmp_path / "other.city.json", {"one": HOUSES["house 1"]}), cache=True)
     assert reads.files == ["town.city.json", "town.city.json", "other.city.json"]
-    assert measure()[0] == 1
+    assert measure_cache()[0] == 1
     folder.chmod(0o755)
     umbra.read(path, cache=True)
     assert len(reads.files) == 3

@@ -183,11 +183,12 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 
 NAMES = """
 files lat lon tz north
-date from to every every-days by-day refraction
+date from to clock every every-days by-day refraction
 measure sky-directions weather albedo sunshine
-receivers spacing on points eye target fov ground areas areas-on least extent cell size crs
+receivers spacing on points eye target fov ground extent cell size crs
+windows judge reveal areas areas-on least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
-by who proposed under spells exact min-spell masks
+by who proposed under spells exact disc min-spell masks
 title subtitle show at pictures report sheet write rules
 tiles min-altitude
 up height-column base-column name-column time animation bbox area geometric-error

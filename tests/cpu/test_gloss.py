@@ -7,7 +7,7 @@ from support.glow import CAMERA, SUN, TEXELS, find_truth, make_floor
 import umbra
 from umbra.cpu.appearance import find_appearance
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.gloss import find_sky, reflect_light, reflect_sky
+from umbra.cpu.gloss import find_sky_color, reflect_light, reflect_sky
 from umbra.cpu.shade import compress, find_colors
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
 from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient, find_exposure
@@ -86,10 +86,12 @@ def test_a_mirror_shows_the_sky_and_the_ground():
     smooth = one(1, 0)
     zenith = reflect_sky(np.ones((1, 3)), *smooth, UP, UP, np.zeros((1, 3)))
     np.testing.assert_allclose(zenith, [SKY], atol=0.01)
-    np.testing.assert_allclose(find_sky(np.array([1e-9 + 0.05]), np.zeros(1)), [HORIZON], atol=0.03)
-    np.testing.assert_allclose(find_sky(np.array([-1.0]), np.zeros(1)), [BOUNCE])
+    np.testing.assert_allclose(
+        find_sky_color(np.array([1e-9 + 0.05]), np.zeros(1)), [HORIZON], atol=0.03
+    )
+    np.testing.assert_allclose(find_sky_color(np.array([-1.0]), np.zeros(1)), [BOUNCE])
     # A rough one sees both.
-    half = find_sky(np.zeros(1), np.ones(1))
+    half = find_sky_color(np.zeros(1), np.ones(1))
     np.testing.assert_allclose(half, [(np.array(HORIZON) + BOUNCE) / 2])
 
 

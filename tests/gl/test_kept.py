@@ -10,7 +10,7 @@ from support.shapes import HOUSE, box
 from umbra.gl.geometry import Geometry
 from umbra.gl.planner import Planner
 from umbra.gl.renderer import Renderer
-from umbra.gl.request import FrameRequest, LightShape, find_key
+from umbra.gl.request import FrameRequest, LightShape, find_request_key
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, make_scene, spot_light
 
@@ -97,4 +97,6 @@ def test_every_field_of_what_a_plan_reads_is_in_its_key(request_and_planner):
                 other = -value
             else:
                 other = change(value)
-            assert find_key(replace(record, **{field.name: other})) != find_key(record), field.name
+            assert find_request_key(replace(record, **{field.name: other})) != find_request_key(
+                record
+            ), field.name

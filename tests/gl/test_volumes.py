@@ -336,7 +336,7 @@ def test_sides_of_several_lights_are_those_of_each(device, w):
     held = replace(make_volumes(body, lights[3], opened), held=np.array([[1, 2]]))
     together[3] = held
     selections = [VolumeSelection(np.uint8(SIDES) * some, some.astype(np.int8)) for some in wanted]
-    volumes.find_together([[each] for each in together], selections, np.array([0, 60]))
+    volumes.find_sides_together([[each] for each in together], selections, np.array([0, 60]))
     for light, some, each in zip(lights, wanted, together, strict=True):
         alone = make_volumes(body, light, opened)
         if each is held:
@@ -350,8 +350,10 @@ def test_sides_of_several_lights_are_those_of_each(device, w):
 
 def test_nothing_is_made_of_what_no_light_reaches(planner, monkeypatch):
     asked = []
-    made = volumes.make_sides
-    monkeypatch.setattr(volumes, "make_sides", lambda *a: asked.append(a[1].sum()) or made(*a))
+    made = volumes.make_shell_sides
+    monkeypatch.setattr(
+        volumes, "make_shell_sides", lambda *a: asked.append(a[1].sum()) or made(*a)
+    )
     plans, projection = planner(merge(HOUSE, moved(HOUSE, (60, 0, 0)), moved(HOUSE, (-90, 0, 0))))
     (far,) = plans.plan(projection, [replace(point_light((300, 0, 20)), range=30.0)])
     assert not asked

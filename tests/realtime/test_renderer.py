@@ -5,7 +5,7 @@ import pytest
 from support.own_engine import cast_sure, frustum, look_at, ortho, to_depth
 from support.shapes import box, sheet
 
-from umbra.cpu.shade import compress, encode
+from umbra.cpu.shade import compress, encode_srgb
 from umbra.errors import InputError
 from umbra.realtime import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
@@ -225,7 +225,7 @@ def test_light_itself_is_linear_and_what_the_picture_shows():
         renderer.draw(camera, [SUN])
         shown = renderer.read()
         assert shown.dtype == np.uint8
-        again = encode(compress(once[..., :3])).astype(int)
+        again = encode_srgb(compress(once[..., :3])).astype(int)
         assert np.abs(shown[..., :3].astype(int) - again)[is_there].max() < 1.5
         with pytest.raises(InputError, match="one sample"):
             renderer.draw(camera, [SUN], 4, hdr=True)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from umbra.soft.coverage import make_planes
+from umbra.soft.coverage import make_coverage_planes
 from umbra.soft.parts import find_disc_part, find_square_part
 
 ROOM = np.zeros((8, 2)), np.zeros((8, 2))
@@ -71,7 +71,7 @@ def test_wedge_planes_hold_every_ray_from_the_light_past_the_edge():
     for light, radius in ((lamp, 1.5), (sky, 0.2)):
         ends = rng.normal(size=(50, 6))
         planes = np.zeros((50, 4, 4))
-        make_planes(ends, light, radius, planes)
+        make_coverage_planes(ends, light, radius, planes)
         np.testing.assert_allclose(np.linalg.norm(planes[..., :3], axis=-1), 1)
         ways = rng.normal(size=(400, 3))
         ways *= radius / np.linalg.norm(ways, axis=1, keepdims=True)
@@ -91,6 +91,7 @@ def test_wedge_planes_hold_every_ray_from_the_light_past_the_edge():
 
 def test_an_edge_whose_line_meets_the_light_is_not_bounded():
     planes = np.ones((2, 4, 4))
-    make_planes(np.array([(0, 0, 1, 0, 0, 3), (1, 1, 1, 1, 1, 1)], float), np.array([0, 0, 9.0, 1]),
+    ends, light = [(0, 0, 1, 0, 0, 3), (1, 1, 1, 1, 1, 1)], [0, 0, 9.0, 1]
+    make_coverage_planes(np.array(ends, float), np.array(light),
                 0.5, planes)  # fmt: skip
     assert not planes.any()

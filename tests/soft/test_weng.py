@@ -11,7 +11,7 @@ from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.lights import Light
 from umbra.soft import ball_light, find_method
-from umbra.soft.weng import Layers, _pair_off, find_opacities, visibility
+from umbra.soft.weng import Layers, _pair_off, find_layer_opacities, visibility
 
 NOON = ball_light(directional_light((0, 0, 1)), 1.0)
 PLATE = sheet([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
@@ -26,11 +26,11 @@ U = (
 
 
 def test_opacities_make_an_even_stack():
-    found = find_opacities(6, 0.7)[::-1]
+    found = find_layer_opacities(6, 0.7)[::-1]
     np.testing.assert_allclose(found, 0.7 / np.array([7, 6.3, 5.6, 4.9, 4.2, 3.5, 2.8]))
     assert np.round(found, 3).tolist() == [0.1, 0.111, 0.125, 0.143, 0.167, 0.2, 0.25]
     for n, darkness in ((1, 1.0), (6, 0.7), (10, 1.0)):
-        stacked = np.cumprod(1 - find_opacities(n, darkness)[::-1])
+        stacked = np.cumprod(1 - find_layer_opacities(n, darkness)[::-1])
         even = 1 - darkness * np.arange(1, n + 2) / (n + 1)
         np.testing.assert_allclose(stacked, even, atol=1e-15)
 

@@ -12,7 +12,7 @@ from umbra.writers.contours import trace
 from umbra.writers.folder.captions import describe_smooth
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DayMap, Plan
-from umbra.writers.sheet import lay_out
+from umbra.writers.sheet import lay_out_sheet
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min"}
@@ -44,7 +44,7 @@ def test_finer_hours_are_nearer_to_exact_ones_by_the_steps_ratio(receivers):
 def test_saw_teeth_leave_the_contours():
     study = study_tower()
     plan = Plan(study.x, study.y)
-    sheet = lay_out(plan, 0.55)
+    sheet = lay_out_sheet(plan, 0.55)
     teeth, smooth = (
         count_teeth(trace(sheet, hours >= 0.75 - 1e-3))
         for hours in (study.shadow_hours, count_finer(study).shadow_hours)
@@ -176,7 +176,10 @@ def test_outlines_of_a_low_sun_are_no_staircases():
     np.testing.assert_array_equal(fine.shadows, direct.shadows)
     np.testing.assert_allclose(fine.x, direct.x)
     teeth, smooth = (
-        sum(count_teeth(trace(lay_out(Plan(one.x, one.y), 0.55), mask)) for mask in one.shadows)
+        sum(
+            count_teeth(trace(lay_out_sheet(Plan(one.x, one.y), 0.55), mask))
+            for mask in one.shadows
+        )
         for one in (coarse, fine)
     )
     assert teeth > 20 * max(smooth, 10)

@@ -9,8 +9,8 @@ from umbra.errors import InputError
 from umbra.scene import Camera
 from umbra.volume.bounds import (
     can_box_end,
+    find_box_distance,
     find_box_points,
-    find_distance,
     find_shadow_points,
     find_visible_parts,
     is_outside,
@@ -72,8 +72,8 @@ def test_boxes_and_throws_outside_a_region():
 
 def test_distances_and_ends_at_the_floor_by_hand():
     boxes = cube((3.5, 0, 0), (3.5, 4.5, 0), (0, 0, 0))
-    assert [find_distance(box, np.array([0, 0, 0, 1.0])) for box in boxes] == [3, 5, 0]
-    assert [find_distance(box, np.array([0, 0, 1.0, 0])) for box in boxes] == [0, 0, 0]
+    assert [find_box_distance(box, np.array([0, 0, 0, 1.0])) for box in boxes] == [3, 5, 0]
+    assert [find_box_distance(box, np.array([0, 0, 1.0, 0])) for box in boxes] == [0, 0, 0]
     boxes = cube((0, 0, 0.5), (0, 0, 6.4), (0, 0, 6.6))
     for light, expected in (
         ((0, 0, 7, 1), [True, True, False]),

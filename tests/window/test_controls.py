@@ -9,7 +9,7 @@ from umbra.scene import directional_light
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.handles import drag, find_dome, find_handles, find_path, pick, project
-from umbra.window.overlays import PALETTE, find_colors, find_ticks
+from umbra.window.overlays import PALETTE, find_count_colors, find_scale_ticks
 from umbra.window.painter import Pacing
 from umbra.window.view import SUN, make_view
 
@@ -173,9 +173,9 @@ def test_slow_frames_are_halved_while_things_move():
 
 
 def test_the_scale_of_counts():
-    assert find_colors(np.array([0, 8, 99]), 8) == pytest.approx(PALETTE[[0, -1, -1]])
-    assert find_ticks(4) == [0, 1, 2, 3, 4]
-    assert find_ticks(300) == [0, 75, 150, 225, 300]
+    assert find_count_colors(np.array([0, 8, 99]), 8) == pytest.approx(PALETTE[[0, -1, -1]])
+    assert find_scale_ticks(4) == [0, 1, 2, 3, 4]
+    assert find_scale_ticks(300) == [0, 75, 150, 225, 300]
     assert all(np.diff(PALETTE.sum(1)) < 0)  # darker with every step
 
 

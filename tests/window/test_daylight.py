@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from umbra.sun import Site, find_sun
-from umbra.window.daylight import Sun, find_day, tell_daylight
+from umbra.window.daylight import Sun, find_day, tell_daylight_hours
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 JUNE = dt.date(2026, 6, 21)
@@ -70,8 +70,8 @@ def test_the_day_of_the_jump_has_its_clock():
 
 
 def test_it_rises_and_sets_as_in_pages_and_reports():
-    assert tell_daylight(VIENNA, dt.date(2026, 3, 21)) == "sunrise 05:56, sunset 18:09"
-    assert tell_daylight(VIENNA, JUNE) == "sunrise 04:54, sunset 20:59"
+    assert tell_daylight_hours(VIENNA, dt.date(2026, 3, 21)) == "sunrise 05:56, sunset 18:09"
+    assert tell_daylight_hours(VIENNA, JUNE) == "sunrise 04:54, sunset 20:59"
     north = Site(69.65, 18.96, "Europe/Oslo")
-    assert tell_daylight(north, JUNE) == "the sun does not set"
-    assert tell_daylight(north, dt.date(2026, 12, 21)) == "the sun does not rise"
+    assert tell_daylight_hours(north, JUNE) == "the sun does not set"
+    assert tell_daylight_hours(north, dt.date(2026, 12, 21)) == "the sun does not rise"

@@ -15,7 +15,7 @@ from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.handles import find_part
-from umbra.window.overlays import Overlays, find_colors, find_top
+from umbra.window.overlays import Overlays, find_count_colors, find_top
 from umbra.window.painter import ViewPainter
 from umbra.window.view import METHODS, SOFT, SUN, make_view
 
@@ -136,7 +136,7 @@ def test_counts_are_shown_in_their_colours(painter, tower):
     # The soft shade is the same all over the ground.
     ground = frame.normal[..., 2] > 0.99
     aside = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
-    expected = find_colors(counts, find_top(drawn.highest)) * (0.8 + 0.2 * aside[2])
+    expected = find_count_colors(counts, find_top(drawn.highest)) * (0.8 + 0.2 * aside[2])
     apart = np.abs(picture - expected).max(2)[ground]
     assert (apart > 0.01).mean() < 0.01
 

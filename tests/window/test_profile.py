@@ -15,11 +15,11 @@ from umbra.errors import InputError
 from umbra.rays.depth import NOTHING
 from umbra.scene import Mesh, Part, directional_light, make_scene
 from umbra.sun import find_sun, make_steps
-from umbra.window.daylight import ProfilePeriod, find_suns
+from umbra.window.daylight import ProfilePeriod, find_daily_suns
 from umbra.window.file import from_json, to_json
 from umbra.window.overlays import ASIDE, PALETTE
 from umbra.window.painter import ViewPainter
-from umbra.window.profile import find_relief
+from umbra.window.profile import count_profile
 from umbra.window.view import make_view
 from umbra.writers.pixels import shade_ramp
 
@@ -41,7 +41,7 @@ def view(tower):
 
 @pytest.mark.parametrize(("start", "end", "every"), [(9, 17, 60), (5, 9.25, 30), (0, 24, 180)])
 def test_suns_are_a_studys(start, end, every):
-    suns = find_suns(VIENNA, dt.date(2026, 3, 29), ProfilePeriod(60 * start, 60 * end, every))
+    suns = find_daily_suns(VIENNA, dt.date(2026, 3, 29), ProfilePeriod(60 * start, 60 * end, every))
     clock = [f"{int(hour):02}:{int(60 * (hour % 1)):02}" for hour in (start, end)]
     steps = make_steps("2026-03-29", *clock, f"{every}min", "Europe/Vienna")  # summer time begins
     path = find_sun(VIENNA, steps.instants)
@@ -87,7 +87,7 @@ def test_hours_on_every_surface_are_the_cpus(device, tower):
 
 def test_the_relief_is_as_high_as_rays_say(tower, view):
     suns = replace(view, period=ProfilePeriod(540, 960, 60)).profile_suns()
-    relief = find_relief(tower, range(2), 0.0, suns)
+    relief = count_profile(tower, range(2), 0.0, suns)
     grid = relief.grid
     places = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros(relief.hours.shape)], -1)
     some = np.random.default_rng(3).choice(relief.hours.size, 4000, replace=False)

@@ -8,7 +8,7 @@ from support.shapes import box, sheet
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.edges import find_appearance
+from umbra.writers.edges import find_grid_appearance
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DOTS_PER_INCH, SKY, DayMap, Plan, find_map_size
@@ -31,7 +31,7 @@ def south():
 def look_at(study):
     plan = Plan(study.x, study.y, np.nan_to_num(study.heights + 1), None, axes=("a [m]", "z [m]"))
     size = find_map_size(plan)
-    appearance = find_appearance(study, size)
+    appearance = find_grid_appearance(study, size)
     return Plan(
         plan.x,
         plan.y,
@@ -80,7 +80,7 @@ def test_walls_roofs_and_ground_differ_by_luminance_only():
         town(), VIENNA, receivers="camera", eye=(-20, -30, 30), target=(8, 6, 0), size=(320, 240),
         **NIGHTLESS,
     )  # fmt: skip
-    appearance, part = find_appearance(study, (240, 320)), study.more["part"][1]
+    appearance, part = find_grid_appearance(study, (240, 320)), study.more["part"][1]
     normal = study.more["normal"][1]
     level = normal[..., 2] > 0.99
     shade = appearance.shade.astype(float)
@@ -109,7 +109,7 @@ def test_one_plane_has_no_lines_at_any_slant():
         scene, VIENNA, receivers="camera", eye=(15, -3, 1.2), target=(15, 40, 1.9), ground=-5.0,
         size=(200, 150), **NIGHTLESS,
     )  # fmt: skip
-    appearance, part = find_appearance(study, (150, 200)), study.more["part"][1]
+    appearance, part = find_grid_appearance(study, (150, 200)), study.more["part"][1]
     plane = part == 0
     assert plane.sum() > 1000
     inner = plane & np.roll(plane, 3, 0) & np.roll(plane, -3, 0)
@@ -137,13 +137,13 @@ def test_a_plan_s_roofs_are_lined_and_its_ground_is_not():
     study = run_study(town(), VIENNA, receivers="top", cell=0.25, **NIGHTLESS)
     plan = Plan(study.x, study.y, (study.heights).astype(np.float32))
     size = find_map_size(plan)
-    appearance = find_appearance(study, size)
+    appearance = find_grid_appearance(study, size)
     row, col = pixel(plan, size, 8.0, 2.0)
     assert appearance.lines[row, col - 6 : col + 7].sum(dtype=int) > 180
     assert not appearance.lines[pixel(plan, size, 5.0, 2.0)]
     assert (appearance.shade[pixel(plan, size, 5.0, 2.0)], appearance.sky) == (255, None)
     ground = run_study(town(), VIENNA, cell=0.25, **NIGHTLESS)
-    assert find_appearance(ground, size) is None
+    assert find_grid_appearance(ground, size) is None
 
 
 def test_the_rim_of_a_terrain_is_outlined_where_it_is_low_too():
@@ -153,7 +153,7 @@ def test_the_rim_of_a_terrain_is_outlined_where_it_is_low_too():
         scene, Site(48.2, 16.37, "Europe/Vienna"), date="2026-06-21", every="2h", receivers="top",
         cell=0.25, extent=(-5, -5, 25, 15),
     )  # fmt: skip
-    lines = find_appearance(study, (160, 240)).jumps > 0
+    lines = find_grid_appearance(study, (160, 240)).jumps > 0
     for x, y in [(0, 5), (20, 5), (10, 0), (10, 10)]:
         row, col = round((y + 5) * 8), round((x + 5) * 8)
         assert lines[row - 4 : row + 5, col - 4 : col + 5].any(), (x, y)

@@ -11,7 +11,7 @@ from support.vision import VISIONS, see, to_cielab, to_oklab
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.edges import find_relief
+from umbra.writers.edges import find_height_appearance
 from umbra.writers.folder import Outputs
 from umbra.writers.folder.write import write_study
 from umbra.writers.hours import make_hours_sheet
@@ -108,7 +108,7 @@ def test_roofs_cover_the_hours_of_the_ground_below_them_also_on_a_slope(has_reli
     heights[10:20, 10:20] = 5.0
     plan = replace(PLAN, building_height=heights)
     if has_relief:  # as a ground that is no plane has
-        plan = replace(plan, appearance=find_relief(heights, 1.0, find_map_size(plan)))
+        plan = replace(plan, appearance=find_height_appearance(heights, 1.0, find_map_size(plan)))
     sheet = make_hours_sheet(plan, [DayMap(heights * 8 / 5, dark_from=8.0)], 8.0)
     pixels = sheet.leaf.render()[::-1] / 255
     x, y, w, h = sheet.maps[0].map_box

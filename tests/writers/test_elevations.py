@@ -12,7 +12,7 @@ from umbra.writers.elevations import (
     HEAD,
     PAPER,
     arrange,
-    find_pixel,
+    find_pixel_side,
     make_elevations_sheet,
 )
 from umbra.writers.pixels import shade_ramp
@@ -102,8 +102,8 @@ def test_all_maps_are_of_one_scale_and_named():
     assert any("1:200 on A3 (420 x 297 mm)" in text for text in texts)
     for panel, (w, h) in zip(panels, [(50, 20), *sizes], strict=True):
         rows, cols = panel.map_size
-        assert cols * find_pixel(arrangement) == pytest.approx(w, abs=0.02)
-        assert rows * find_pixel(arrangement) == pytest.approx(h, abs=0.02)
+        assert cols * find_pixel_side(arrangement) == pytest.approx(w, abs=0.02)
+        assert rows * find_pixel_side(arrangement) == pytest.approx(h, abs=0.02)
         np.testing.assert_allclose(panel.map_box[2], w * 1000 / 200 / 25.4, atol=0.01)
     pixels = sheet.leaf.render()[::-1].astype(float)
     assert pixels.shape[:2] == (round(297 / 25.4 * 150), round(420 / 25.4 * 150 + 0.5))

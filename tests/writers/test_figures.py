@@ -12,7 +12,7 @@ from umbra.writers.contours import trace
 from umbra.writers.folder.captions import tell_cut
 from umbra.writers.plan import DOTS_PER_INCH, Plan
 from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas
-from umbra.writers.sheet import lay_out
+from umbra.writers.sheet import lay_out_sheet
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 TIMES = {"date": "2026-03-21", "start": "09:00", "end": "15:00", "every": "1h"}
@@ -99,7 +99,7 @@ def test_near_cells_are_those_of_a_search_in_any_strips(monkeypatch):
 def test_lines_of_hours_go_straight_to_the_frame():
     for n in (1600, 1000):
         plan = Plan((np.arange(n) + 0.5) * 100 / n, (np.arange(n * 4 // 5) + 0.5) * 100 / n)
-        sheet = lay_out(plan, 0.55)
+        sheet = lay_out_sheet(plan, 0.55)
         x, y = np.meshgrid(plan.x, plan.y)
         left, bottom, wide, high = sheet.map_box
         (line,) = trace(sheet, y < 0.3 * x - 29.5)  # from the lower edge to near a corner

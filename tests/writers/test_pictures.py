@@ -35,7 +35,7 @@ from umbra.writers.profile import (
     compose_profile,
     make_profile_sheet,
 )
-from umbra.writers.sheet import lay_out
+from umbra.writers.sheet import lay_out_sheet
 
 WORDS = {
     "title": "Neubau Hardturm",
@@ -144,7 +144,7 @@ def test_profiles_are_laid_out_well_in_every_shape(shape, n, words):
 
 
 def test_a_title_is_whole_and_its_dollars_are_dollars():
-    sheet = lay_out(make_plan(words=LONG), 0.5)
+    sheet = lay_out_sheet(make_plan(words=LONG), 0.5)
     texts = [t.get_text() for t in sheet.leaf.findobj(Text)]
     assert LONG["title"] in "".join(texts)
     assert not any(t.get_parse_math() for t in sheet.leaf.findobj(Text) if t.get_text())
@@ -337,9 +337,9 @@ def test_arrays_must_fit_the_plan(wrong):
 
 
 def test_the_arrow_points_to_true_north():
-    sheet = lay_out(make_plan(north=90), 0.5)
+    sheet = lay_out_sheet(make_plan(north=90), 0.5)
     letter = next(t for t in sheet.leaf.findobj(Text) if t.get_text() == "N")
-    upright = lay_out(make_plan(north=0), 0.5)
+    upright = lay_out_sheet(make_plan(north=0), 0.5)
     above = next(t for t in upright.leaf.findobj(Text) if t.get_text() == "N")
     (x0, y0), (x1, y1) = letter.get_position(), above.get_position()
     assert x0 - x1 == pytest.approx(0.29)  # clockwise: to the right
@@ -353,7 +353,7 @@ def test_north_is_up_and_rows_ascend(tmp_path):
     make_hours_sheet(plan, [DayMap(hours)], 8.0).save(tmp_path / "hours.png")
     with Image.open(tmp_path / "hours.png") as image:
         pixels = np.asarray(image.convert("L")).astype(int)
-    sheet = lay_out(plan, 0.5)
+    sheet = lay_out_sheet(plan, 0.5)
     left, bottom, _, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
     top = len(pixels) - bottom - h
     assert pixels[top + 20, left + 20] < 80
@@ -365,7 +365,7 @@ def test_contours_enclose_at_least_so_many_hours():
     plan = Plan(np.arange(40) + 0.5, np.arange(30) + 0.5)
     hours = np.full(plan.shape, 1.75)
     hours[:, :20] = 2.0
-    sheet = lay_out(plan, 0.5)
+    sheet = lay_out_sheet(plan, 0.5)
     (line,) = trace(sheet, hours >= 2 - 1e-3)
     expected = sheet.place((20.0, 0.0))[0]
     np.testing.assert_allclose(line[:, 0], expected, atol=0.01)
@@ -379,7 +379,7 @@ def test_contours_end_at_hidden_cells_and_do_not_follow_them():
     hidden = np.zeros(plan.shape, bool)
     hidden[100:200, 100:200] = True
     hours[hidden] = np.nan
-    sheet = lay_out(plan, 0.5)
+    sheet = lay_out_sheet(plan, 0.5)
     lines = Tracer(sheet, hidden).trace(hours >= 1)
     assert len(lines) == 2
     for line in lines:

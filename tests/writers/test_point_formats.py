@@ -15,7 +15,7 @@ from umbra.study import run_study
 from umbra.writers.formats import Job
 from umbra.writers.outputs import write_formats
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.tileset import find_placement
+from umbra.writers.tileset import find_tileset_placement
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
@@ -160,7 +160,7 @@ def test_a_tileset_places_the_model_on_the_earth(tmp_path, receivers):
 
 def test_without_a_crs_the_tileset_lies_at_the_site():
     site = umbra.Site(48.2, 16.37, "Europe/Vienna", true_north=30)
-    matrix = find_placement(np.array([5.0, 6.0, 100.0]), None, site)
+    matrix = find_tileset_placement(np.array([5.0, 6.0, 100.0]), None, site)
     assert np.linalg.det(matrix[:3, :3]) == pytest.approx(1)
     back = pyproj.Transformer.from_crs(4978, 4979, always_xy=True)
     assert back.transform(*matrix[:3, 3]) == pytest.approx((16.37, 48.2, 100))

@@ -15,7 +15,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_timeline
 from umbra.sun import Site
-from umbra.writers.edges import find_appearance, find_breaks
+from umbra.writers.edges import find_breaks, find_grid_appearance
 from umbra.writers.glb import Glb, write_model_glb
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import paint_shares, shade_ramp
@@ -82,7 +82,7 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     study = study_of(pyramid(), receivers="top", extent=(-12, -12, 12, 12), cell=0.05)
     plan = Plan(study.x, study.y, study.heights.astype(np.float32))
     size = find_map_size(plan)
-    appearance = find_appearance(study, size)
+    appearance = find_grid_appearance(study, size)
     assert appearance.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
     plan = replace(plan, appearance=appearance, roofs_cover=False)
     sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, hours))], 8.0)
@@ -100,7 +100,7 @@ def test_contours_end_at_the_creases_of_a_plan():
     x, y = np.meshgrid(study.x, study.y)
     on_roof = (x > 0) & (x < 20) & (y > 0) & (y < 10)
     plan = Plan(study.x, study.y, study.heights.astype(np.float32))
-    appearance = find_appearance(study, find_map_size(plan))
+    appearance = find_grid_appearance(study, find_map_size(plan))
     hours = np.where(on_roof & (y > 5), 4.0, 0.0).astype(np.float32)
 
     def count(appearance):
@@ -138,7 +138,7 @@ def test_a_steep_roof_is_no_wall_and_a_wall_is():
         study = study_of(pyramid(radius=20 * cell, high=60 * cell), receivers="top", cell=cell,
                          extent=(-30 * cell, -30 * cell, 30 * cell, 30 * cell))  # fmt: skip
         plan = Plan(study.x, study.y, study.heights.astype(np.float32))
-        appearance = find_appearance(study, find_map_size(plan))
+        appearance = find_grid_appearance(study, find_map_size(plan))
         rows, cols = appearance.shade.shape
         spire = appearance.lines[rows // 2 : rows // 2 + 9, cols // 3 : cols // 2 - 40]
         assert (spire > 128).mean() < 0.2

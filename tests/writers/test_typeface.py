@@ -9,7 +9,7 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
 
 from umbra.writers import paper, typeface
-from umbra.writers.paper import Leaf, Paper, find_font, measure
+from umbra.writers.paper import Leaf, Paper, find_font, measure_text
 from umbra.writers.typeface import FACE, find_families, load_font, note_missing
 
 LETTER, NOBODYS = "\U000f0001", "\U000f0002"  # for private use
@@ -35,7 +35,7 @@ def bar_sans(tmp_path, monkeypatch):
     made.save(tmp_path / "bar.ttf")
     monkeypatch.setattr(font_manager, "findSystemFonts", lambda: [str(tmp_path / "bar.ttf")])
     kept = list(font_manager.fontManager.ttflist)
-    caches = (typeface._find_others, find_font, measure)
+    caches = (typeface._find_others, find_font, measure_text)
     for cached in caches:
         cached.cache_clear()
     yield
@@ -56,7 +56,7 @@ def test_a_letter_comes_from_another_typeface():
     assert find_families("Größe · 20 m²") == (FACE,)
     assert find_families(f"a{LETTER}") == (FACE, "Bar Sans")
     assert note_missing(f"a{LETTER}", "title") == ""
-    assert measure(LETTER, 20.0) == pytest.approx(2 * 20 / 72, rel=0.02)
+    assert measure_text(LETTER, 20.0) == pytest.approx(2 * 20 / 72, rel=0.02)
     drawn = draw(f"a{LETTER}")
     rows, cols = np.nonzero(drawn)
     bar = drawn[rows.min() : rows.max() + 1]
@@ -74,6 +74,6 @@ def test_letters_that_no_typeface_has_are_named_once_and_not_warned_of(capfd):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert draw(NOBODYS).any()
-        assert measure(NOBODYS, 9.0) > 0
+        assert measure_text(NOBODYS, 9.0) > 0
     assert capfd.readouterr().err == ""
     assert paper.logging.getLogger("matplotlib.font_manager").level == 0

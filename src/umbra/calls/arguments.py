@@ -12,7 +12,7 @@ from umbra.errors import InputError, check_type
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Scene
 
-__all__ = ["check_picture_memory", "make_camera", "tell_moved"]
+__all__ = ["check_picture_memory", "make_camera", "tell_moved_parts"]
 
 _BYTES, _LIGHT_BYTES = 330, 16  # memory per pixel, and per pixel and light
 
@@ -98,7 +98,7 @@ def check_picture_memory(size: tuple[int, int], lights: int) -> None:
     raise InputError(msg, bytes=needed)
 
 
-def tell_moved(tell: Callable[[str], object], moved: float, detail: float) -> None:
+def tell_moved_parts(tell: Callable[[str], object], moved: float, detail: float) -> None:
     """Tell how far shadows may be off, if they are cast from coarser meshes."""
     if detail and not moved:
         tell(f"note: all shadows are exact: no coarser mesh is within {detail:g} pixels")

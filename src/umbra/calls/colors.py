@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.calls.openness import find_openness
 from umbra.calls.options import RenderOptions
 from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
-from umbra.cpu.shade import encode, find_colors
+from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device
 from umbra.drawing import SeenModel
 from umbra.drawing.about import list_losses, tell_scale
@@ -58,7 +58,7 @@ def color_page(
         linear = find_colors(flat, frame, lights, reached, openness=openness, sky=sky)[0]
     if not style.is_plain:
         linear[frame.part[0] == GROUND] *= np.array(PAPER) / GROUND_COLOR
-    colors: list[Any] = [tuple(rgb) for rgb in encode(linear).tolist()]
+    colors: list[Any] = [tuple(rgb) for rgb in encode_srgb(linear).tolist()]
     return Page(
         camera.size, _sort(scene, seen, colors, is_hatched=is_hatched),
         [] if options.transparent else _find_sky(scene, camera, style, sky),
@@ -180,7 +180,7 @@ def _find_sky(
         linear = behind[np.round(shares * (rows - 1)).astype(np.intp), 0]
     return [
         (share, tuple(rgb))
-        for share, rgb in zip(shares.tolist(), encode(linear).tolist(), strict=True)
+        for share, rgb in zip(shares.tolist(), encode_srgb(linear).tolist(), strict=True)
     ]
 
 

@@ -12,7 +12,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from umbra.cache import LIMIT, find_doubt, find_folder, measure
+from umbra.cache import LIMIT, find_doubt, find_folder, measure_cache
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
 from umbra.gl.target import Target
@@ -66,7 +66,7 @@ def examine() -> dict[str, Any]:
 
 
 def _find_cache() -> dict[str, Any]:
-    files, size = measure()
+    files, size = measure_cache()
     return {"folder": str(find_folder()), "files": files, "bytes": size, "limit": LIMIT}
 
 

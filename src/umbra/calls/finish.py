@@ -8,7 +8,7 @@ from umbra.calls.lines import draw_lines
 from umbra.calls.options import RenderOptions
 from umbra.calls.samples import Averages
 from umbra.calls.styles import Style
-from umbra.cpu.shade import encode
+from umbra.cpu.shade import encode_srgb
 from umbra.writers.typeface import fit_caption, load_font
 
 __all__ = ["finish"]
@@ -25,7 +25,7 @@ def finish(averages: Averages, style: Style, options: RenderOptions) -> NDArray[
         linear = linear / np.maximum(averages.coverage, 1e-6)[..., None]
     if style.has_lines:
         linear = draw_lines(linear, averages.ink)
-    image = encode(linear)
+    image = encode_srgb(linear)
     if options.transparent:
         alpha = np.round(255 * averages.coverage).astype(np.uint8)
         image = np.dstack([image, alpha])

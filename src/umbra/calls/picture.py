@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved
+from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved_parts
 from umbra.calls.ground import choose_ground
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
@@ -27,7 +27,7 @@ from umbra.scene.lights import SomeLights, make_lights
 if TYPE_CHECKING:
     pass
 
-__all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_cut"]
+__all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_near_cut"]
 
 Warn = Callable[[str], object]
 
@@ -317,7 +317,7 @@ def draw_picture(
         averages = None
         if options.samples > 1:
             averages = average_colors(shown, camera, shadows, layers, advance)
-        tell_moved(tell, counter.moved, options.detail)
+        tell_moved_parts(tell, counter.moved, options.detail)
 
     def draw() -> NDArray[np.uint8]:
         found = averages or average_colors(shown, camera, shadows, layers)
@@ -375,11 +375,11 @@ def _warn_of_view(
             "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "
             f"target=({middle})"
         )
-    for text in tell_cut(scene, camera, threads):
+    for text in tell_near_cut(scene, camera, threads):
         warn(text)
 
 
-def tell_cut(scene: Scene, camera: Camera, threads: int) -> list[str]:
+def tell_near_cut(scene: Scene, camera: Camera, threads: int) -> list[str]:
     """Return a line if the near plane cuts the model."""
     from umbra.rays import count_cut  # noqa: PLC0415
 

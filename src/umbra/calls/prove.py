@@ -34,6 +34,7 @@ class Proof:
     gathered: Gathered
     options: ProofOptions
     notes: tuple[str, ...] = ()
+    spell: Callable[[str], str] = str
 
     @property
     def verdict(self) -> str:
@@ -168,7 +169,7 @@ def make_proof(
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
     notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes))))
-    return Proof(verdicts, gathered, options, notes)
+    return Proof(verdicts, gathered, options, notes, spell)
 
 
 def read_rules_of(options: ProofOptions) -> list[list[Rule]]:
@@ -205,7 +206,7 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         ("place", f"{site.show()}, {site.zone}; true north at {site.true_north:g}° in the plan"),
         ("dates", f"those without a year are of {options.year}; times are of the local clock"),
         ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
-        ("ground", str(described.get("assumption", ground.name))),
+        ("ground", proof.spell(str(described.get("assumption", ground.name)))),
         ("casters", "; ".join(casters) or "all parts of the model"),
         ("not in it", "light reflected, glass, frames, and whatever the files do not have"),
         *([("notes", "\n".join(proof.notes))] if proof.notes else []),

@@ -92,6 +92,23 @@ class ShadowStudy:
             raise InputError(msg, option="areas")
         return self.result.areas.to_frame()
 
+    @cached_property
+    def windows(self) -> "pd.DataFrame":
+        """
+        Windows as a pandas frame, a row for each, with the columns of ``windows.csv``.
+
+        Raises InputError if the study is not of windows.
+        """
+        import pandas as pd  # noqa: PLC0415  (half a second)
+
+        from umbra.receivers.windows import WindowReceivers  # noqa: PLC0415
+        from umbra.writers.folder.named import find_window_columns  # noqa: PLC0415
+
+        if not isinstance(self.result.laid, WindowReceivers):
+            msg = "the study is not of windows; choose receivers='windows'"
+            raise InputError(msg, option="receivers")
+        return pd.DataFrame(find_window_columns(self.result))
+
     def to_xarray(self) -> "xr.Dataset":
         """Return ``dataset``."""
         return self.dataset

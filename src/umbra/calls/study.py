@@ -17,7 +17,7 @@ from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
-from umbra.study.time_options import Date, Refraction
+from umbra.study.time_options import Clock, Date, Refraction
 from umbra.sun import Site
 from umbra.sun.site import tell_moved
 
@@ -32,6 +32,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     date: Date | Sequence[Date] | None = None,
     start: str | dt.time = "09:00",
     end: str | dt.time = "17:00",
+    clock: Clock = "local",
     every: str | dt.timedelta = "15min",
     every_days: int = 1,
     by_day: bool | None = None,
@@ -50,6 +51,9 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     target: Sequence[float] | None = None,
     fov: float = 50.0,
     ground: float | str | Path | None = None,
+    windows: str | Path | Sequence[Any] | None = None,
+    judge: Literal["centre", "sill", "pane"] = "centre",
+    reveal: str | float | None = None,
     areas: Any = None,
     areas_on: str = "ground",
     least: str | float | dt.timedelta = "2h",
@@ -87,13 +91,17 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Needed by measures of the sun.
         Local date, ``"2026-09-18"``; or several: separated by commas, a range
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
-        every month ``"2026-*-21"``.
+        every month ``"2026-*-21"``, ``"2026-winter-solstice"``, ``"2026-great-cold"``.
     every_days : int
         Take every n-th day of a range, a month or a year.
     by_day : bool, optional
         Also return results for each date, along ``day``; by default up to 12 dates.
     start, end : str
-        Local clock times, ``"09:00"`` and ``"17:00"`` by default.
+        Clock times, ``"09:00"`` and ``"17:00"`` by default; or times of the sun: ``"sunrise+1h"``,
+        ``"sunset-1h"`` (of its upper rim), ``"altitude:10"`` (of its middle).
+    clock : {'local', 'standard', 'solar'}
+        By which they are read: the local clock, the same without daylight saving time, or true
+        solar time.
     every : str
         Step, ``"15min"`` by default.
     spells : bool
@@ -138,7 +146,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         ``'ground'``, the ground alone, without roofs; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
-        ``'points'``; ``'areas'``.
+        ``'points'``; ``'windows'``; ``'areas'``.
     eye, target : (3,) float, optional
         Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
@@ -156,6 +164,15 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         median; z of a plane [m]; or a terrain file. By default what the file states or brings,
         else ``'feet'`` where they differ by more than 3 m, else ``'level'``. Attributes
         ``ground`` and ``assumption`` state it.
+    windows : path, optional
+        Receivers 'windows': a table with the columns name, x, y, z (the middle of the pane's outer
+        face), azimuth, width, height and, if known, tilt, sill, reveal, flat, room [m, degrees
+        clockwise from true north]; by default the model's own. ``study.windows`` is their result.
+    judge : {'centre', 'sill', 'pane'}
+        Where windows are judged; a whole pane by the share of it in the sun.
+    reveal : float or 'none', optional
+        Depth of panes behind the wall's outer face, where neither table nor model tells [m];
+        ``'none'`` judges all on the outer face.
     areas : path, str, GeoDataFrame, mapping or sequence of Area, optional
         Named areas such as gardens, judged each on a lattice of its own besides the receivers: a
         file of polygons, a pattern of the model's parts or kinds, or polygons by name.

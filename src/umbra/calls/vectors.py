@@ -13,7 +13,7 @@ import numpy as np
 from umbra.calls.arguments import make_camera
 from umbra.calls.ground import choose_ground
 from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
-from umbra.calls.picture import find_own_lights, tell_cut
+from umbra.calls.picture import find_own_lights, tell_near_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.about import list_losses
 from umbra.drawing.page import Page
@@ -179,7 +179,7 @@ def draw_seen(
     advance(0, 1, "finding colours", "views")
     sky = DAY if shadows == "hatched" else find_sky(shining, style, tell)
     page = color_page(scene, camera, shining, seen, style, options, shadows, ground, sky)
-    notes = tell_cut(scene, camera, options.threads or 1) + list_losses(scene, shining)
+    notes = tell_near_cut(scene, camera, options.threads or 1) + list_losses(scene, shining)
     if not any(one.region < len(seen.regions) for one in seen.surfaces):
         notes.insert(0, "nothing of the model is seen; leave out eye= and target= to see all of it")
     return VectorDrawing(seen, page, notes)

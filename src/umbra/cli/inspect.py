@@ -27,6 +27,8 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     """
     load_compiler()
     from umbra.readers.georeference import show_crs  # noqa: PLC0415
+    from umbra.receivers.window_search import count_windows  # noqa: PLC0415
+    from umbra.receivers.windows import HOW  # noqa: PLC0415
     from umbra.volume.inspection import describe_scene, inspect_scene  # noqa: PLC0415
 
     with show_progress(quiet=False) as stages:
@@ -34,7 +36,8 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
         scene = read_model(files)
         stages.begin("looking for open edges")
         found = inspect_scene(scene)
-    result = describe_scene(scene, found)
+        windows = count_windows(scene)
+    result = {**describe_scene(scene, found), "windows": windows}
     if as_json:
         echo_json(result)
         return
@@ -64,6 +67,10 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
         echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
     if scene.lights:
         echo(f"{len(scene.lights)} lights of its own")
+    if windows:
+        echo(f"{windows} window{'s' if windows > 1 else ''} (study --receivers windows)")
+    elif any(source.format.startswith("IFC") for source in scene.sources):
+        echo(f"no windows; {HOW}")
     echo("closed" if found.total.closed else _why_open(result))
     for note in scene.notes:
         echo(f"note: {note}")

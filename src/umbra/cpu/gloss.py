@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.scene.camera import DAY, Sky
 
-__all__ = ["find_sky", "reflect_light", "reflect_sky"]
+__all__ = ["find_sky_color", "reflect_light", "reflect_sky"]
 
 _DIELECTRIC = 0.04  # head-on reflectance of non-metals
 _LEAST = 0.045  # roughness: a mirror would show a point light as a single point
@@ -87,10 +87,12 @@ def reflect_sky(
     head_on = _find_head_on(albedo, metallic)
     shown = head_on * (z - 1.04 * low)[:, None] + (w + 1.04 * low)[:, None]
     matte = (1.0 - shown) * (1.0 - metallic)[:, None] * albedo
-    return matte * ambient + shown * find_sky(mirrored[:, 2], roughness, sky)
+    return matte * ambient + shown * find_sky_color(mirrored[:, 2], roughness, sky)
 
 
-def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64], sky: Sky = DAY) -> Vectors:
+def find_sky_color(
+    up: NDArray[np.float64], roughness: NDArray[np.float64], sky: Sky = DAY
+) -> Vectors:
     """Find the sky colour (n, 3) at sines of altitude ``up``, blurred by roughness."""
     blur = 0.05 + 0.95 * roughness
     above = np.clip(0.5 + 0.5 * up / blur, 0.0, 1.0)[:, None]

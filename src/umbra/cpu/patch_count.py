@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_rays import ask, ask_all, darken, get_sun
-from umbra.cpu.patch_rims import add_rim, clear, find_runs
+from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
 from umbra.cpu.patch_search import find_rims, find_window, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
@@ -253,7 +253,7 @@ def _settle(patches, tree, sums, masks, work, s, i, d, n_asked, last, known, is_
     """
     first, end = patches.first[i], patches.first[i + 1]
     runs = work.crossings.runs
-    n = find_runs(
+    n = find_rim_runs(
         patches.size[i, 0], patches.size[i, 1], patches.before, patches.cell[i], work.crossings
     )
     is_known = not work.is_doubt[known - first]

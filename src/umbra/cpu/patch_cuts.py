@@ -10,7 +10,7 @@ from umbra.kernels import borrowing, inlined
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import LANES
 
-__all__ = ["cut_edge", "find_cuts"]
+__all__ = ["cut_patch_edge", "find_cuts"]
 
 _CLEAR = 1e-4  # faces farther than this outside a patch are ignored [squares and m]
 
@@ -117,7 +117,7 @@ def _thin(start, marks, far, nearest):
 
 
 @inlined
-def cut_edge(ua, va, ha, ub, vb, hb, is_first):
+def cut_patch_edge(ua, va, ha, ub, vb, hb, is_first):
     """Find where an edge passes through the plane, computed from its lower vertex."""
     if not is_first:
         ua, va, ha, ub, vb, hb = ub, vb, hb, ua, va, ha
@@ -286,7 +286,7 @@ def _find(
                     next_h = 0.0 if abs(poly[j, 2]) <= t else poly[j, 2]
                     if (h > 0.0) == (next_h > 0.0):
                         continue
-                    cu, cv = cut_edge(
+                    cu, cv = cut_patch_edge(
                         poly[k, 0], poly[k, 1], h, poly[j, 0], poly[j, 1], next_h,
                         ids[g, k] < ids[g, j],
                     )  # fmt: skip

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_rims import add_rim, clear, find_runs
+from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
 from umbra.cpu.patch_search import find_rims, find_window
 from umbra.cpu.patch_work import (
     BLOCK,
@@ -25,7 +25,7 @@ from umbra.cpu.patch_work import (
     make_patch_work,
 )
 from umbra.cpu.patches import Patches
-from umbra.cpu.shares import Membership, add_shares, make_share_work
+from umbra.cpu.shares import Membership, add_group_shares, make_share_work
 from umbra.kernels import borrowing, inlined, inner, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
@@ -101,7 +101,7 @@ class PieceCounter:
         suns : (n, 3) float64
             Unit directions toward the sun.
         weights, membership, cast, sole
-            As in ``umbra.cpu.shares.add_shares``.
+            As in ``umbra.cpu.shares.add_group_shares``.
         """
         use_threads(self._threads)
         suns = np.ascontiguousarray(suns)
@@ -192,7 +192,7 @@ def _add_block(
             n_rows = _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_rows)
         if n_rows == 0:
             continue
-        add_shares(
+        add_group_shares(
             rows.bits, rows.piece[:n_rows], 0, end - first, patches.where[first:end],
             patches.normals[first:end], suns, weights, membership, sums, cast, sole,
         )  # fmt: skip
@@ -351,7 +351,7 @@ def _count_piece(patches, tree, faces, work, rows, i, known, d, r, error, n_doub
         if level > 0:
             _fill(rows.bits, r, 0, n, bit)
         return n_doubts
-    n_runs = find_runs(cols, rows_, patches.before, patches.cell[i], c)
+    n_runs = find_rim_runs(cols, rows_, patches.before, patches.cell[i], c)
     run = find_run(c.runs, n_runs, known)
     if _is_doubtful(patches, work, i, known, before, n_doubts):
         known = -1

@@ -12,7 +12,7 @@ import numpy as np
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["CROSSINGS", "Crossings", "add_rim", "clear", "find_runs"]
+__all__ = ["CROSSINGS", "Crossings", "add_rim", "clear", "find_rim_runs"]
 
 CROSSINGS = 16
 """Crossings per column for which there is room, plus one per row; beyond this, rays are cast."""
@@ -191,7 +191,7 @@ def _sort(cross, at, n, rows, level):
 
 
 @inlined
-def find_runs(cols, rows, before, cell, crossings):
+def find_rim_runs(cols, rows, before, cell, crossings):
     """
     List the runs of samples with one count, up to a constant; clear the crossings.
 

@@ -7,7 +7,7 @@ The bins that the patch meets in light space list the edges that may lie between
 import numpy as np
 
 from umbra.cpu.patch_bins import clamp
-from umbra.cpu.patch_cuts import cut_edge
+from umbra.cpu.patch_cuts import cut_patch_edge
 from umbra.kernels import find_lowest, inlined
 from umbra.rays.hidden import get
 from umbra.rays.lanes import LANES, meet_rectangles
@@ -122,10 +122,10 @@ def _project(patches, ends, e, i, way, error, is_known):
     ub = f0 * ends[e, 3] + f1 * ends[e, 4] + f2 * ends[e, 5] + f3
     vb = f4 * ends[e, 3] + f5 * ends[e, 4] + f6 * ends[e, 5] + f7
     if ha < 0.0:
-        ua, va = cut_edge(ua, va, ha, ub, vb, hb, True)
+        ua, va = cut_patch_edge(ua, va, ha, ub, vb, hb, True)
         ha = 0.0
     elif hb < 0.0:
-        ub, vb = cut_edge(ua, va, ha, ub, vb, hb, True)
+        ub, vb = cut_patch_edge(ua, va, ha, ub, vb, hb, True)
         hb = 0.0
     su, sv = way
     rim = (ua - ha * su, va - ha * sv, ub - hb * su, vb - hb * sv)

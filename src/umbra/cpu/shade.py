@@ -13,7 +13,7 @@ from umbra.scene import Camera, Light, Material, Scene
 from umbra.scene.camera import DAY, GROUND_COLOR, Sky, find_ambient, find_exposure
 from umbra.soft import AreaLight
 
-__all__ = ["encode", "find_colors", "find_reached", "shade"]
+__all__ = ["encode_srgb", "find_colors", "find_reached", "shade"]
 
 
 _LINEAR = 0.0031308  # below, sRGB is linear
@@ -69,7 +69,7 @@ def shade(
     InputError
         If a texture cannot be decoded; the error names it.
     """
-    return encode(find_colors(scene, frame, lights, lit, view, counts, areas, camera))
+    return encode_srgb(find_colors(scene, frame, lights, lit, view, counts, areas, camera))
 
 
 def find_colors(
@@ -200,7 +200,7 @@ def find_reached(
     return np.where(turned & is_smooth, (count == 0) | (count == 1), whole)
 
 
-def encode(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
+def encode_srgb(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Encode linear RGB as sRGB (IEC 61966-2-1)."""
     value = np.clip(linear, 0.0, 1.0)
     encoded = np.where(value <= _LINEAR, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.kernels import inlined, inner
 
-__all__ = ["Membership", "ShareWork", "add_shares", "make_share_work"]
+__all__ = ["Membership", "ShareWork", "add_group_shares", "make_share_work"]
 
 _SEGMENT = 256  # receivers of which pieces are listed at a time
 
@@ -86,7 +86,7 @@ def make_share_work(membership):
 
 
 @njit(cache=True, nogil=True)
-def add_shares(
+def add_group_shares(
     bits, pieces, low, high, where, normals, suns, weights, membership, work, cast, sole
 ):  # fmt: skip
     """

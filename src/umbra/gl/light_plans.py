@@ -15,13 +15,19 @@ from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.kept_light import FineVolumes, KeptLight
 from umbra.gl.level import find_level_points, is_level, split_level
 from umbra.gl.nearby import Nearby
-from umbra.gl.open_components import find_near, find_start
+from umbra.gl.open_components import find_near_shells, find_start
 from umbra.gl.plan import Draw, Statistics, VolumePlan
-from umbra.gl.projection import Rectangle, find_clip_ranges, find_pixel, find_source, turn_scissor
+from umbra.gl.projection import (
+    Rectangle,
+    find_clip_ranges,
+    find_light_source,
+    find_pixel,
+    turn_scissor,
+)
 from umbra.gl.request import FrameRequest
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, select_lights
-from umbra.gl.volumes import IndexList, find_together
+from umbra.gl.volumes import IndexList, find_sides_together
 from umbra.machine import count_cores, use_threads
 
 __all__ = ["LightPlans"]
@@ -57,7 +63,7 @@ class LightPlans:
         casting, projection, choices = request.casting, request.projection, request.choices
         use_threads(count_cores() if casting.n_faces > _FEW_FACES else 1)
         lights, origin = request.lights, casting.origin
-        sources = np.array([find_source(light, origin) for light in lights]).reshape(-1, 4)
+        sources = np.array([find_light_source(light, origin) for light in lights]).reshape(-1, 4)
         ranges = find_clip_ranges(projection.camera, origin, sources, lights)
         if not choices.narrow:
             ranges = [(None, None)] * len(lights)
@@ -71,7 +77,7 @@ class LightPlans:
             selections = self._shorten(request, selections)
         pixel, grows = find_pixel(projection.camera)
         slack = _BEHIND * choices.detail * pixel, _BEHIND * choices.detail * grows
-        find_together(self._kept, selections, casting.starts)
+        find_sides_together(self._kept, selections, casting.starts)
         touched = [kept.nearby for kept in self._kept]
         points = [near.points for near in touched if near is not None]
         # Points near a light are numbered beyond all others, which may take wider numbers.
@@ -88,7 +94,7 @@ class LightPlans:
     def _keep(self, request: FrameRequest, sources: NDArray[np.float64]) -> None:
         """Keep each light's volumes, those of the last frame where nothing moved."""
         casting, camera = request.casting, request.projection.asked
-        near = find_near(casting.bodies, casting.starts, casting.tree, sources)
+        near = find_near_shells(casting.bodies, casting.starts, casting.tree, sources)
         found = []
         for number, (source, mine) in enumerate(zip(sources, near, strict=True)):
             old = self._kept[number] if number < len(self._kept) else None

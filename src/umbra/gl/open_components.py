@@ -22,7 +22,7 @@ from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.box_tree import BoxTree
 
-__all__ = ["REACH", "find_held", "find_near", "find_opened", "find_start"]
+__all__ = ["REACH", "find_held", "find_near_shells", "find_opened", "find_start"]
 
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
@@ -30,7 +30,7 @@ REACH = 1e-3
 """Of a body's size: farther from a lamp float32 tells its shadows to some millimetres in 10 m."""
 
 
-def find_near(
+def find_near_shells(
     bodies: Sequence[Body],
     starts: NDArray[np.intp],
     tree: BoxTree,
@@ -73,7 +73,7 @@ def find_held(
     lights : (n_instances, 4) float64
         In each instance's own frame.
     near : (n, 2) int
-        Instances and shells near the light, from ``find_near``.
+        Instances and shells near the light, from ``find_near_shells``.
 
     Returns
     -------

@@ -33,9 +33,9 @@ __all__ = [
     "Projection",
     "find_clip_range",
     "find_clip_ranges",
+    "find_light_source",
     "find_pixel",
     "find_scissors",
-    "find_source",
     "make_projection",
     "turn_scissor",
 ]
@@ -46,7 +46,9 @@ EDGE_ON = 1e-300
 _HORIZON = 1e4  # depth of an orthographic view, in sizes of the scene
 
 
-def find_source(light: "Light | LightShape", origin: NDArray[np.float64]) -> NDArray[np.float64]:
+def find_light_source(
+    light: "Light | LightShape", origin: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return a light relative to a scene's origin, (4,); a direction has length 1."""
     source = light.local(origin)
     source[:3] /= 1.0 if source[3] else np.linalg.norm(source[:3])

@@ -21,7 +21,7 @@ from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light
 from umbra.scene.lights import find_local
 
-__all__ = ["FrameRequest", "LightShape", "find_key"]
+__all__ = ["FrameRequest", "LightShape", "find_request_key"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class FrameRequest:
     @cached_property
     def key(self) -> tuple:
         """Equal for requests whose plans are the same."""
-        return tuple(find_key(getattr(self, each.name)) for each in fields(self))
+        return tuple(find_request_key(getattr(self, each.name)) for each in fields(self))
 
 
 _RECORDS: dict[type, Callable[[object], tuple]] = {
@@ -90,7 +90,7 @@ class _Same:
         return id(self.value)
 
 
-def find_key(value: object) -> Any:
+def find_request_key(value: object) -> Any:
     """
     Return a key of a value: that of arrays and of a request's records is of all they hold.
 
@@ -101,8 +101,8 @@ def find_key(value: object) -> Any:
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, tuple | list):
-        return tuple(map(find_key, value))
+        return tuple(map(find_request_key, value))
     list_fields = _RECORDS.get(type(value))
     if list_fields is not None:
-        return type(value), tuple(map(find_key, list_fields(value)))
+        return type(value), tuple(map(find_request_key, list_fields(value)))
     return _Same(value)

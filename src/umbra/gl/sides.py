@@ -22,7 +22,7 @@ from umbra.volume.silhouette import Silhouettes, find_silhouettes
 if TYPE_CHECKING:
     from umbra.gl.volumes import BodyVolumes
 
-__all__ = ["ShellSides", "find_ends", "make_sides", "make_sides_alike"]
+__all__ = ["ShellSides", "find_ends", "make_shell_sides", "make_sides_alike"]
 
 _FEW = 4  # a mesh is searched whole where at least one edge in _FEW is wanted
 
@@ -123,7 +123,7 @@ def _list_corners(sides, starts, lengths, shape, corners):
             n += 1
 
 
-def make_sides(volumes: "BodyVolumes", wanted: NDArray[np.bool_]) -> ShellSides:
+def make_shell_sides(volumes: "BodyVolumes", wanted: NDArray[np.bool_]) -> ShellSides:
     """Find the sides of wanted shells."""
     body, opened, held = volumes.body, volumes.opened, volumes.held
     found = ShellSides.none(len(wanted))

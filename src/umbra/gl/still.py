@@ -13,7 +13,7 @@ from umbra.gl.count import COUNT_BITS, VolumeCounter
 from umbra.gl.masks import Counts
 from umbra.gl.plan import VolumePlan
 from umbra.gl.projection import Projection
-from umbra.gl.request import find_key
+from umbra.gl.request import find_request_key
 from umbra.gl.shading import Lamp, Scissor, Shading
 from umbra.gl.state import ALL_BITS, Pass, State
 from umbra.gl.target import PictureTargets, Target
@@ -41,7 +41,7 @@ class StillView:
 
     def is_same(self, targets: PictureTargets, projection: Projection) -> bool:
         """Return whether these targets were last asked for this view; remember it."""
-        view = find_key((targets, projection, targets.device.sky))
+        view = find_request_key((targets, projection, targets.device.sky))
         last, self._view = self._view, view
         if last == view:
             return True

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, VolumeSelection
 from umbra.gl.lists import count_draws, list_cap, write_draws
-from umbra.gl.sides import ShellSides, make_sides, make_sides_alike
+from umbra.gl.sides import ShellSides, make_shell_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 
-__all__ = ["FAR", "BodyVolumes", "IndexList", "find_together", "list_drawn", "make_volumes"]
+__all__ = ["FAR", "BodyVolumes", "IndexList", "find_sides_together", "list_drawn", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
@@ -66,7 +66,7 @@ class BodyVolumes:
         """Find the sides of the wanted shells; return all that are known."""
         missing = self.lacks(wanted)
         if missing.any():
-            self.add(make_sides(self, missing), missing)
+            self.add(make_shell_sides(self, missing), missing)
         return self._sides
 
     def lacks(self, wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -172,7 +172,7 @@ def list_drawn(
                 yield each, instance, mine
 
 
-def find_together(
+def find_sides_together(
     volumes: Sequence[Sequence[BodyVolumes]],
     selections: Sequence[VolumeSelection],
     starts: NDArray[np.intp],

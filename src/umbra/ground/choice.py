@@ -30,7 +30,14 @@ from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
 from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, find_standing
 
-__all__ = ["Ground", "choose_feet", "describe_surface", "find_ground", "make_parts", "tell_feet"]
+__all__ = [
+    "Ground",
+    "choose_feet",
+    "describe_surface",
+    "find_ground",
+    "make_ground_parts",
+    "tell_feet",
+]
 
 _NAMES = "assumed ground", "assumed ground under buildings"
 
@@ -176,7 +183,7 @@ def _find(scene: Scene, asked: Asked, hanging: tuple[int, ...]) -> Ground:
     surface = choose_feet(bases, level, scene.bounds(), asked)
     if surface is None:
         return Ground(scene, level.middle, is_plane=True, assumed=level)
-    settled = replace(scene, parts=(*scene.parts, *make_parts(surface, scene.origin)))
+    settled = replace(scene, parts=(*scene.parts, *make_ground_parts(surface, scene.origin)))
     return Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
 
 
@@ -218,7 +225,7 @@ def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSu
     return surface
 
 
-def make_parts(surface: FeetSurface, origin: Any) -> tuple[Part, Part]:
+def make_ground_parts(surface: FeetSurface, origin: Any) -> tuple[Part, Part]:
     """Make the parts of a surface in a scene with an origin (3,) [m]: between and under houses."""
     vertices = surface.vertices - origin
     material = Material(color=GROUND_COLOR)

@@ -72,10 +72,10 @@ def add_file_ground(
 
 def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]:
     """Report buildings under whose middle there is none of the land."""
-    from umbra.readers.terrain import find_ground  # noqa: PLC0415 (it loads all formats)
+    from umbra.readers.terrain import find_terrain_height  # noqa: PLC0415 (it loads all formats)
 
     boxes = boxes[find_standing(boxes)]
-    beyond = ~find_ground([part], boxes[:, :, :2].mean(1))[1] if len(boxes) else np.zeros(0)
+    beyond = ~find_terrain_height([part], boxes[:, :, :2].mean(1))[1] if len(boxes) else np.zeros(0)
     if not beyond.any():
         return []
     count = f"{int(beyond.sum()):,} of {len(boxes):,}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from umbra.lights.weighted import Lights
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
 from umbra.sun.clock import check_steps
+from umbra.sun.day_times import Clock, DayClock, is_of_the_sun
 
 __all__ = ["Period", "Refraction", "make_no_period", "make_period"]
 
@@ -131,6 +132,7 @@ def make_period(
     *,
     every_days: int = 1,
     refraction: Refraction = "standard",
+    clock: Clock = "local",
 ) -> Period:
     """
     Cut the same hours of some dates into steps, and find the sun at their midpoints.
@@ -140,19 +142,24 @@ def make_period(
     dates : str, date, or a sequence of them
         As ``umbra.sun.parse_dates`` reads them.
     start, end, every
-        As ``umbra.sun.make_steps`` reads them.
+        As ``umbra.sun.make_steps`` reads them; also times of the sun, such as ``sunrise+1h``.
     site : Site
     every_days : int
         Take every N-th day of a range, a month or a year.
     refraction : {'standard', 'none'}
+    clock : {'local', 'standard', 'solar'}
+        By which start and end are read.
 
     Raises
     ------
     InputError
         If one of them cannot be read, or a local time does not exist on a date.
     """
-    days = parse_dates(dates, every_days)
-    check_steps(make_steps(days[0], start, end, every, site.zone), len(days), every)
-    steps = tuple(make_steps(day, start, end, every, site.zone) for day in days)
+    days = parse_dates(dates, every_days, site.zone)
+    find = None
+    if clock != "local" or is_of_the_sun(start) or is_of_the_sun(end):
+        find = DayClock(site, clock).find
+    check_steps(make_steps(days[0], start, end, every, site.zone, find), len(days), every)
+    steps = tuple(make_steps(day, start, end, every, site.zone, find) for day in days)
     instants = np.concatenate([each.instants for each in steps])
     return Period(days, steps, find_sun(site, instants, refraction=refraction), site, refraction)

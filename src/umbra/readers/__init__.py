@@ -17,8 +17,8 @@ from umbra.readers.assumed_crs import assume_crs, check_crs, tell_unused_crs
 from umbra.readers.budget import GIGABYTE, Budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
-from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
-from umbra.readers.georeference import locate
+from umbra.readers.formats import FORMATS, STREAMED, find_format_kind, load_reader
+from umbra.readers.georeference import locate_bounds
 from umbra.readers.kept import Files, read_kept
 from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
@@ -283,7 +283,7 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
             parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
         )  # fmt: skip
         bounds = scene.bounds()
-        found = settle(locate(scene, bounds), places)
+        found = settle(locate_bounds(scene, bounds), places)
         return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
 
 
@@ -339,7 +339,7 @@ def _load(path: Path) -> FileContent:
                 msg = "is empty; export the model again"
                 raise InputError(msg)
         with damage_of(path, path=path):
-            kind = find_kind(content)
+            kind = find_format_kind(content)
         with errors_of(f"{path}: ", path=path):
             if kind not in STREAMED:
                 _ = content.data
@@ -351,7 +351,7 @@ def _load(path: Path) -> FileContent:
 def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, Source]:
     path = content.path
     with damage_of(path, path=path):
-        kind = find_kind(content)
+        kind = find_format_kind(content)
         given = content if kind in STREAMED else content.data
         model = load_reader(kind)(given, path, choices)
         if not model.outside:

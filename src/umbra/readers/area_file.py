@@ -24,7 +24,7 @@ from umbra.readers.footprint_files import tabulate_geojson, tabulate_vectors
 from umbra.readers.footprint_table import IDS, NAMES, FootprintTable
 from umbra.readers.footprints import to_shapes
 from umbra.readers.formats import parse_documents
-from umbra.readers.georeference import is_known, is_same_plan, show_crs
+from umbra.readers.georeference import is_known_crs, is_same_plan, show_crs
 from umbra.readers.model import ReadChoices
 from umbra.scene import Scene
 from umbra.scene.area import Area
@@ -278,7 +278,7 @@ def _bring(
     """Return polygons in a model's coordinates; None if they are so already."""
     if scene.crs is not None and is_same_plan(crs, scene.crs):
         return None
-    if scene.crs is not None and is_known(scene.crs):
+    if scene.crs is not None and is_known_crs(scene.crs):
         target, turn = scene.crs, 0.0
     elif scene.latitude is not None and scene.longitude is not None:
         # A model with a site and no CRS: its plan about the site, turned to its north.
@@ -290,7 +290,7 @@ def _bring(
             "or give areas in the model's own coordinates"
         )
         raise InputError(msg, option="areas", crs=crs)
-    if not is_known(crs):
+    if not is_known_crs(crs):
         msg = f"{name}: the CRS '{show_crs(crs)[:60]}' is not known; convert areas to the model's"
         raise InputError(msg, option="areas", crs=crs)
     from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS

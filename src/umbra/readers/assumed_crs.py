@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from umbra.errors import InputError, show_value
-from umbra.readers.georeference import is_known, name_crs, show_crs
+from umbra.readers.georeference import is_known_crs, name_crs, show_crs
 from umbra.readers.model import NO_CRS, FileModel
 
 __all__ = ["assume_crs", "check_crs", "tell_unused_crs"]
@@ -14,7 +14,7 @@ def check_crs(crs: str | None) -> str | None:
     if crs is None:
         return None
     named = name_crs(crs) if isinstance(crs, str) else None
-    if named is None or not is_known(named):
+    if named is None or not is_known_crs(named):
         msg = f"crs= is not known: {show_value(crs)}; write it as EPSG:28992"
         raise InputError(msg, option="crs")
     return named

@@ -26,10 +26,10 @@ from umbra.readers.citygml_objects import FeatureReader
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten
 from umbra.readers.content import GZIP, ZIP, BoundedStream, FileContent, open_archive
-from umbra.readers.formats import find_members
+from umbra.readers.formats import list_citygml_members
 from umbra.readers.georeference import find_axis_orders, is_in_degrees, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
-from umbra.readers.region import Region, is_outside
+from umbra.readers.region import Region, is_outside_region
 
 __all__ = ["read_citygml"]
 
@@ -219,7 +219,7 @@ class _City:
                 )
         if self._swaps:
             feature["vertices"] = np.ascontiguousarray(vertices[:, [1, 0, 2]])
-        if self._region is not None and is_outside(feature, self._region, self.crs):
+        if self._region is not None and is_outside_region(feature, self._region, self.crs):
             self.left_out += len(feature["CityObjects"])
             return {**feature, "CityObjects": {}, "vertices": vertices[:0]}
         return feature
@@ -301,7 +301,7 @@ def _open_members(
         if content.head.startswith(GZIP):
             yield "", BoundedStream(gzip.GzipFile(fileobj=file), budget)
         elif content.head.startswith(ZIP):
-            archive, members = open_archive(file, budget, find_members)
+            archive, members = open_archive(file, budget, list_citygml_members)
             with archive:
                 for name in members:
                     yield f"{name} ", BoundedStream(archive.open(name), budget)

@@ -18,7 +18,7 @@ from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
 
 __all__ = [
-    "CITYGML", "FORMATS", "STREAMED", "find_kind", "find_members", "load_reader",
+    "CITYGML", "FORMATS", "STREAMED", "find_format_kind", "list_citygml_members", "load_reader",
     "read_json",
 ]  # fmt: skip
 
@@ -42,7 +42,7 @@ READERS = {
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "parquet": ("umbra.readers.parquet", "read_parquet"),
-    "points": ("umbra.readers.point_cloud", "read_points"),
+    "points": ("umbra.readers.point_cloud", "read_cloud_points"),
     "rhino": ("umbra.readers.rhino", "read_rhino"),
     "off": ("umbra.readers.triangle_soup", "read_off"),
     "ply": ("umbra.readers.triangle_soup", "read_ply"),
@@ -113,7 +113,7 @@ def load_reader(kind: str) -> Reader:
     return getattr(import_module(module), function)
 
 
-def find_kind(content: FileContent) -> str:
+def find_format_kind(content: FileContent) -> str:
     """Find the kind of a file that is not empty, a key of `READERS` or a reader of a package."""
     ending = content.path.suffix.lower()
     if ending and ending not in BY_ENDING and ending[1:] in REGISTRY and not is_known(content):
@@ -176,7 +176,7 @@ def is_citygml(content: FileContent) -> bool:
                 start = unpacked.read(16_000)
         elif start.startswith(ZIP):
             with content.open() as file, zipfile.ZipFile(file) as archive:
-                return bool(find_members(archive))
+                return bool(list_citygml_members(archive))
     except (EOFError, OSError, zipfile.BadZipFile, zlib.error):
         return False
     start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
@@ -196,7 +196,7 @@ def is_collada(content: FileContent) -> bool:
     return start.startswith(b"<") and b"<COLLADA" in start
 
 
-def find_members(archive: zipfile.ZipFile) -> list[str]:
+def list_citygml_members(archive: zipfile.ZipFile) -> list[str]:
     """Return the names of the CityGML files in an archive, without those that a Mac adds."""
     return [
         name

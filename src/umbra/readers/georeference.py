@@ -22,9 +22,9 @@ __all__ = [
     "find_on_plan",
     "find_plan_unit",
     "is_in_degrees",
-    "is_known",
+    "is_known_crs",
     "is_same_plan",
-    "locate",
+    "locate_bounds",
     "name_crs",
     "show_crs",
     "swap_on_plan",
@@ -83,7 +83,7 @@ def show_crs(crs: str) -> str:
     return title[1] if title else crs
 
 
-def is_known(crs: str) -> bool:
+def is_known_crs(crs: str) -> bool:
     """Return whether PROJ knows this CRS, and it is projected or geographic."""
     found = _find_crs(crs)
     return found is not None and (found.is_projected or found.is_geographic)
@@ -107,7 +107,7 @@ def bring_to(
     """Move parts from one known CRS to another in metres; heights are kept, but for their unit."""
     found, wanted = _find_crs(crs), _find_crs(target)
     shown, goal = show_crs(crs), show_crs(target)
-    if not is_known(crs) or not is_known(target) or found is None or wanted is None:
+    if not is_known_crs(crs) or not is_known_crs(target) or found is None or wanted is None:
         msg = f"{shown} cannot be converted to {goal}; convert to one coordinate reference system"
         raise InputError(msg, crs=(crs, target))
     height = 1.0 if is_high_in_metres else _metres_per_unit(found)[1]
@@ -188,7 +188,7 @@ def _is_stretched(parts: tuple[Part, ...], crs: "CRS") -> bool:
     return bool((np.abs(scales - 1) > STRETCH).any() and np.isfinite(scales).all())
 
 
-def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
+def locate_bounds(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
     Find latitude, longitude (WGS 84) and true north from the CRS and the middle of bounds (2, 3).
 

@@ -21,7 +21,7 @@ from umbra.packages import need
 from umbra.readers.ifc_facts import (
     IfcWords,
     count_names,
-    describe,
+    describe_element,
     find_grade,
     find_map,
     find_place,
@@ -169,7 +169,7 @@ def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
     named, words, broken = [], [], 0
     for product in products:
         try:
-            words.append(describe(product, uses))
+            words.append(describe_element(product, uses))
         except (RuntimeError, AttributeError, TypeError):  # an entity that it names is no such
             broken += 1
         else:

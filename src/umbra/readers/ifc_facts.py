@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.packages import need
-from umbra.readers.georeference import is_known, name_crs
+from umbra.readers.georeference import is_known_crs, name_crs
 from umbra.readers.model import APART, FilePlace, tell_doubt
 
-__all__ = ["IfcWords", "count_names", "describe", "find_grade", "find_map", "find_place"]
+__all__ = ["IfcWords", "count_names", "describe_element", "find_grade", "find_map", "find_place"]
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:
@@ -87,7 +87,7 @@ def find_map(
         return None, None, []
     name = target.get("Name")
     crs = name_crs(name)
-    if crs is None or not is_known(crs):
+    if crs is None or not is_known_crs(crs):
         what = f"'{name}'" if name else "without a name"
         return None, None, [
             f"the map conversion leads to a CRS {what}, which is not known, and is not used"
@@ -212,7 +212,7 @@ def count_names(products: Iterable[Any]) -> Counter[str]:
     return Counter(whole.Name for whole in wholes.values() if whole.Name)
 
 
-def describe(product: Any, uses: Counter[str]) -> IfcWords:
+def describe_element(product: Any, uses: Counter[str]) -> IfcWords:
     """Collect the name, class and tags of an element; ``uses`` are the elements of each name."""
     element = need("ifcopenshell.util.element", "ifc", "IFC")
     chain = _ancestors(product)
@@ -227,10 +227,24 @@ def describe(product: Any, uses: Counter[str]) -> IfcWords:
         words.append(getattr(element.get_type(piece), "Name", None))
         words += [getattr(material, "Name", None) for material in element.get_materials(piece)]
         words.append(piece.GlobalId)
-    words.append(_find_storey(element.get_container(whole)))
+    storey = _find_storey(element.get_container(whole))
+    words.append(storey)
+    if product.is_a("IfcWindow") or product.is_a("IfcDoor"):
+        words += [f"storey={storey}" if storey else None, *_find_spaces(product)]
     skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
     tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
     return IfcWords(name, whole.is_a(), tags, product.Name or product.GlobalId, product.is_a())
+
+
+def _find_spaces(product: Any) -> list[str]:
+    """Name the space that an opening serves, by the boundaries of spaces: ``space=Kitchen``."""
+    for boundary in getattr(product, "ProvidesBoundaries", ()) or ():
+        space = boundary.RelatingSpace
+        if space is not None and space.is_a("IfcSpace"):
+            name = getattr(space, "LongName", None) or space.Name
+            if name:
+                return [f"space={name}"]
+    return []
 
 
 def _find_storey(container: Any) -> str | None:

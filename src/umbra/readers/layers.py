@@ -20,7 +20,7 @@ from umbra.readers.checks import errors_of
 from umbra.readers.georeference import (
     assumes_height_unit,
     bring_to,
-    is_known,
+    is_known_crs,
     is_same_plan,
     show_crs,
     tell_swapped,
@@ -29,9 +29,9 @@ from umbra.readers.georeference import (
 from umbra.readers.model import FileModel, UniqueNames
 from umbra.readers.terrain import (
     find_gaps,
-    find_ground,
     find_overlaps,
-    find_relief,
+    find_terrain_height,
+    find_terrain_parts,
     measure_boxes,
     stand_on,
 )
@@ -127,7 +127,7 @@ def _bring_together(
             parts, own = to_metres(parts, crs, is_high_in_metres=metric)
             target, first = own or crs, layer
         elif crs is not None and target is not None and not is_same_plan(crs, target):
-            if not is_known(crs) or not is_known(target):
+            if not is_known_crs(crs) or not is_known_crs(target):
                 raise make_crs_error(first.path, layer.path, (first.model.crs or "", crs))
             parts = bring_to(parts, crs, target, is_high_in_metres=metric)
         if crs is not None and target is not None and parts is not layer.model.parts:
@@ -176,7 +176,7 @@ def _check_together(
         groups.setdefault(layer.name, []).extend(parts)
     notes: list[str] = []
     # Parts that are a terrain may stand among others; a file of nothing else comes first.
-    terrains = [(one, find_relief(parts)) for one, parts in zip(layers, moved)]
+    terrains = [(one, find_terrain_parts(parts)) for one, parts in zip(layers, moved)]
     terrains.sort(key=lambda one: not one[0].model.is_terrain)
     bearing, ground = next((one for one in terrains if one[1]), (None, ()))
     for layer, parts in zip(layers, moved):
@@ -211,7 +211,7 @@ def _stand(
     assert crowns is not None
     centres = part.mesh.vertices[crowns.corners, :2].mean(1)
     if ground:
-        heights, inside = find_ground(ground, centres)
+        heights, inside = find_terrain_height(ground, centres)
         missed = int((~inside).sum())
         note = "a canopy on the terrain"
     else:

@@ -24,12 +24,12 @@ from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
 from umbra.readers.model import NO_CRS, TRUNK, FileModel, ReadChoices
-from umbra.readers.raster import make_crowns, make_surface
+from umbra.readers.raster import make_crowns, make_raster_surface
 from umbra.readers.raster_file import MOST_BYTES
 from umbra.readers.region import Region
 from umbra.scene import Mesh, Part
 
-__all__ = ["grid_points", "read_points"]
+__all__ = ["grid_points", "read_cloud_points"]
 
 CELLS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Sides of a cell, in the unit of the plan."""
@@ -100,7 +100,7 @@ class PointGrid:
         self.classes |= set(np.unique(kind[kept]).tolist())
 
 
-def read_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
+def read_cloud_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a point cloud as a surface and a canopy; of a region only its points."""
     require(["laspy", "lazrs"], "city", "LAS and LAZ")
     _check_records(content)
@@ -219,7 +219,7 @@ def _make_parts(grid: PointGrid, name: str) -> tuple[tuple[Part, ...], list[str]
         notes.append(f"cells without a point filled from their neighbours: {filled}")
     matrix = np.array([[grid.cell, 0, grid.west], [0, -grid.cell, grid.north]])
     known = np.isfinite(heights)
-    vertices, faces = make_surface(heights, known, matrix)
+    vertices, faces = make_raster_surface(heights, known, matrix)
     parts = [Part(name, "Raster", Mesh(vertices, faces))] if len(faces) else []
     crowns = np.isfinite(grid.trees)
     if crowns.any():

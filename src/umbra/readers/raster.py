@@ -23,7 +23,7 @@ from umbra.readers.model import NO_CRS, RASTERS, TRUNK, CrownRaster, Crowns, Fil
 from umbra.readers.raster_file import RasterBand, RasterWork
 from umbra.scene import Mesh, Part
 
-__all__ = ["make_crowns", "make_surface", "read_raster"]
+__all__ = ["make_crowns", "make_raster_surface", "read_raster"]
 
 TALLEST = 130.0  # [m]; above all trees
 CELL = 90  # memory of a cell's place and its two triangles, and of making them [byte]
@@ -47,7 +47,7 @@ def read_raster(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
         return _read_canopy(path, choices)
     notes: list[str] = []
     raster = open_raster(path, choices, notes)
-    vertices, faces = make_surface(raster.heights, raster.there, raster.matrix)
+    vertices, faces = make_raster_surface(raster.heights, raster.there, raster.matrix)
     if not len(faces):
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
         raise InputError(msg)
@@ -95,7 +95,7 @@ def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRas
     return HeightRaster(heights, there, matrix, crs, has_unit)
 
 
-def make_surface(
+def make_raster_surface(
     heights: NDArray[np.float64], there: NDArray[np.bool_], matrix: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Make the surface through the centres of cells: vertices, and faces seen from above."""

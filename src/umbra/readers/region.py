@@ -15,14 +15,14 @@ from umbra.errors import InputError, show_value
 from umbra.packages import need
 from umbra.readers.georeference import (
     is_in_degrees,
-    is_known,
+    is_known_crs,
     is_same_plan,
     name_crs,
     show_crs,
 )
 from umbra.readers.model import FileModel
 
-__all__ = ["DEGREES", "Region", "is_outside", "keep_inside", "make_region"]
+__all__ = ["DEGREES", "Region", "is_outside_region", "keep_inside", "make_region"]
 
 DEGREES = "OGC:CRS84"
 _FORM = "XMIN,YMIN,XMAX,YMAX[,CRS]"
@@ -69,7 +69,7 @@ class Region:
             return self
         west, south, east, north = self.box
         if max(abs(west), abs(east)) <= 180 and max(abs(south), abs(north)) <= 90:
-            return replace(self, crs=DEGREES) if is_known(crs) else self
+            return replace(self, crs=DEGREES) if is_known_crs(crs) else self
         if is_in_degrees(crs):
             msg = (
                 f"{self.shown} is not in degrees, as the file is; give longitudes and latitudes, "
@@ -198,7 +198,7 @@ def _read_area(shapely: Any, path: Path) -> tuple[Any, str | None]:
 
 
 def _check_crs(crs: str | None, option: str) -> str:
-    if crs is None or not is_known(crs):
+    if crs is None or not is_known_crs(crs):
         msg = f"{option}= names a CRS that is not known: {str(crs)[:60]}; write it as EPSG:25832"
         raise InputError(msg, option=option)
     return crs
@@ -218,7 +218,7 @@ def _find_transformer(source: str, target: str, option: str) -> Any:
     from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     for crs in (source, target):
-        if not is_known(crs):
+        if not is_known_crs(crs):
             msg = f"{option}=: {show_crs(source)} cannot be converted to {show_crs(target)}"
             raise InputError(msg, option=option, crs=(source, target))
     one, other = (CRS.from_user_input(crs).to_2d() for crs in (source, target))
@@ -249,7 +249,7 @@ def keep_inside(model: FileModel, region: Region) -> tuple[FileModel, int]:
     return replace(model, parts=kept), len(boxes) - len(inside)
 
 
-def is_outside(feature: dict[str, Any], region: Region, crs: str | None) -> bool:
+def is_outside_region(feature: dict[str, Any], region: Region, crs: str | None) -> bool:
     """Return whether a feature of CityJSON with placed vertices (n, 3) lies wholly outside."""
     plan = feature["vertices"][:, :2]
     shapes = (one for item in feature["CityObjects"].values() for one in item["geometry"])

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from umbra.scene import Part, Scene, Triangles
 from umbra.scene.mesh import find_standing
 
-__all__ = ["find_gaps", "find_ground", "find_overlaps", "find_relief", "measure_boxes", "stand_on"]
+__all__ = [
+    "find_gaps",
+    "find_overlaps",
+    "find_terrain_height",
+    "find_terrain_parts",
+    "measure_boxes",
+    "stand_on",
+]
 
 RASTER, TIN = "Raster", "TINRelief"
 """Kinds of parts that are a terrain."""
@@ -26,7 +33,7 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
     soup = Scene(tuple(parts), np.zeros(3)).triangles()
     corner = soup.faces.ravel()
     owner = np.repeat(soup.part, 3)
-    height, inside = find_ground(terrain, soup.vertices[:, :2])
+    height, inside = find_terrain_height(terrain, soup.vertices[:, :2])
     lift = np.full(len(parts), np.inf)
     np.minimum.at(lift, owner, height[corner])
     missed = len(parts) - len(np.unique(owner[inside[corner]]))
@@ -40,7 +47,7 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
     return tuple(moved), missed
 
 
-def find_ground(
+def find_terrain_height(
     terrain: Sequence[Part], plan: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """
@@ -80,7 +87,7 @@ def _interpolate(soup: Triangles, plan: NDArray[np.float64]) -> NDArray[np.float
     return found
 
 
-def find_relief(parts: Sequence[Part]) -> list[Part]:
+def find_terrain_parts(parts: Sequence[Part]) -> list[Part]:
     """Return the parts that are a terrain."""
     return [part for part in parts if part.kind in {RASTER, TIN} and part.triangles]
 
@@ -112,7 +119,7 @@ def find_gaps(
     boxes = boxes[find_standing(boxes)]
     corners = np.stack([boxes[:, i, 0] for i in (0, 0, 1, 1)], 1)
     across = np.stack([boxes[:, i, 1] for i in (0, 1, 0, 1)], 1)
-    height, inside = find_ground(terrain, np.stack([corners, across], 2).reshape(-1, 2))
+    height, inside = find_terrain_height(terrain, np.stack([corners, across], 2).reshape(-1, 2))
     height, lies = height.reshape(-1, 4), inside.reshape(-1, 4).all(1)
     feet, height = boxes[lies, 0, 2], height[lies]
     if not len(feet):

@@ -18,7 +18,7 @@ from umbra.readers.gltf import read_gltf, read_gltf_content
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames
 from umbra.readers.tileset_frame import (
     Frame,
-    find_frame,
+    find_tileset_frame,
     find_volume,
     make_matrix,
     move_part,
@@ -92,7 +92,7 @@ class _TilesetReader:
         root = tree["root"]
         points = find_volume(root.get("boundingVolume"), make_matrix(root.get("transform")))
         region = choices.region
-        self.frame: Frame | None = find_frame(points, region)
+        self.frame: Frame | None = find_tileset_frame(points, region)
         if self.frame is not None:
             place = show_crs(self.frame.crs)
             self.notes.append(f"coordinates are {place}, heights above the ellipsoid")

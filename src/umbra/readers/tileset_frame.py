@@ -10,7 +10,7 @@ from umbra.errors import InputError
 from umbra.readers.region import DEGREES, Region
 from umbra.scene import Part
 
-__all__ = ["Frame", "find_axes", "find_frame", "find_volume", "make_matrix", "move_part"]
+__all__ = ["Frame", "find_axes", "find_tileset_frame", "find_volume", "make_matrix", "move_part"]
 
 NEAREST = 6.2e6
 """Less than the distance of any land from the centre of the earth [m]."""
@@ -110,7 +110,7 @@ def move_part(part: Part, matrix: NDArray[np.float64]) -> Part:
     return replace(part, transform=matrix @ own, binding=None)
 
 
-def find_frame(points: Points | None, region: Region | None) -> Frame | None:
+def find_tileset_frame(points: Points | None, region: Region | None) -> Frame | None:
     """
     Return the frame of a set by points (n, 3) that bound it; None if it is not on the earth.
 

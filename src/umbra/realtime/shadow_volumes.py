@@ -15,7 +15,7 @@ from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.matrices import read_projection
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_clip_range, find_source, turn_scissor
+from umbra.gl.projection import Projection, find_clip_range, find_light_source, turn_scissor
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State
 from umbra.rays.transmission import find_opaque
@@ -188,7 +188,7 @@ def _find_reach(
     seen: Projection, scene: Scene, light: Light, target: ForeignTarget
 ) -> tuple[tuple[int, int, int, int], tuple[float, float]]:
     """Find the scissor of a light's range in a framebuffer, and its depth bounds."""
-    source = find_source(light, scene.origin)
+    source = find_light_source(light, scene.origin)
     corners, depths = find_clip_range(seen.camera, scene.origin, source, light)
     left, bottom, cols, rows = target.viewport
     if corners is not None:

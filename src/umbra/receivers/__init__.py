@@ -16,6 +16,7 @@ from umbra.receivers.samples import Samples
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
+from umbra.receivers.windows import WindowKind
 from umbra.registry import Registry
 from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND
@@ -30,7 +31,7 @@ KINDS: dict[str, ReceiverKind] = {
     kind.name: kind
     for kind in (
         GroundPlane(), TopmostSurface(), ElevationView(), ViewFromAbove(), CameraPicture(),
-        SampledSurfaces(), GivenPoints(), AreaKind(),
+        SampledSurfaces(), GivenPoints(), WindowKind(), AreaKind(),
     )
 }  # fmt: skip
 """umbra's own kinds by the name that results state."""

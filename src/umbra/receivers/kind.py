@@ -1,6 +1,6 @@
 """The protocol of receivers, of all kinds."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -144,8 +144,8 @@ class Receivers:
         """Cut them into tiles: index of each among all receivers, and its maker."""
         raise NotImplementedError
 
-    def look_again(self) -> Iterator[tuple[Any, Any]]:
-        """Return tiles to count a few more instants by rays, and their indices."""
+    def make_ray_tiles(self) -> Sequence[tuple[Any, Callable[[], Any]]]:
+        """Return, as ``make_tiles``, tiles that count a few more instants by rays."""
         raise NotImplementedError
 
     def finish(self) -> NDArray[np.bool_] | None:

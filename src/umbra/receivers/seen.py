@@ -22,7 +22,7 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.rays.masks import add_masks
+from umbra.rays.masks import CounterByMasks
 from umbra.receivers.kind import Request, Tile, Variables
 from umbra.receivers.pixels import PixelCounter, make_pixel_patches, snap_to_faces
 from umbra.receivers.raster import Raster
@@ -111,7 +111,7 @@ class ViewModel(Casting):
 
 
 @dataclass(frozen=True, eq=False)
-class ViewTile:
+class ViewTile(CounterByMasks):
     """
     Pixels of a view as receivers; row 0 is the lowest.
 
@@ -257,16 +257,6 @@ class ViewTile:
             dark = ((counts != 0) | (normal @ sun <= 0)) & is_seen
             mask[...] = dark[::-1]
         return masks
-
-    def add_weights(
-        self,
-        suns: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each pixel the weights (n, k) of the suns that leave it in shadow."""
-        add_masks(self.masks, suns, weights, sums, progress)
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the pixels in reach, and their masks."""

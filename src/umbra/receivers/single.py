@@ -1,10 +1,10 @@
 """Single points as receivers, counted tile by tile."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.rays.masks import add_masks
+from umbra.rays.masks import CounterByMasks
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.samples import Samples
 from umbra.scene.derived import derive
@@ -69,7 +69,7 @@ class SharedEdges:
 
 
 @dataclass(frozen=True, eq=False)
-class PointTile:
+class PointTile(CounterByMasks):
     """
     Some points as receivers.
 
@@ -89,6 +89,8 @@ class PointTile:
     first : int
         Index of the tile's first sample among them.
     """
+
+    at_once: ClassVar[int] = 64
 
     casting: Casting
     places: Places
@@ -133,16 +135,6 @@ class PointTile:
         return find_hidden(
             self.casting.tree, where.points, where.normals, suns, self.casting.threads
         )
-
-    def add_weights(
-        self,
-        suns: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each point the weights (n, k) of the suns that leave it in shadow."""
-        add_masks(self.masks, suns, weights, sums, progress, at_once=64)
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the points in reach, and their masks."""
@@ -219,9 +211,9 @@ class SingleReceivers(Receivers):
         side = request.limit_tiles(math.isqrt(CHUNK if samples is None else _CHUNK_OF_SURFACES))
         return self._cut(8 * (side * side // 8), samples)
 
-    def look_again(self) -> Iterator[tuple[slice, PointTile]]:
-        """Return the receivers in chunks to be counted by rays, and their indices."""
-        return ((some, make()) for some, make in self._cut(CHUNK, None))
+    def make_ray_tiles(self) -> Sequence[tuple[slice, Callable[[], PointTile]]]:
+        """Return, as ``make_tiles``, tiles that count a few more instants by rays."""
+        return self._cut(CHUNK, None)
 
     def _cut(
         self, chunk: int, samples: Samples | None

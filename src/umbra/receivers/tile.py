@@ -42,7 +42,7 @@ class PieceShares(Protocol):
         cast: NDArray[np.float32],
         sole: NDArray[np.float32],
     ) -> None:
-        """Add at most eight suns to the hours of groups, see ``umbra.cpu.shares.add_shares``."""
+        """Add at most eight suns to groups' hours, as ``umbra.cpu.shares.add_group_shares``."""
 
 
 class Tile(Protocol):

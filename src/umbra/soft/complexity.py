@@ -38,17 +38,25 @@ from umbra.soft.coverage import (
     find_in_tile,
     find_tile,
     is_in,
-    make_planes,
+    make_coverage_planes,
     split_block,
 )
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
-from umbra.soft.wedges import ASIDE, find_axes
+from umbra.soft.wedges import ASIDE, map_to_unit_light
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
     from umbra.soft.frames import VolumeCounts
 
-__all__ = ["MOST", "SPOTS", "EdgeTable", "find_edges", "find_open", "make_spots", "visibility"]
+__all__ = [
+    "MOST",
+    "SPOTS",
+    "EdgeTable",
+    "find_open_components",
+    "list_light_edges",
+    "make_spots",
+    "visibility",
+]
 
 SPOTS = Softness.spots
 """Default number of spots of the light at which casters are counted."""
@@ -71,7 +79,7 @@ class EdgeTable(NamedTuple):
     turn : (n,) float64
         -1 where the faces have the same direction along the edge, else 1.
     wedges : (n, 4, 4) float64
-        Planes from ``make_planes``.
+        Planes from ``make_coverage_planes``.
     """
 
     ends: NDArray[np.float64]
@@ -92,7 +100,7 @@ class LightFrame(NamedTuple):
     radius : float
     is_square : bool
     axes : (3, 3) float64
-        Axes from ``find_axes``.
+        Axes from ``map_to_unit_light``.
     """
 
     place: NDArray[np.float64]
@@ -116,7 +124,7 @@ def visibility(
     `InputError` if there is no spot, or more than 4,096.
     """
     at = make_spots(light, spots)
-    opened = find_open(counter.caster, light, light.light.local(counter.scene.origin))
+    opened = find_open_components(counter.caster, light, light.light.local(counter.scene.origin))
     if opened.any():
         counter = counter.with_caster(counter.caster.opened(opened))
     coverage = np.zeros(frame.part.shape)
@@ -150,7 +158,9 @@ def make_spots(light: AreaLight, n: int) -> NDArray[np.float64]:
     return away[:, None] * np.stack([np.cos(turn), np.sin(turn)], 1)
 
 
-def find_open(caster: Caster, light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.bool_]:
+def find_open_components(
+    caster: Caster, light: AreaLight, place: NDArray[np.float64]
+) -> NDArray[np.bool_]:
     """
     Find the closed components whose bounding box meets the light, (n_components,) bool.
 
@@ -169,7 +179,7 @@ def find_open(caster: Caster, light: AreaLight, place: NDArray[np.float64]) -> N
     return caster.is_closed & meets.all(1)
 
 
-def find_edges(
+def list_light_edges(
     caster: Caster, vertices: NDArray[np.float64], place: NDArray[np.float64], radius: float
 ) -> EdgeTable:
     """
@@ -201,7 +211,7 @@ def find_edges(
     faces = planes[caster.edge_faces[kept]]
     ends = vertices[caster.edges[kept].ravel()].reshape(-1, 6)
     wedges = np.zeros((len(kept), 4, 4))
-    make_planes(ends, place, radius, wedges)
+    make_coverage_planes(ends, place, radius, wedges)
     return EdgeTable(ends, faces, caster.weight[kept] / 2.0, turn[kept], wedges)
 
 
@@ -232,8 +242,8 @@ def _cover(
     if not light.light.is_point:
         place[:3] /= np.linalg.norm(place[:3])
     use_threads(counter.threads)
-    edges = find_edges(caster, caster.vertices, place, light.radius)
-    lamp = LightFrame(place, light.radius, light.edges is not None, find_axes(light, place))
+    edges = list_light_edges(caster, caster.vertices, place, light.radius)
+    lamp = LightFrame(place, light.radius, light.edges is not None, map_to_unit_light(light, place))
     hard = counter.count(view, camera, light.light)
     coverage[where] = hard[where] > 0
     run_shared(

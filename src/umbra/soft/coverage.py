@@ -23,13 +23,13 @@ __all__ = [
     "find_in_tile",
     "find_tile",
     "is_in",
-    "make_planes",
+    "make_coverage_planes",
     "split_block",
 ]
 
 
 @njit(cache=True, nogil=True)
-def make_planes(ends, light, radius, planes):
+def make_coverage_planes(ends, light, radius, planes):
     """
     Bound the penumbra wedge of each edge by four planes.
 
@@ -112,7 +112,7 @@ def make_planes(ends, light, radius, planes):
 
 @njit(cache=True, nogil=True)
 def is_in(planes, x, y, z, margin):
-    """Return whether a point is in a wedge of ``make_planes``, or within a margin of it."""
+    """Tell whether a point is in a wedge of ``make_coverage_planes``, or within a margin of it."""
     for k in range(4):
         p = planes[k]
         if p[0] * x + p[1] * y + p[2] * z + p[3] > margin:
@@ -201,7 +201,7 @@ def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, 
         Silhouette edges, wound as in the lit faces.
     multiplicity : (n,) int64
     planes : (n, 4, 4) float64
-        Of ``make_planes``.
+        Of ``make_coverage_planes``.
     lamp : tuple
         The light (4,) float64; its radius; whether it is a parallelogram; and its axes (3, 3)
         float64: rows u, v and the normal of its plane; u and v map the plane to the unit light.

@@ -17,13 +17,13 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
 from umbra.soft import AreaLight, make_axes
-from umbra.soft.coverage import BLOCK, add_wedges, count_tiles, make_planes
+from umbra.soft.coverage import BLOCK, add_wedges, count_tiles, make_coverage_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
 if TYPE_CHECKING:
     from umbra.soft.frames import VolumeCounts
 
-__all__ = ["ASIDE", "find_axes", "find_coverage", "visibility"]
+__all__ = ["ASIDE", "find_coverage", "map_to_unit_light", "visibility"]
 
 ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 """Offset of the light where an edge passes its centre [radii]."""
@@ -80,10 +80,10 @@ def _cover(
         place[:3] /= np.linalg.norm(place[:3])
     use_threads(counter.threads)
     planes = np.zeros((len(ends), 4, 4))
-    make_planes(ends, place, light.radius, planes)
+    make_coverage_planes(ends, place, light.radius, planes)
     coverage = np.zeros(where.shape)
     unsure = np.zeros(where.shape, np.bool_)
-    lamp = place, light.radius, light.edges is not None, find_axes(light, place)
+    lamp = place, light.radius, light.edges is not None, map_to_unit_light(light, place)
     run_shared(
         count_tiles(where.shape[0], where.shape[1], BLOCK), add_wedges,
         frame.position, origin, where, ends, multiplicity, planes, lamp, coverage, unsure,
@@ -92,7 +92,7 @@ def _cover(
     return np.where(where, hard - coverage, 0.0), unsure
 
 
-def find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
+def map_to_unit_light(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Find the map of a light's plane to the unit light, (3, 3).
 

@@ -40,7 +40,7 @@ __all__ = [
     "LENGTH",
     "Layers",
     "find_growth",
-    "find_opacities",
+    "find_layer_opacities",
     "part_components",
     "visibility",
 ]
@@ -67,7 +67,7 @@ def visibility(
     Only the light's centre matters; the paper recommends a ``length`` of 2 to 3 and a ``gap`` of
     0.3 to 0.5. `InputError` if they make no layer, or more than 1,000.
     """
-    opacities = find_opacities(Softness(length=length, gap=gap).layers)
+    opacities = find_layer_opacities(Softness(length=length, gap=gap).layers)
     left = np.ones(frame.part.shape, np.float32)
     hard = counter.count(view, camera, light.light) != 0
     layers = Layers.of(counter, light.light)
@@ -83,7 +83,7 @@ def visibility(
     return left
 
 
-def find_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
+def find_layer_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
     """
     Find the opacities of the hard shadow and layers 1 to n that darken in even steps.
 

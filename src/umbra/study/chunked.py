@@ -91,14 +91,7 @@ class ChunkJob:
     def count(self, rows: slice, cols: slice) -> Study:
         """Count some rows and columns."""
         setup, laid = self.setup, self.laid.pick(rows, cols)
-        done = setup.count(laid, lambda _done, _all: None)
-        nothing = laid.finish()
-        if nothing is not None:
-            done.blank(nothing)
-        arrays, more = done.arrays, done.variables(laid)
-        return Study(
-            laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, laid.facts, more
-        )
+        return setup.finish(setup.count(laid), laid)
 
     def sketch(self) -> Study:
         """Make the study of one cell before counting: names, types and constants of the whole."""
@@ -108,7 +101,7 @@ class ChunkJob:
         told = {**laid.facts, **_tell_ground(self.laid), **known.describe()}
         facts = setup.describe(laid.kind.name, 0.0, ground=known.name, **told)
         facts = {name: fact for name, fact in facts.items() if name not in _TIMES}
-        arrays, more = begun.arrays, begun.variables(laid)
+        arrays, (more, _) = begun.arrays, begun.collect(laid)
         return Study(
             laid, setup.period, arrays.shadow_hours, arrays.up_hours, begun.masks, facts, more
         )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.ground.level import TERRAIN
 from umbra.rays.hidden import find_hidden
-from umbra.rays.masks import add_masks
+from umbra.rays.masks import CounterByMasks
 from umbra.receivers.kind import Counter, Tile
 
 __all__ = ["GroundLightCounter", "LightCounter", "RayCounter", "find_ground_lights", "find_suns"]
@@ -23,7 +23,7 @@ def find_ground_lights(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
     return (lights[:, 3] == 0) & (lights[:, 2] < 0)
 
 
-class RayCounter:
+class RayCounter(CounterByMasks):
     """
     Counter of any homogeneous lights on a tile, by rays.
 
@@ -42,18 +42,8 @@ class RayCounter:
         found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
         return found.reshape(-1, *tile.shape)
 
-    def add_weights(
-        self,
-        lights: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each receiver the weights (n, k) of the lights that leave it in shadow."""
-        add_masks(self.masks, lights, weights, sums, progress)
 
-
-class GroundLightCounter:
+class GroundLightCounter(CounterByMasks):
     """
     Counter of directions below the horizon, from which the ground shines: it hides none.
 
@@ -76,16 +66,6 @@ class GroundLightCounter:
         """Return for each direction (n, 4) the receivers that it does not reach."""
         found = find_hidden(self.tree, self.points, self.normals, lights, self.threads)
         return found.reshape(-1, *self.shape)
-
-    def add_weights(
-        self,
-        lights: NDArray[np.float64],
-        weights: NDArray[np.int32],
-        sums: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Add to each receiver the weights (n, k) of the directions that do not reach it."""
-        add_masks(self.masks, lights, weights, sums, progress)
 
 
 class LightCounter:

@@ -13,8 +13,8 @@ from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.counters import LightCounter
 
 __all__ = [
-    "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "look", "make_advance",
-    "pass_lights", "round_weights",
+    "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "make_tile_run", "pass_lights",
+    "round_weights",
 ]  # fmt: skip
 
 AT_ONCE = 8
@@ -151,7 +151,7 @@ class Accumulator:
         return {}
 
 
-def look(
+def make_tile_run(
     tile: Tile, canopy: Canopy | None, where: Any = ..., counter: Counter | None = None,
     reach: "Reach | None" = None,
 ) -> TileRun:  # fmt: skip
@@ -305,18 +305,3 @@ def round_weights(
         is_equal = ((weights == most) | (weights == 0)).all(0) & (most[0] != 0)
         unit = np.where(is_equal, most[0], unit)
     return np.rint(weights / unit).astype(np.int32), unit
-
-
-def make_advance(
-    progress: Callable[[int, int], object], tile: int, tiles: int, works: int
-) -> Callable[[int], object]:
-    """Return a callback that turns a tile's progress into progress of all tiles."""
-    done = tile * works
-
-    def advance(n: int) -> None:
-        nonlocal done
-        if n:  # nights report nothing
-            done += n
-            progress(done, tiles * works)
-
-    return advance

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import find_device
 from umbra.errors import InputError, show_value
-from umbra.options import Option, check_types, list_options, option
+from umbra.options import Option, check_types, list_options, option, read_length
 from umbra.study.receiver_options import ReceiverOptions
 from umbra.study.time_options import Duration
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["StudyOptions"]
 
+_DEEPEST = 10.0  # reveal [m]
 _OF_AREAS = ("areas", "areas_on", "least")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
@@ -118,6 +119,26 @@ class StudyOptions(ReceiverOptions):
             object.__setattr__(self, "points", points)
             object.__setattr__(self, "names", self.names or tuple(names))
         self._check_areas()
+        self._check_windows()
+
+    def _check_windows(self) -> None:
+        """Read a table of windows; check the depth of reveals."""
+        if isinstance(self.windows, (str, Path)):
+            from umbra.readers.window_table import read_windows  # noqa: PLC0415
+
+            object.__setattr__(self, "windows", read_windows(self.windows))
+        if self.reveal in {None, "none"}:
+            return
+        try:
+            depth = read_length(str(self.reveal))
+            assert 0 <= depth <= _DEEPEST
+        except (ValueError, AssertionError):
+            msg = (
+                f"reveal= is a depth of 0 to {_DEEPEST:g} m, or 'none' to judge on the outer face; "
+                f"got {show_value(self.reveal)}"
+            )
+            raise InputError(msg, option="reveal") from None
+        object.__setattr__(self, "reveal", depth)
 
     def _check_areas(self) -> None:
         """Read a file of areas; check what they are judged on, and the least sun."""
@@ -223,13 +244,17 @@ class StudyOptions(ReceiverOptions):
         from umbra.casters import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
+        from umbra.sun.day_times import is_of_the_sun  # noqa: PLC0415
         from umbra.sun.local_time import has_offset  # noqa: PLC0415
 
         # UTC has no missing or repeated times: what fails here fails in every zone. Offsets
         # are checked at the site.
         if self.date is not None:
             days, every = parse_dates(self.date, self.every_days), self.every
-        if self.date is not None and not has_offset(self.start) and not has_offset(self.end):
+        times = self.start, self.end
+        if self.date is not None and not any(map(has_offset, times)) and not any(
+            map(is_of_the_sun, times)
+        ):  # fmt: skip
             check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
             parse_duration(self.min_spell, "least spell", "min_spell")

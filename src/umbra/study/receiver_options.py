@@ -4,7 +4,7 @@ import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 from umbra.options import option
 from umbra.study.time_options import TimeOptions
@@ -28,7 +28,8 @@ class ReceiverOptions(TimeOptions):
         "else ground; north, east, south, west or an azimuth in degrees: the elevation seen from "
         "there; 215/35: a view "
         "from azimuth 215, looking down 35 degrees; camera: the view from --eye; surfaces: walls "
-        "and roofs, sampled; points: the places in --points; areas: those in --areas alone.",
+        "and roofs, sampled; points: the places in --points; windows: those of the model "
+        "or of --windows; areas: those in --areas alone.",
         default="auto",
         metavar="WHAT",
         registry="receivers",
@@ -68,6 +69,23 @@ class ReceiverOptions(TimeOptions):
         "a plane at their median height; a height [m]; or a terrain file. Default: the file's own "
         "ground or terrain; else feet where they differ by more than 3 m, else level.", unit="m",
         metavar="feet|level|Z|FILE",
+    )  # fmt: skip
+    windows: Any = _receivers(
+        "table",
+        "CSV file of windows: name,x,y,z,azimuth,width,height and, if known, "
+        "tilt,sill,reveal,flat,room; x,y,z is the middle of the pane's outer face. Default: those "
+        "of the model.",
+        metavar="FILE", receivers=("windows",),
+    )  # fmt: skip
+    judge: Literal["centre", "sill", "pane"] = _receivers(
+        "choice", "Where windows are judged: the centre of the pane, the middle of its lower edge, "
+        "or the whole pane.",
+        default="centre", choices=("centre", "sill", "pane"), receivers=("windows",),
+    )  # fmt: skip
+    reveal: str | float | None = _receivers(
+        "any", "Depth of panes behind the wall's outer face [m], where neither table nor model "
+        "tells; none: judge all on the outer face.",
+        metavar="M|none", receivers=("windows",),
     )  # fmt: skip
     areas: Any = _receivers(
         "table",

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,24 +26,15 @@ from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunInt
 from umbra.study.accumulators.measured import FindParts, MeasureSums
 from umbra.study.accumulators.named import GroupDays, NamedDays
 from umbra.study.compare import read_hours
-from umbra.study.loop import (
-    Accumulator,
-    TileRun,
-    count_passes,
-    look,
-    make_advance,
-    pass_lights,
-)
+from umbra.study.engine import Progress, count_each_tile, run_on_device
+from umbra.study.loop import Accumulator, TileRun, pass_lights
 from umbra.study.measures import Asked, Measure, guard
 from umbra.study.options import StudyOptions
+from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.version import __version__
 
 __all__ = ["Result", "Setup", "find_period", "settle_ground"]
-
-Progress = Callable[[int, int], object]
-_warm: set[type] = set()
-"""Counters whose kernels have run in this process."""
 
 
 def find_period(options: StudyOptions, site: Site | None) -> Period:
@@ -61,7 +52,7 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
         raise _ask_for_site()
     return make_period(
         options.date, options.start, options.end, options.every, site,
-        every_days=options.every_days, refraction=options.refraction,
+        every_days=options.every_days, refraction=options.refraction, clock=options.clock,
     )  # fmt: skip
 
 
@@ -116,12 +107,12 @@ class Result:
         for one in self.accumulators:
             one.blank(nothing)
 
-    def variables(self, laid: Receivers) -> Variables:
-        """Return the arrays of the result besides the hours of the whole period."""
-        return self.collect(laid)[0]
-
     def collect(self, laid: Receivers) -> tuple[Variables, frozenset[str]]:
-        """Return these arrays, and the names of those that are of no single date."""
+        """
+        Return the arrays of the result besides the hours of the whole period.
+
+        With them come the names of those that are of no single date.
+        """
         found = {**self.arrays.variables(laid), **laid.locate()}
         totals: set[str] = set()
         for one in self.accumulators:
@@ -257,7 +248,7 @@ class Setup:
         )  # fmt: skip
         return Result(arrays, self.make_accumulators(arrays, laid), 0.0, DEFAULT)
 
-    def count(self, laid: Receivers, progress: Progress) -> Result:
+    def count(self, laid: Receivers, progress: Progress = lambda _done, _all: None) -> Result:
         """
         Count the whole period on all receivers.
 
@@ -268,26 +259,31 @@ class Setup:
             Called with the number of instants done and the total.
         """
         tiles, begun = laid.make_tiles(self.request), self.begin(laid)
-        accumulators, lights = begun.accumulators, self.make_lights()
-        works = len(lights) * count_passes(accumulators)
-        works += sum(one.own_lights for one in accumulators)
         suns = self.period.sun.direction[self.period.sun.is_up]
-        seconds = 0.0
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:
-            for n, (where, make_tile) in enumerate(tiles):
-                tile = make_tile()
-                counter = counters.make(tile)
-                if type(counter) not in _warm and len(suns):
-                    # Load kernels, untimed: two suns, as a single one has kernels of its own.
-                    once = np.ones((len(suns), 1), np.int32)
-                    counter.add_weights(suns[:2], once[:2], np.zeros((1, *tile.shape), np.int32))
-                    _warm.add(type(counter))
-                started = time.perf_counter()
-                run = look(tile, self.canopy, where, counter)
-                pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
-                seconds += time.perf_counter() - started
-                del tile, counter, run  # else two tiles are held while the next is made
+            make_run = run_on_device(counters, self.canopy, suns)
+            seconds = count_each_tile(
+                tiles, self.make_lights(), begun.accumulators, make_run, progress
+            )
         return replace(begun, seconds=seconds, device=counters.device, note=counters.note)
+
+    def finish(
+        self, done: Result, laid: Receivers, facts: dict[str, object] | None = None
+    ) -> Study:
+        """
+        Return the study of what was counted, blank where nothing receives.
+
+        ``facts`` are those of the receivers by default.
+        """
+        nothing = laid.finish()
+        if nothing is not None:
+            done.blank(nothing)
+        arrays, (more, totals) = done.arrays, done.collect(laid)
+        return Study(
+            laid, self.period, arrays.shadow_hours, arrays.up_hours, done.masks,
+            laid.facts if facts is None else facts, more, totals,
+            self.options.asks_hours, self.options.quantities, done.groups,
+        )  # fmt: skip
 
     def make_lights(self) -> Lights:
         """Return the suns at the steps' midpoints, or dense enough to miss no interval."""

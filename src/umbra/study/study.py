@@ -26,14 +26,12 @@ from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
-from umbra.receivers.tile import Counter, Tile
 from umbra.scene import Scene
 from umbra.study.area_table import tabulate
-from umbra.study.counters import RayCounter
-from umbra.study.loop import add_up
+from umbra.study.engine import HiddenSums, Progress, count_each_tile, run_on_device
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
-from umbra.study.setup import Progress, Setup, settle_ground
+from umbra.study.setup import Setup, settle_ground
 from umbra.sun import Site
 
 __all__ = ["check_names", "count_lights", "run", "run_study"]
@@ -89,12 +87,9 @@ def _leave_only(setup: Setup, casters: Sequence[int]) -> Setup:
 
 def _count(setup: Setup, kind: ReceiverKind, ground: Ground, progress: Progress) -> Study:
     """Count one kind of receivers."""
-    options = setup.options
     laid = kind.lay_out(setup.request)
     done = setup.count(laid, progress)
-    nothing = laid.finish()
-    if nothing is not None:
-        done.blank(nothing)
+    study = setup.finish(done, laid)
     facts = setup.describe(
         kind.name,
         done.seconds,
@@ -103,12 +98,8 @@ def _count(setup: Setup, kind: ReceiverKind, ground: Ground, progress: Progress)
         ground=ground.name,
         **laid.facts,
     )
-    arrays, (more, totals) = done.arrays, done.collect(laid)
-    study = Study(
-        laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more, totals,
-        options.asks_hours, options.quantities, done.groups,
-    )  # fmt: skip
-    more |= laid.sum_up(study)
+    study = replace(study, facts=facts)
+    study.more.update(laid.sum_up(study))
     return study
 
 
@@ -187,34 +178,15 @@ def count_lights(
         find_reaching=lambda: suns.directions,
     )  # fmt: skip
     laid = kind.lay_out(request)
-    sums = np.zeros((lights.weights.shape[1], *laid.shape), np.float32)
-    device = DEFAULT if canopy else options.device
-    cells = math.prod(laid.shape)
-    with StudyCounters(device, casters, suns.directions[:, :3], cells) as counters:
-        for where, make_tile in laid.make_tiles(request):
-            tile = make_tile()
-            inside = where if isinstance(where, tuple) else (where,)
-            found = _add_hidden(tile, suns, others, counters.make(tile))
-            if canopy is not None:
-                dark = _add_hidden(tile.with_casters(), suns, others)
-                found = dark + np.float32(1 - canopy.season.with_leaves) * (found - dark)
-            sums[:, *inside] += found
-        laid.facts["device"] = counters.device
-        if counters.note:
-            warnings.warn(counters.note, stacklevel=2)
+    hidden = HiddenSums(suns, others, laid.shape, canopy)
+    device, above = DEFAULT if canopy else options.device, suns.directions[:, :3]
+    with StudyCounters(device, casters, above, math.prod(laid.shape)) as counters:
+        make_run = run_on_device(counters, canopy, above)
+        count_each_tile(laid.make_tiles(request), suns, [hidden], make_run)
+    laid.facts["device"] = counters.device
+    if counters.note:
+        warnings.warn(counters.note, stacklevel=2)
     nothing = laid.finish()
     if nothing is not None:
-        sums[:, nothing] = np.nan
-    return laid, sums
-
-
-def _add_hidden(
-    tile: Tile, suns: Lights, others: Lights, counter: Counter | None = None
-) -> NDArray[np.float32]:
-    """Add up on a tile the weights of the suns, and of all other lights, that are hidden."""
-    found = np.zeros((suns.weights.shape[1], *tile.shape), np.float32)
-    if len(suns):
-        found += add_up(counter or tile.make_counter(), tile.shape, suns)
-    if len(others):
-        found += add_up(RayCounter(tile, tile.casting.threads), tile.shape, others)
-    return found
+        hidden.blank(nothing)
+    return laid, hidden.sums

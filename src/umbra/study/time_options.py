@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 from umbra.options import option
 
-__all__ = ["Date", "Duration", "Refraction", "TimeOptions"]
+__all__ = ["Clock", "Date", "Duration", "Refraction", "TimeOptions"]
 
+Clock = Literal["local", "standard", "solar"]
 Refraction = Literal["standard", "none"]
 Date = str | dt.date
 Duration = str | dt.timedelta
@@ -25,16 +26,31 @@ class TimeOptions:
     date: Date | Sequence[Date] | None = _time(
         "dates",
         "Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
-        "for a day of every month; repeatable. Needed by measures of the sun.",
+        "for a day of every month, 2026-winter-solstice, 2026-great-cold; repeatable. Needed by "
+        "measures of the sun.",
         metavar="DATE",
         unless="measure",
     )
     start: str | dt.time = _time(
-        "any", "Start, by the local clock.", default="09:00", flag="--from", metavar="HH:MM"
+        "any",
+        "Start by the clock; or of the sun: sunrise+1h, altitude:10.",
+        default="09:00",
+        flag="--from",
+        metavar="TIME",
     )
     end: str | dt.time = _time(
-        "any", "End; 24:00 is midnight.", default="17:00", flag="--to", metavar="HH:MM"
+        "any",
+        "End; 24:00 is midnight; sunset-1h, altitude:10.",
+        default="17:00",
+        flag="--to",
+        metavar="TIME",
     )
+    clock: Clock = _time(
+        "choice",
+        "Clock of start and end: local; standard, without daylight saving time; solar, true solar "
+        "time.",
+        default="local", choices=("local", "standard", "solar"), attribute="clock",
+    )  # fmt: skip
     every: Duration = _time(
         "any", "Time step, such as 30s, 15min or 1h.", default="15min", metavar="DURATION"
     )

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from umbra.lights import Lights, Period
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.study.loop import Accumulator, TileRun, look, pass_lights
+from umbra.study.engine import count_each_tile, run_by_tiles
+from umbra.study.loop import Accumulator, TileRun
 
 __all__ = [
     "FEW_DATES",
@@ -190,7 +191,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     tile = study.model.make_tile(grid)
     kept = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
     lights = Lights.of(study.sun.direction[which[shown]], step=shown)
-    pass_lights(look(tile, study.model.canopy), lights, [kept])
+    count_each_tile([(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy))
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
@@ -220,8 +221,8 @@ def make_point_timeline(study: Study) -> Instants:
             kept.keep(shown[shown == k], [masks, solid])
     else:
         lights = Lights.of(study.sun.direction[which[shown]], step=shown)
-        for where, tile in study.laid.look_again():
-            pass_lights(look(tile, study.model.canopy, where), lights, [kept])
+        tiles = study.laid.make_ray_tiles()
+        count_each_tile(tiles, lights, [kept], run_by_tiles(study.model.canopy))
     return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
 
 

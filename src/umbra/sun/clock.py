@@ -10,7 +10,7 @@ import itertools
 import math
 import re
 import zoneinfo
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -33,8 +33,10 @@ __all__ = [
     "parse_duration",
 ]
 
+FindTime = Callable[[dt.date, str | dt.time, str], dt.datetime]
 MOST_STEPS = 100_000
 MOST_OF_ALL_DATES = 2_000_000
+MINUTE = 60_000_000  # [us]
 MICROSECOND = dt.timedelta(microseconds=1)
 UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec": 1, "second": 1}
 DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
@@ -95,6 +97,7 @@ def make_steps(
     end: str | dt.time,
     every: str | dt.timedelta,
     zone: str,
+    find: "FindTime | None" = None,
 ) -> Steps:
     """
     Cut a period of one local date, start included and end not, into equal steps.
@@ -103,6 +106,7 @@ def make_steps(
     ``YYYY-MM-DD``; start and end are ``HH:MM`` or ``HH:MM:SS`` on the local clock, the end may be
     ``24:00``, and an offset, ``02:30+02:00``, tells which where the clock shows the time twice.
     The step is ``15min``, ``1h``, ``1h30min``, ``0.5h`` or ``30s``, the zone an IANA name.
+    ``find`` finds the instants of start and end instead, as `umbra.sun.day_times.DayClock.find`.
 
     Raises
     ------
@@ -114,12 +118,16 @@ def make_steps(
     clock = find_zone(zone)
     day = parse_date(date)
     step = parse_duration(every)
-    first = find_instant(day, start, clock, "start")
-    last = find_instant(day, end, clock, "end")
+    if find is None:
+        first = find_instant(day, start, clock, "start")
+        last = find_instant(day, end, clock, "end")
+    else:
+        first, last = find(day, start, "start"), find(day, end, "end")
     if last <= first:
         ends_at_midnight = str(end).strip() in {"00:00", "0:00", "00:00:00"}
         advice = "write 24:00 for midnight" if ends_at_midnight else "swap them or correct one"
-        msg = f"the end {end} is not after the start {start}; {advice}"
+        when = "" if find is None else f" on {day}"
+        msg = f"the end {end} is not after the start {start}{when}; {advice}"
         raise InputError(msg, start=start, end=end)
     # Whole microseconds from here, so that the lengths add up.
     length, width = (last - first) // MICROSECOND, step // MICROSECOND
@@ -130,6 +138,10 @@ def make_steps(
             f"give {whole} or less"
         )
         raise InputError(msg, every=every, length=last - first)
+    if find is not None:
+        # A solar day is not 24 h to a second: steps are stretched rather than one of seconds added.
+        near = max(round(length / width), 1)
+        width = -(-length // near) if abs(length - near * width) < MINUTE else width
     count = -(-length // width)
     if count > MOST_STEPS:
         least = _duration_text(dt.timedelta(seconds=-(-length // (MOST_STEPS * 1_000_000))))

@@ -199,18 +199,23 @@ Date = str | dt.date | np.datetime64
 """Types that are read as dates; pandas' timestamps are dates of the standard library."""
 
 _YEAR = re.compile(r"([0-9]{4})(?:-([0-9]{1,2}))?")
+_THIS_YEAR = re.compile(r"[0-9]{1,2}-[0-9]{1,2}")
 _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
 
 
-def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.date, ...]:
+def parse_dates(
+    dates: Date | Sequence[Date], every_days: int = 1, zone: str = "UTC"
+) -> tuple[dt.date, ...]:
     """
     List the dates that an expression names, in order and each once.
 
     ``2026-03-21``; several joined by commas; ``2026-03-21..2026-09-23``, both ends included;
     ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``, that day of every month
-    which has it; or a sequence of dates of any library. ``every_days`` takes only every n-th day
-    of a range, a month or a year, from its first day on. An `InputError` says that a word is no
-    date and none of these, a range runs backward, or ``every_days`` is below 1.
+    which has it; ``2026-great-cold`` or another of ``umbra.sun.terms``, by a zone's calendar, and
+    without a year, as ``03-21``, in this year; or a sequence of dates of any library.
+    ``every_days`` takes only every n-th day of a range, a month or a year, from its first day on.
+    An `InputError` says that a word is no date and none of these, a range runs backward, or
+    ``every_days`` is below 1.
     """
     if every_days < 1:
         msg = f"every {every_days} days is not possible; give 1 or more"
@@ -223,7 +228,7 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
     words: list[Date] = []
     for item in given:
         words += item.split(",") if isinstance(item, str) else [item]
-    found = {day for word in words for day in _find_days(word, every_days)}
+    found = {day for word in words for day in _find_days(word, every_days, zone)}
     if not found:
         msg = "there is no date; give one, such as 2026-09-18"
         raise InputError(msg, dates=dates)
@@ -245,14 +250,15 @@ def tell_skipped(dates: Date | Sequence[Date]) -> list[str]:
     return told
 
 
-def _find_days(word: Date, every_days: int) -> list[dt.date]:
+def _find_days(word: Date, every_days: int, zone: str = "UTC") -> list[dt.date]:
     """Return the dates that one expression names."""
     if not isinstance(word, str):
         return [parse_date(word)]
     text = word.strip()
     if ".." in text:
         start, _, end = (part.strip() for part in text.partition(".."))
-        return _walk(_find_days(start, 1)[0], _find_days(end, 1)[-1], every_days, text)
+        begin, finish = (_find_days(part, 1, zone) for part in (start, end))
+        return _walk(begin[0], finish[-1], every_days, text)
     if match := _YEAR.fullmatch(text):
         year = int(match[1])
         months = range(int(match[2]), int(match[2]) + 1) if match[2] else range(1, 13)
@@ -265,7 +271,19 @@ def _find_days(word: Date, every_days: int) -> list[dt.date]:
         return [
             dt.date(year, month, day) for month in range(1, 13) if day <= _last_day(year, month)
         ]
-    return [parse_date(text)]
+    return [parse_date(_spell_out(text, zone))]
+
+
+def _spell_out(text: str, zone: str) -> str:
+    """Return a date in full: of one without a year in this one, or of a day of the sun's year."""
+    if _THIS_YEAR.fullmatch(text):
+        return f"{dt.datetime.now(ZoneInfo(zone)).year:04}-{text}"
+    if any(letter.isalpha() for letter in text):
+        from umbra.sun.terms import find_term, is_term  # noqa: PLC0415 - it imports this module
+
+        if is_term(text):
+            return str(find_term(text, zone))
+    return text
 
 
 def _last_day(year: int, month: int) -> int:

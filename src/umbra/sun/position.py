@@ -36,7 +36,9 @@ from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import Site
 from umbra.sun.zones import find_zone
 
-__all__ = ["Daylight", "SunPath", "find_daylight", "find_sun", "sun_light"]
+__all__ = [
+    "Daylight", "SunPath", "find_daylight", "find_longitude", "find_sun", "sun_light",
+]  # fmt: skip
 
 SEA_LEVEL_PRESSURE = 1010.0  # [hPa], yearly mean; the reference of SPA's refraction, [1] eq. 42
 TEMPERATURE = 12.0  # [degrees C], yearly mean
@@ -204,6 +206,27 @@ def _to_utc(instants: Any) -> NDArray[np.datetime64]:
         )
         raise InputError(msg, indices=np.flatnonzero(wrong))
     return utc
+
+
+def find_longitude(instant: dt.datetime) -> float:
+    """Return the sun's apparent ecliptic longitude at an instant, [1] 3.1 to 3.6 [degrees]."""
+    spa = _load_spa()
+    utc = _to_utc([instant])
+    julian = spa.julian_day(utc.astype("datetime64[us]").astype(np.int64) / 1e6)
+    ephemeris = spa.julian_ephemeris_day(julian, _delta_t(utc))
+    century = spa.julian_ephemeris_century(ephemeris)
+    millennium = spa.julian_ephemeris_millennium(century)
+    terms = [
+        spa.mean_elongation(century), spa.mean_anomaly_sun(century),
+        spa.mean_anomaly_moon(century), spa.moon_argument_latitude(century),
+        spa.moon_ascending_longitude(century),
+    ]  # fmt: skip
+    nutation = np.zeros((2, 1))
+    spa.longitude_obliquity_nutation(century, *terms, nutation)
+    radius = spa.heliocentric_radius_vector(millennium)
+    true = spa.geocentric_longitude(spa.heliocentric_longitude(millennium))
+    shift = spa.aberration_correction(radius)
+    return float(spa.apparent_sun_longitude(true, nutation[0], shift)[0]) % 360.0
 
 
 def _drop_offset(when: Any) -> Any:

@@ -30,9 +30,9 @@ from umbra.scene import Scene, Source
 from umbra.tiles.city_file import BASES, WORDS, CityFile
 from umbra.tiles.files import list_files
 from umbra.tiles.geometry import write_geometry
-from umbra.tiles.outside import OUTSIDE, name_reading, read_outside, tell_reading
+from umbra.tiles.outside import OUTSIDE, name_as_read, read_outside, tell_reading
 from umbra.tiles.reading import check_reading
-from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
+from umbra.tiles.sealed import read_sealed, sum_files, write_sealed
 
 __all__ = ["Catalogue", "CityFile", "add_scene", "make_catalogue", "read_catalogue"]
 
@@ -155,7 +155,7 @@ def make_catalogue(
     files: list[CityFile] = []
     known, outside, damaged = read_outside(folder), {}, []
     for done, (layer, path) in enumerate(named, 1):
-        key = name_reading(layer, path, options)
+        key = name_as_read(layer, path, options)
         try:
             if key in known and (files or done < len(named)):
                 outside[key] = known[key]
@@ -276,7 +276,7 @@ def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
             "units": len(geometry.boxes), "triangles": len(geometry.faces),
         },
         kinds=tuple(sorted({part.kind for part in scene.parts})),
-        terrain=asdict(measure_terrain(scene)), files_checksum=sum_up(unfinished.iterdir()),
+        terrain=asdict(measure_terrain(scene)), files_checksum=sum_files(unfinished.iterdir()),
     )  # fmt: skip
     facts = asdict(entry)
     del facts["folder"]  # which may be moved
@@ -301,7 +301,7 @@ def _load(place: Path) -> CityFile | None:
     facts["bounds"] = tuple(map(tuple, facts["bounds"]))
     try:
         entry = CityFile(**{**facts, "folder": str(place)})
-        total = sum_up(path for path in place.iterdir() if path.name != _ENTRY)
+        total = sum_files(path for path in place.iterdir() if path.name != _ENTRY)
     except (OSError, TypeError):  # TypeError: of another version
         return None
     return entry if total == entry.files_checksum else None

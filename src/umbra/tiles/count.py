@@ -177,7 +177,7 @@ def find_needs(place: Workplace, grid: Grid) -> Needs:
     aside = np.array([grid.dx, grid.dy])
     low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
     seen = near.find_seen(low, high)
-    box = find_box(place, near, seen, low, high)
+    box = find_tile_box(place, near, seen, low, high)
     units = seen | near.find_casting(box, place.lights.vectors)
     return Needs(seen, units, box, near.count_faces(units))
 
@@ -252,7 +252,7 @@ def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:
     )  # fmt: skip
 
 
-def find_box(
+def find_tile_box(
     place: Workplace, near: Neighbourhood, seen: Any, low: NDArray, high: NDArray
 ) -> NDArray[np.float64]:
     """Return a box around the receivers of a window, local frame, (2, 3) [m]."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.ground.choice import Ground, choose_feet, make_parts
+from umbra.ground.choice import Ground, choose_feet, make_ground_parts
 from umbra.ground.file import add_file_ground
 from umbra.ground.level import Level, settle_level
 from umbra.ground_option import is_file
@@ -91,7 +91,7 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
         if surface is None:
             known = Ground(nowhere, level.middle, is_plane=True, assumed=level)
             return CityGround(known, is_added=False)
-        found = Scene(make_parts(surface, origin), origin)
+        found = Scene(make_ground_parts(surface, origin), origin)
     add_scene(catalogue, folder, found)
     known = Ground(
         found, level.low, is_plane=False, assumed=level, surface=surface, file=name,

@@ -7,17 +7,17 @@ from typing import Any
 
 from umbra.tiles.sealed import read_sealed
 
-__all__ = ["OUTSIDE", "name_reading", "read_outside", "tell_reading"]
+__all__ = ["OUTSIDE", "name_as_read", "read_outside", "tell_reading"]
 
 OUTSIDE = "outside.json"
 
 
 def read_outside(folder: Path) -> dict[str, str]:
-    """Return the notes of the files that are known to lie outside, by ``name_reading``."""
+    """Return the notes of the files that are known to lie outside, by ``name_as_read``."""
     return read_sealed(folder / OUTSIDE) or {}
 
 
-def name_reading(layer: str, path: Path, options: Mapping[str, Any]) -> str:
+def name_as_read(layer: str, path: Path, options: Mapping[str, Any]) -> str:
     """Name a file as it is now, and how it is read."""
     try:
         status = path.stat()

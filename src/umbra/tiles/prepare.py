@@ -15,7 +15,7 @@ import orjson
 from umbra.errors import InputError
 from umbra.machine import choose_threads
 from umbra.options import list_options
-from umbra.readers.georeference import locate
+from umbra.readers.georeference import locate_bounds
 from umbra.readers.model import Crowns, FilePlace, settle
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
@@ -253,7 +253,7 @@ def _locate(catalogue: Catalogue) -> Scene:
     """Return a scene without parts at the place that the files say."""
     scene = Scene((), np.zeros(3), crs=catalogue.crs)
     if catalogue.crs is not None:
-        return locate(scene, catalogue.bounds)
+        return locate_bounds(scene, catalogue.bounds)
     names = ("latitude", "longitude", "elevation", "true_north")
     each = {one.path: [one.place[name] for name in names] for one in catalogue.files}
     return settle(scene, {path: FilePlace(*facts) for path, facts in each.items()})

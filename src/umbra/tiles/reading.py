@@ -9,7 +9,7 @@ from typing import Any
 from umbra.errors import InputError
 from umbra.machine import find_memory
 from umbra.readers.content import GZIP, ZIP, FileContent
-from umbra.readers.formats import find_kind, find_members
+from umbra.readers.formats import find_format_kind, list_citygml_members
 
 __all__ = ["check_reading"]
 
@@ -37,7 +37,7 @@ def check_reading(path: Path, memory: float, options: Mapping[str, Any]) -> None
     """
     try:
         content = FileContent(path) if path.is_file() else None
-        kind = "" if content is None else find_kind(content)
+        kind = "" if content is None else find_format_kind(content)
     except (InputError, OSError):
         return  # the reader says so
     has_region = options.get("bbox") is not None or options.get("area") is not None
@@ -62,5 +62,5 @@ def _find_size(content: FileContent) -> float:
     """Return the size of a file, unpacked [byte]."""
     if content.head.startswith(ZIP):
         with content.open() as file, zipfile.ZipFile(file) as archive:
-            return sum(archive.getinfo(name).file_size for name in find_members(archive))
+            return sum(archive.getinfo(name).file_size for name in list_citygml_members(archive))
     return content.size * (_PACKED if content.head.startswith(GZIP) else 1)

@@ -12,7 +12,8 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
 from umbra.study.compare import NeighbourSums
-from umbra.study.loop import look, pass_lights
+from umbra.study.engine import count_each_tile
+from umbra.study.loop import TileRun, make_tile_run
 from umbra.study.result import Study
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbours import find_neighbours
@@ -61,25 +62,18 @@ def count_receivers(
     begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not place.adds_exactly)
     idle = [one for one in begun.accumulators if isinstance(one, Attribution) and not is_due]
     busy = [one for one in begun.accumulators if one not in idle]
-    for n, (where, make) in enumerate(tiles):
-        tile = make()
+
+    def make_run(number: int, where: Any, tile: Tile) -> TileRun:
         reaching = ReachingCounter(
-            tile, counter, place.lights.vectors, partial(_find, find_tiles, n)
+            tile, counter, place.lights.vectors, partial(_find, find_tiles, number)
         )
-        run = look(tile, canopy, where, reaching, partial(_reach, find_tiles, n))
+        run = make_tile_run(tile, canopy, where, reaching, partial(_reach, find_tiles, number))
         for one in idle:
             one.skip(run)
-        pass_lights(run, place.lights, busy)
-    nothing = laid.finish()
-    if nothing is not None:
-        begun.blank(nothing)
-    arrays = begun.arrays
-    study = Study(
-        laid, place.period, arrays.shadow_hours, arrays.up_hours, begun.masks, {},
-        begun.variables(laid), has_hours=setup.options.asks_hours,
-        quantities=setup.options.quantities,
-    )  # fmt: skip
-    return study, find_neighbours(begun, laid)
+        return run
+
+    count_each_tile(tiles, place.lights, busy, make_run)
+    return setup.finish(begun, laid, facts={}), find_neighbours(begun, laid)
 
 
 def _reach(

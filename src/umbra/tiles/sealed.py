@@ -14,7 +14,7 @@ import orjson
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 
-__all__ = ["read_sealed", "refuse_links", "sum_up", "write_json", "write_sealed"]
+__all__ = ["read_sealed", "refuse_links", "sum_files", "write_json", "write_sealed"]
 
 _SEAL = "checksum"
 _BLOCK = 1 << 24
@@ -51,7 +51,7 @@ def _seal(facts: dict[str, Any]) -> dict[str, Any]:
     return {**facts, _SEAL: zlib.crc32(orjson.dumps(facts))}
 
 
-def sum_up(paths: Iterable[Path]) -> int:
+def sum_files(paths: Iterable[Path]) -> int:
     """Return the CRC-32 of files with their names, in the order of their paths."""
     total = 0
     for path in sorted(paths):

@@ -22,7 +22,7 @@ from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 from umbra.study.measures import Quantity
 from umbra.tiles.lattice import CityTile
-from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
+from umbra.tiles.sealed import read_sealed, sum_files, write_sealed
 
 __all__ = ["FORMAT", "CityStore", "check_zarr"]
 
@@ -182,7 +182,7 @@ class CityStore:
         packed: Any = BloscCodec(cname="zstd", clevel=_SHUFFLED, shuffle="shuffle")
         text: Any = ZstdCodec(level=_LEVEL)
         for name, (dims, values) in template.items():
-            array, encoding = encode(np.asarray(values))
+            array, encoding = encode_array(np.asarray(values))
             shape = tuple(sizes.get(dim, n) for dim, n in zip(dims, array.shape, strict=True))
             is_whole = not dims or (dims[-len(side) :] != tuple(side) and not set(dims) & ROWS)
             chunks = tuple(
@@ -205,7 +205,7 @@ class CityStore:
         zarr = _load_zarr()
         for name, values in arrays.items():
             array = zarr.open_array(str(self.path / name), mode="r+", zarr_format=FORMAT)
-            array[where] = encode(values)[0]
+            array[where] = encode_array(values)[0]
 
     def finish(self, facts: Mapping[str, object]) -> bool:
         """
@@ -272,7 +272,7 @@ class CityStore:
 
     def _sum_up(self, tile: CityTile) -> int:
         """Return the CRC-32 of a tile's files, with their names."""
-        return sum_up(self._find_files(tile))
+        return sum_files(self._find_files(tile))
 
     def _find_files(self, tile: CityTile) -> Iterator[Path]:
         yield from self.find_place(tile.number).glob("*")
@@ -296,7 +296,7 @@ def _read_dims(path: Path) -> list[str]:
         return []
 
 
-def encode(array: NDArray) -> tuple[NDArray, dict[str, Any]]:
+def encode_array(array: NDArray) -> tuple[NDArray, dict[str, Any]]:
     """Return an array as the store keeps it, and CF attributes of its encoding."""
     if array.dtype.kind == "M":
         numbers = array.astype("datetime64[us]").astype(np.int64)

@@ -96,8 +96,8 @@ class Gathered:
     def _has_windows(self) -> bool:
         return self.windows is not None or bool(getattr(self.model.scene, "windows", ()))
 
-    def _lay_out(self, kind: str, **more: Any) -> Any:
-        """Lay named receivers out, as a study of them would."""
+    def _lay_out(self, kind: str, *, is_told: bool = False, **more: Any) -> Any:
+        """Lay named receivers out, as a study of them would; tell of those that a user gave."""
         options = self.model.options
         asked = StudyOptions(
             receivers=kind, date=f"{self.model.year}-03-21", ground=options.ground,
@@ -107,13 +107,13 @@ class Gathered:
         scene = settle_ground(self.model.scene, asked).scene
         setup = Setup.of(scene, self.model.site, asked)
         laid = find_kind(kind, scene, asked.ground).lay_out(setup.request)
-        for note in getattr(laid, "notes", ()):
+        for note in getattr(laid, "notes", ()) if is_told else ():
             if note not in self.notes:
                 self.notes.append(note)
         return laid
 
     def _lay_areas(self) -> Subjects:
-        laid = self._lay_out("areas", areas=self.areas, areas_on=self.areas_on)
+        laid = self._lay_out("areas", is_told=True, areas=self.areas, areas_on=self.areas_on)
         properties = [area.properties for area in laid.records]
         return _read_laid(
             "areas", laid,
@@ -122,28 +122,40 @@ class Gathered:
         )  # fmt: skip
 
     def _lay_windows(self, judge: str) -> Subjects:
-        laid = self._lay_out("windows", windows=self.windows, judge=judge, reveal=self.reveal)
-        windows = laid.records
+        laid = self._lay_out(
+            "windows", is_told=True, windows=self.windows, judge=judge, reveal=self.reveal
+        )
+        windows, north = laid.records, self.model.site.true_north
         return _read_laid(
             "windows", laid,
-            azimuths=np.array([one.azimuth(self.model.site.true_north) for one in windows], float),
+            azimuths=np.array([one.find_azimuth(north) for one in windows], np.float64),
             flats=tuple(one.flat for one in windows),
             rooms=tuple(one.room for one in windows),
             storeys=tuple(one.storey for one in windows),
         )  # fmt: skip
 
-    def _lay_places(self, requirement: Requirement) -> Subjects:
+    def _find_ground(self, spots: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
+        """Return the height of the ground at places in plan [m]."""
         from umbra.scene.area import Area  # noqa: PLC0415
 
         shapely = need("shapely", "gis", "areas")
-        places = requirement.places
         squares = [
-            Area(place.name, shapely.box(place.x - _STEP, place.y - _STEP, place.x + _STEP,
-                                         place.y + _STEP))
-            for place in places
-        ]  # fmt: skip
+            Area(f"{k}", shapely.box(x - _STEP, y - _STEP, x + _STEP, y + _STEP))
+            for k, (x, y) in enumerate(spots)
+        ]
         laid = self._lay_out("areas", areas=squares)
-        ground = laid.average(laid.places.points[:, 2])
+        heights: NDArray[np.float64] = laid.average(laid.places.points[:, 2])
+        return heights
+
+    def find_height(self) -> float:
+        """Return the height of the proposal, or of the model, above its ground [m]."""
+        low, high = _find_bounds(self.model)
+        middle = (low + high) / 2
+        return float(high[2] - self._find_ground([(middle[0], middle[1])])[0])
+
+    def _lay_places(self, requirement: Requirement) -> Subjects:
+        places = requirement.places
+        ground = self._find_ground([(place.x, place.y) for place in places])
         points = [
             (place.x, place.y, float(z) if place.z is None else place.z)
             for place, z in zip(places, ground, strict=True)
@@ -195,7 +207,7 @@ class Gathered:
         A place that is dark for L hours is so at some moment at least L/2 from both ends of the
         period, when the sun is no lower than at these two.
         """
-        height = find_top(self.model) - z
+        height = float(_find_bounds(self.model)[1][2]) - z
         reach = 0.0
         probe = SunlightOf(self.model, of_points("places", ["probe"], [(0, 0, 1e4)]))
         for condition in list_conditions(requirement.condition):
@@ -208,25 +220,14 @@ class Gathered:
         return max(reach, 10.0)
 
 
-def find_top(model: Model) -> float:
-    """Return the height of the proposal's top, or of the model's [m]."""
-    return float(_find_heights(model)[1])
-
-
-def find_height(model: Model) -> float:
-    """Return the height of the proposal, or of the model, from its lowest point [m]."""
-    low, high = _find_heights(model)
-    return high - low
-
-
-def _find_heights(model: Model) -> tuple[float, float]:
+def _find_bounds(model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the corners of the proposal, or of the model [m]."""
     scene: Scene = model.scene
     parts: Sequence[int] = range(len(scene.parts))
     if model.proposed:
         parts = scene.select(model.proposed, option="proposed")
-    bounds = np.array([scene.parts[k].bounds for k in parts])
-    z = scene.origin[2]
-    return float(bounds[:, 0, 2].min() + z), float(bounds[:, 1, 2].max() + z)
+    bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
+    return bounds[:, 0].min(0), bounds[:, 1].max(0)
 
 
 def _read_laid(kind: str, laid: Any, **more: Any) -> Subjects:

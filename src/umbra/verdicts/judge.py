@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from umbra.rules.record import Alternative, Condition, Requirement, Rule, list_conditions
 from umbra.rules.words import MEASURES
-from umbra.verdicts.gather import Gathered, Lacking, find_height
+from umbra.verdicts.gather import Gathered, Lacking
 from umbra.verdicts.outcome import (
     FAIL,
     PASS,
@@ -24,6 +24,8 @@ from umbra.verdicts.values import measure
 __all__ = ["Finding", "RuleVerdict", "choose_asked", "judge_rules", "spell_out"]
 
 NO_PROPOSAL = "what stood before is not known; name the proposal's parts with proposed="
+
+_MOST_NAMED = 3  # variants of a verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,11 +133,13 @@ def _join_variants(findings: Sequence[Finding]) -> Finding:
         passes = verdicts == {PASS}
         nearest = (min if passes else max)(findings, key=lambda one: one.outcome.slack)
         return replace(nearest, variants=names)
-    by_verdict = [
-        f"{verdict} as {', '.join(one.rule.variant for one in findings if one.verdict == verdict)}"
-        for verdict in (PASS, FAIL, UNKNOWN)
-        if verdict in verdicts
-    ]
+    by_verdict = []
+    for verdict in (PASS, FAIL, UNKNOWN):
+        alike = [one.rule.variant for one in findings if one.verdict == verdict]
+        if alike:
+            named = ", ".join(alike[:_MOST_NAMED])
+            more = f" and {len(alike) - _MOST_NAMED} more" if len(alike) > _MOST_NAMED else ""
+            by_verdict.append(f"{verdict} as {named}{more}")
     shown = next(one for one in findings if one.verdict != PASS)
     name = shown.rule.name
     needs = f"{'; '.join(by_verdict)}; choose a variant, such as rules='{name}:{names[0]}'"
@@ -168,7 +172,7 @@ def _judge_requirement(
 
     model = gathered.model
     if requirement.applies_above is not None:
-        height = find_height(model)
+        height = gathered.find_height()
         if height <= requirement.applies_above:
             told = (f"does not apply: the proposal is {height:.1f} m high, not above "
                     f"{requirement.applies_above:g} m")  # fmt: skip

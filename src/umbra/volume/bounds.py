@@ -22,9 +22,9 @@ from umbra.volume.regions import find_view_planes
 __all__ = [
     "VisibleParts",
     "can_box_end",
+    "find_box_distance",
     "find_box_parts",
     "find_box_points",
-    "find_distance",
     "find_far_plane",
     "find_shadow_points",
     "find_span",
@@ -138,7 +138,7 @@ def can_box_end(box, light):
 
 
 @njit(cache=True, nogil=True)
-def find_distance(box, light):
+def find_box_distance(box, light):
     """Return the distance of a box from a light; 0 for a directional light."""
     square = 0.0
     if light[3] != 0.0:
@@ -157,7 +157,7 @@ def throw_box(box, light, floor, reach, points):
             points[8 + k, axis] = light[3] * points[k, axis] - light[axis]
         points[k, 3], points[8 + k, 3] = 1.0, 0.0
     is_below = True
-    distance = find_distance(box, light)
+    distance = find_box_distance(box, light)
     if light[3] != 0.0 and np.isfinite(reach) and distance > 1e-6 * reach:
         # On a ray, the point at the reach is at most reach / distance times as far as the box's.
         times = max(reach / distance, 1.0)
@@ -198,7 +198,7 @@ def is_seen(box, light, planes, floor, reach, points):
     The box itself is tested first, and projected only if it is beyond a plane, which is rare.
     ``points`` (16, 4) is scratch; other parameters as in ``find_visible_parts``.
     """
-    if find_distance(box, light) > reach:
+    if find_box_distance(box, light) > reach:
         return False
     is_thrown = False
     for k in range(planes.shape[0]):

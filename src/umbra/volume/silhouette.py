@@ -4,12 +4,6 @@ Silhouette search, by brute force or by a tree over the edges in dual space.
 All methods return identical edges and multiplicities. Brute force reads an edge once for 64 lights,
 and needs no preparation; the tree tests only edges near the silhouette, but building it takes as
 long as brute force for some 50 single lights, or 1,000 lights 64 at a time.
-
-A light, or a caster, that moves in small steps is followed: ends of dual segments lie within
-sqrt(2) of the origin, so a change of the light's plane brings no end nearer to it than by 1.5 times
-that change. The segments within a reach of the plane are cached, and only they are tested until the
-light has moved beyond the reach; then the cache is renewed. The reach allows a few steps as long as
-the last. For a moving caster, the light moves in its frame.
 """
 
 import weakref
@@ -19,19 +13,17 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import get_threads
 from umbra.volume.adjacency import Caster
 from umbra.volume.dual_tree import DualTree, make_dual_tree
-from umbra.volume.duals import WIDTH, Plane, Segments, Tree, sift_block
+from umbra.volume.duals import Tree
 from umbra.volume.facing import LIGHTS_AT_ONCE, Silhouettes, ask_every_edge
 
 __all__ = [
     "METHODS",
-    "Follower",
     "Silhouettes",
     "find_silhouette_edges",
     "find_silhouettes",
@@ -48,8 +40,6 @@ _LONE_LIGHTS = 4  # from the fourth light with such a short silhouette
 _SHORTER = 150  # many lights at once use a tree if at most one edge in 150 is,
 _MANY_LIGHTS = 1000  # after 1000 lights, whose brute force costs as much as building the tree
 _FEW = 8  # lights at once, up to which each costs twice as much as one of 64
-_STEPS = 8  # steps for which segments are cached
-_FARTHEST = 0.01  # beyond this reach, so many edges would be cached that the tree is as fast
 
 
 @dataclass(eq=False)
@@ -121,15 +111,15 @@ def find_silhouettes(
         yield slice(first, first + len(batch)), Silhouettes(codes, starts)
 
 
-def prepare_tree(caster: Caster, tree: DualTree | None = None) -> DualTree:
+def prepare_tree(caster: Caster) -> DualTree:
     """
-    Build a tree before the first light, or return the existing or given tree.
+    Build a tree before the first light, or return the existing one.
 
     ``find_silhouettes`` uses it from then on.
     """
     kept = _look_up(caster)
-    if tree is not None or kept.tree is None:
-        kept.tree = tree or make_dual_tree(caster)
+    if kept.tree is None:
+        kept.tree = make_dual_tree(caster)
     return kept.tree
 
 
@@ -218,84 +208,3 @@ def _look_up(caster: Caster) -> _Kept:
             weakref.finalize(caster.edge_faces, _kept.pop, key, None)
         kept = _kept[key] = _Kept(weakref.ref(caster.whole_planes))
     return kept
-
-
-class Follower:
-    """
-    Search for the silhouettes of a light that moves in small steps, by a caster's tree.
-
-    Results equal brute force for any steps. With 1.3M triangles it is twice as fast as the tree for
-    steps up to 0.0003 (radians, for the sun), and as fast as the tree from 0.001 on.
-    """
-
-    def __init__(self, tree: Tree) -> None:
-        self.tree = tree
-        self._last: Plane | None = None
-        self._at: Plane | None = None
-        self._reach = 0.0  # how far the light may move with the cached segments
-        self._held = tree.segments
-        numbers = tree.segments.numbers
-        self._places = np.arange(numbers.size, dtype=np.int32).reshape(numbers.shape)
-
-    def find(self, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32] | None:
-        """
-        Find the silhouette of the next light (4,); codes as from ``Tree.find``.
-
-        The caster is the tree's, components opened or not.
-        """
-        plane = self.tree.segments.fit.place(light)
-        if plane is None:
-            return None
-        last, self._last = self._last, plane
-        if 1.5 * _measure(plane, self._at) + plane.margin > self._reach:
-            reach = 1.5 * _STEPS * _measure(plane, last) + 2 * float(plane.margin)
-            if reach > _FARTHEST:
-                return self.tree.find(caster, light)
-            self._hold(plane, reach)
-        held = self._held
-        sifted = _sift(held.blocks, held.numbers, plane.normal, plane.margin)
-        return held.decide(caster, light, *sifted)
-
-    def _hold(self, plane: Plane, reach: float) -> None:
-        """Cache the segments within reach of a plane, and the segments that it cuts."""
-        wide = Plane(plane.normal, np.float32(plane.margin + reach))
-        codes, unsure, _ = self.tree.sift(wide, self._places)
-        places = np.sort(np.concatenate([codes >> 2, unsure]))
-        numbers = np.full(((len(places) + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
-        blocks = np.full((len(numbers), 8, WIDTH), np.nan, np.float32)
-        segments = self.tree.segments
-        _pack(segments.blocks, segments.numbers, places, blocks, numbers)
-        self._held = Segments(segments.fit, segments.always, numbers, blocks)
-        self._at, self._reach = plane, reach
-
-
-def _measure(one: Plane, two: Plane | None) -> float:
-    """Return the distance between two planes' normals; infinite if there is only one."""
-    if two is None:
-        return np.inf
-    return float(np.linalg.norm(one.normal.astype(np.float64) - two.normal))
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _pack(blocks, numbers, places, packed, names):
-    """Gather segments at given slots into blocks."""
-    for i in range(places.size):
-        block, lane = places[i] // WIDTH, places[i] % WIDTH
-        names[i // WIDTH, i % WIDTH] = numbers[block, lane]
-        for row in range(8):
-            packed[i // WIDTH, row, i % WIDTH] = blocks[block, row, lane]
-
-
-@njit(cache=True, nogil=True, boundscheck=False)
-def _sift(blocks, numbers, normal, margin):
-    """Apply ``sift_block`` to all blocks."""
-    inside, lit = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int32)
-    codes = np.empty(numbers.size + 1, np.int32)
-    unsure = np.empty(numbers.size + 1, np.int32)
-    m, k = 0, 0
-    for block in range(blocks.shape[0]):
-        m, k = sift_block(
-            blocks[block], numbers[block], 0, WIDTH,
-            normal, margin, inside, lit, codes, m, unsure, k,
-        )  # fmt: skip
-    return codes[:m], unsure[:k]

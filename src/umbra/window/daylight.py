@@ -14,7 +14,15 @@ from umbra.errors import InputError
 from umbra.scene import Light, directional_light
 from umbra.sun import Site, SunPath, find_daylight, find_sun
 
-__all__ = ["DAY", "ProfilePeriod", "Sun", "Suns", "find_day", "find_suns", "tell_daylight"]
+__all__ = [
+    "DAY",
+    "ProfilePeriod",
+    "Sun",
+    "Suns",
+    "find_daily_suns",
+    "find_day",
+    "tell_daylight_hours",
+]
 
 DAY = 24 * 60
 """Minutes of a day's clock."""
@@ -141,7 +149,7 @@ class Suns:
 
 
 @lru_cache(maxsize=8)
-def find_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
+def find_daily_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
     """Find the suns at the midpoints of a period's steps, as in a study."""
     begin, end = (
         _find_moment(site, date, mark).astimezone(dt.UTC) for mark in (period.start, period.end)
@@ -163,7 +171,7 @@ def find_day(site: Site, date: dt.date) -> tuple[NDArray[np.float64], SunPath]:
 
 
 @lru_cache(maxsize=8)
-def tell_daylight(site: Site, date: dt.date) -> str:
+def tell_daylight_hours(site: Site, date: dt.date) -> str:
     """Tell sunrise and sunset as almanacs, pages and reports do."""
     return str(find_daylight(site, date))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.methods import METHODS
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
-from umbra.window.overlays import PALETTE, find_colors, find_ticks
+from umbra.window.overlays import PALETTE, find_count_colors, find_scale_ticks
 from umbra.window.painter import DrawnView
 from umbra.window.screen import FONT_SIZE
 from umbra.window.view import SUN, ViewState
@@ -140,14 +140,16 @@ def draw_scale(title: str, top: float, frame: PictureArea, *, hours: NDArray | N
     _begin("scale", frame, right=False, top=False)
     imgui.text(title)
     draw, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
-    ticks = find_ticks(int(top))
+    ticks = find_scale_ticks(int(top))
     palette = PALETTE if hours is None else hours
     if hours is None and len(ticks) == top + 1:  # a field for each count
         each = width / len(ticks)
         for count in ticks:
             low = imgui.ImVec2(at.x + count * each, at.y)
             high = imgui.ImVec2(low.x + each, at.y + height)
-            draw.add_rect_filled(low, high, _tint(find_colors(np.array(count), int(top)), 1.0))
+            draw.add_rect_filled(
+                low, high, _tint(find_count_colors(np.array(count), int(top)), 1.0)
+            )
             _write_below(draw, low.x + each / 2, at.y + height, count)
     else:
         each = width / (len(palette) - 1)

@@ -26,8 +26,8 @@ __all__ = [
     "PALETTE",
     "VOLUMES",
     "Overlays",
-    "find_colors",
-    "find_ticks",
+    "find_count_colors",
+    "find_scale_ticks",
     "find_top",
 ]
 
@@ -52,7 +52,7 @@ def find_top(highest: int) -> int:
     return max(int(highest), 4)
 
 
-def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
+def find_count_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
     """Return the colours of counts, sRGB (..., 3); ``top`` has the last colour."""
     place = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
     low = np.minimum(place.astype(int), len(PALETTE) - 2)
@@ -60,7 +60,7 @@ def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
     return (1 - part) * PALETTE[low] + part * PALETTE[low + 1]
 
 
-def find_ticks(top: int) -> list[int]:
+def find_scale_ticks(top: int) -> list[int]:
     """Return the counts to label on the scale, with 0 and ``top``."""
     if top <= _FEW:
         return list(range(top + 1))

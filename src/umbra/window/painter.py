@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.layers import blend_layers, follow_lights, see_behind
-from umbra.cpu.shade import encode, find_colors
+from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device, release_all
 from umbra.gl.plan import Statistics
@@ -28,7 +28,7 @@ from umbra.soft import find_method
 from umbra.window.daylight import Suns
 from umbra.window.motion import Motion
 from umbra.window.overlays import Overlays
-from umbra.window.profile import Relief, ShadowProfile, find_relief
+from umbra.window.profile import Relief, ShadowProfile, count_profile
 from umbra.window.view import ViewState
 
 __all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
@@ -282,7 +282,7 @@ class ViewPainter:
             casters = self._list_casters()
             chosen = range(len(self.scene.parts)) if casters is None else casters
             low = float(self.scene.bounds()[0, 2]) if self.ground is None else self.ground
-            self._relief = key, find_relief(self.scene, chosen, low, suns, self.threads)
+            self._relief = key, count_profile(self.scene, chosen, low, suns, self.threads)
         if self._relief[1] is not None:
             with State(self.device) as state:
                 self.profile.draw_relief(state, self._relief[1], suns)
@@ -329,7 +329,7 @@ class ViewPainter:
             )
             for seen, frame, (lit, counts, left), opacity in layers
         )
-        picture = encode(colors)
+        picture = encode_srgb(colors)
         marks.append(time.perf_counter())
         spent = 1e3 * np.diff(marks)
         passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))

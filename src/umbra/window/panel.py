@@ -14,7 +14,7 @@ from umbra.methods import MASK_FILTERS, MASK_SCALES
 from umbra.scene import Light, Part
 from umbra.sun import Site
 from umbra.window.controls import Controls
-from umbra.window.daylight import DAY, Sun, tell_daylight
+from umbra.window.daylight import DAY, Sun, tell_daylight_hours
 from umbra.window.hud import grow
 from umbra.window.model_panel import draw_animation, draw_parts
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
@@ -148,7 +148,7 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
         sun = replace(sun, minutes=float(round(minutes)))
     azimuth, altitude = sun.place()
     imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
-    imgui.text_colored(DIM, tell_daylight(site, sun.date))
+    imgui.text_colored(DIM, tell_daylight_hours(site, sun.date))
     imgui.text_colored(DIM, site.zone)
     return sun
 

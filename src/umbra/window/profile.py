@@ -29,7 +29,7 @@ from umbra.window.daylight import Suns
 from umbra.window.overlays import ASIDE, PALETTE
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["HOURS", "Relief", "ShadowProfile", "find_relief"]
+__all__ = ["HOURS", "Relief", "ShadowProfile", "count_profile"]
 
 HOURS = shade_ramp(len(PALETTE))
 """sRGB from no hours of shadow to the whole period, (9, 3): the pictures' ramp."""
@@ -70,7 +70,7 @@ class Relief:
     lift: float
 
 
-def find_relief(
+def count_profile(
     scene: Scene, casters: Sequence[int], ground: float, suns: Suns, threads: int = 1
 ) -> Relief | None:
     """

@@ -19,7 +19,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import expose_lights
 from umbra.soft import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
-from umbra.window.daylight import ProfilePeriod, Sun, Suns, find_suns
+from umbra.window.daylight import ProfilePeriod, Sun, Suns, find_daily_suns
 
 __all__ = [
     "METHODS",
@@ -276,7 +276,7 @@ class ViewState:
         """Return the suns of the shadow profile; None without a site or if none is up."""
         if self.sun.site is None:
             return None
-        suns = find_suns(self.sun.site, self.sun.date, self.period)
+        suns = find_daily_suns(self.sun.site, self.sun.date, self.period)
         return suns if len(suns.hours) else None
 
     def size_lights(self) -> list[AreaLight]:

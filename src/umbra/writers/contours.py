@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.marks import Swatch
-from umbra.writers.paper import INK, SMALL, Panel, measure
+from umbra.writers.paper import INK, SMALL, Panel, measure_text
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan, spread
+from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan, spread_largest
 
 __all__ = [
     "PROPOSED",
@@ -150,7 +150,7 @@ class _LabelFinder:
 
     def find(self, lines: list[NDArray], text: str) -> tuple[list[NDArray], list[Place]]:
         """Find up to three places (x, y, angle) for a level's label, and cut its lines there."""
-        half = measure(text, LABEL) / 2 + 0.03
+        half = measure_text(text, LABEL) / 2 + 0.03
         places: list[Place] = []
         parts: list[NDArray] = []
         for line in sorted(lines, key=len, reverse=True):
@@ -237,8 +237,8 @@ def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
 def _open(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the parts of a region that are wide in every direction, (rows, cols)."""
     kept = np.where(inside, np.uint8(0), np.uint8(1))
-    core = spread(np.pad(kept, WIDE // 2, mode="edge"), WIDE // 2) == 0
-    opened = spread(core.astype(np.uint8), WIDE // 2) > 0
+    core = spread_largest(np.pad(kept, WIDE // 2, mode="edge"), WIDE // 2) == 0
+    opened = spread_largest(core.astype(np.uint8), WIDE // 2) > 0
     rows, cols = inside.shape
     return opened[WIDE // 2 :, WIDE // 2 :][:rows, :cols] & inside
 

@@ -20,7 +20,7 @@ from umbra.study import Study
 from umbra.writers.pixels import resample
 from umbra.writers.plan import Appearance
 
-__all__ = ["find_appearance", "find_breaks", "find_relief"]
+__all__ = ["find_breaks", "find_grid_appearance", "find_height_appearance"]
 
 JUMP, CREASE = 0.92, 0.5  # opacity of lines
 BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
@@ -38,7 +38,7 @@ _Marks = tuple[
 ]  # shade, jumps, creases, sky
 
 
-def find_appearance(
+def find_grid_appearance(
     study: Study, size: tuple[int, int], grid: Grid | None = None, finer: float = FINER
 ) -> Appearance | None:
     """
@@ -58,7 +58,9 @@ def find_appearance(
     return _compose(*marks, size)
 
 
-def find_relief(heights: NDArray[np.float32], cell: float, size: tuple[int, int]) -> Appearance:
+def find_height_appearance(
+    heights: NDArray[np.float32], cell: float, size: tuple[int, int]
+) -> Appearance:
     """Find the appearance of a plan's heights, (rows, cols); NaN lies as low as the lowest."""
     relief = np.nan_to_num(heights - np.nanmin(heights, initial=np.inf)).astype(np.float64)
     return _compose(*_read_relief(relief, cell, _find_rough(relief)), None, size)

@@ -8,11 +8,11 @@ import numpy as np
 from umbra.writers.contours import find_swatches
 from umbra.writers.hours import draw_hours_key, fill_hours, list_dark
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
-from umbra.writers.paper import INK, SMALL, SUBTITLE, Leaf, Panel, measure, to_pixels
+from umbra.writers.paper import INK, SMALL, SUBTITLE, Leaf, Panel, measure_text, to_pixels
 from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
-__all__ = ["Arrangement", "arrange", "find_pixel", "make_elevations_sheet"]
+__all__ = ["Arrangement", "arrange", "find_pixel_side", "make_elevations_sheet"]
 
 PAPER = (420 / 25.4, 297 / 25.4)  # A3 [inch]
 HEAD, FOOT = 1.05, 0.75  # of the words, at most [inch]
@@ -180,9 +180,9 @@ def _draw_axes(panel: Panel) -> None:
     h = panel.map_box[3]
     ticks = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.2, h / 4)))
     panel = replace(panel, plan=replace(panel.plan, axes=("", panel.plan.axes[1])))
-    draw_frame(panel, [], ticks, max((measure(label, SMALL) for _, label in ticks), default=0))
+    draw_frame(panel, [], ticks, max((measure_text(label, SMALL) for _, label in ticks), default=0))
 
 
-def find_pixel(arrangement: Arrangement, map_number: int = 0) -> float:
+def find_pixel_side(arrangement: Arrangement, map_number: int = 0) -> float:
     """Return the side of a pixel of the plan or of another map, in the model [m]."""
     return 1 / (arrangement.per_metre(map_number) * DOTS_PER_INCH)

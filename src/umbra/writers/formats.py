@@ -20,8 +20,14 @@ if TYPE_CHECKING:
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
 
-__all__ = ["FORMATS", "Format", "Job"]
+__all__ = ["CITY_FORMATS", "FORMATS", "PLAN_FORMATS", "SURFACE_FORMATS", "Format", "Job"]
 
+PLAN_FORMATS = ("geotiff", "map", "stac")
+"""Names of the files of a plan in tiles."""
+SURFACE_FORMATS = ("geoparquet", "3dtiles", "cityjson")
+"""Names of the files of surfaces in tiles."""
+CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
+"""Names of the files of a study in tiles."""
 FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # most clock times that are listed
 
@@ -101,9 +107,9 @@ class Job:
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
         """The model's border in a view; empty for a plan."""
-        from umbra.writers.vectors import find_seen  # noqa: PLC0415
+        from umbra.writers.vectors import trace_seen  # noqa: PLC0415
 
-        return [] if self.is_on_map else find_seen(self.study)
+        return [] if self.is_on_map else trace_seen(self.study)
 
     @cached_property
     def layers(self) -> "list[Layer]":
@@ -170,10 +176,10 @@ def _write_geopackage(job: Job) -> list[str]:
 
 def _write_dxf(job: Job) -> list[str]:
     from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: PLC0415
-    from umbra.writers.vectors.gis_files import find_crs, name_crs  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import find_crs, name_gis_crs  # noqa: PLC0415
 
     height = job.study.ground if job.is_on_map else 0.0
-    coordinates = job.frame or name_crs(find_crs(job.crs))
+    coordinates = job.frame or name_gis_crs(find_crs(job.crs))
     write_dxf(
         job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
         up_hours=job.most_hours, note=f"{job.title}; {coordinates}", show=job.show,
@@ -240,11 +246,11 @@ def _write_glb(job: Job) -> list[str]:
 
 
 def _write_tileset(job: Job) -> list[str]:
-    from umbra.writers.tileset import find_placement, read_place, write_tileset  # noqa: PLC0415
+    from umbra.writers.tileset import find_tileset_placement, read_place, write_tileset  # noqa: PLC0415
 
     files = _write_glb(job)
     origin, bounds = read_place(job.folder / files[0])
-    placement = find_placement(origin, job.crs, job.study.site)
+    placement = find_tileset_placement(origin, job.crs, job.study.site)
     write_tileset(job.folder / "tileset.json", files, bounds, placement, job.study.facts)
     return ["tileset.json", *files]
 

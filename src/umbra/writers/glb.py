@@ -19,7 +19,7 @@ from umbra.scene.material import find_linear
 from umbra.study import Study, tell_dates
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["Glb", "list_corners", "make_legend", "turn_up", "write_model_glb"]
+__all__ = ["Glb", "list_corners", "make_legend", "turn_y_up", "write_model_glb"]
 
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 _TYPES = {"f": 5126, "B": 5121, "I": 5125}
@@ -34,7 +34,7 @@ _FLAT = 1e-6  # above the ground something stands [m]
 _NEAR = 0.35  # largest difference between a cell's and its surface's height [m]
 
 
-def turn_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
+def turn_y_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
     """Turn z up to glTF's y up, (n, 3) float32."""
     return np.ascontiguousarray(points[:, [0, 2, 1]] * (1, 1, -1), "<f4")
 
@@ -314,7 +314,7 @@ def _write(
     for mesh in meshes:
         colors = np.full((len(mesh.positions), 4), 255, np.uint8)
         colors[:, :3] = np.rint(mesh.colors * 255)
-        points = turn_up(mesh.positions - middle)
+        points = turn_y_up(mesh.positions - middle)
         glb.add_mesh(mesh.name, mesh.faces, material, POSITION=points, COLOR_0=colors)
     glb.write(path)
 

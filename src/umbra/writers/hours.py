@@ -1,9 +1,10 @@
 """Picture of a study: hours in shadow on a plan, with a map for each date."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.writers.contours import (
     PROPOSED,
@@ -36,12 +37,14 @@ from umbra.writers.plan import (
     draw_appearance,
     name_hours,
 )
-from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = [
     "OUTLINE",
+    "Lines",
     "draw_hours_key",
     "fill_hours",
+    "fill_map",
     "list_dark",
     "make_hours_sheet",
     "tell_outlined",
@@ -77,7 +80,7 @@ def make_hours_sheet(
             of = f" on {day.title}" if day.title else ""
             msg = f"the hours{of} are {day.hours.shape}, but the plan is {plan.shape}"
             raise ValueError(msg)
-    sheet = lay_out(plan, 0.55, days)
+    sheet = lay_out_sheet(plan, 0.55, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         end = 0.0 if day.is_night else max_hours
         fill_hours(panel, day, end, show, has_lines=has_lines, ramp=ramp)
@@ -105,48 +108,108 @@ def fill_hours(
 
     Where ``max_hours`` is 0 the sun stays below the horizon, and no place has a value.
     """
-    plan, has_scale = panel.plan, max_hours > 0
+    has_scale = max_hours > 0
     hours, finer = np.asarray(day.hours, np.float32), day.finer
     if not has_scale:
         hours = np.full_like(hours, np.nan)
-    seen = resample(hours, panel.map_size)
-    is_missing = np.isnan(seen)
-    shade = None if plan.appearance is None else plan.appearance.find_shade(panel.map_size)
-    image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade, ramp)
-    if has_scale:
-        image[resample(day.find_dark(), panel.map_size) > HALF] = NO_SUN
-    is_building = plan.is_building
-    image[is_missing] = MISSING
-    if shade is not None:
-        image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
-    if plan.roofs_cover:
-        cover_with_roofs(image, plan, panel.map_size)
-    if plan.appearance is not None:
-        draw_appearance(image, plan.appearance, panel.map_size)
-    hatch_covers(image, plan, panel.map_size)
-    panel.paste(image, *panel.map_box[:2])
-
     levels = find_levels(max_hours) if has_lines else []
     traced = hours if finer is None else finer
     if show == "sun":  # paint stays; lines and labels count the other way
         traced = max_hours - traced
     shares = [level / max_hours for level in levels]
-    colors = [_find_line_color(1 - share if show == "sun" else share) for share in shares]
-    blocked = np.isnan(hours)
+    fill_map(
+        panel,
+        resample(hours, panel.map_size) / (max_hours if has_scale else 1),
+        hours,
+        Lines(traced, levels, [1 - share if show == "sun" else share for share in shares]),
+        ramp,
+        dark=day.find_dark() if has_scale else None,
+        words="no values here" if has_scale else NIGHT,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """
+    Lines of equal values on a map.
+
+    Parameters
+    ----------
+    values : (rows, cols) float
+        Whose lines they are, in the plan's cells or finer ones.
+    levels : sequence of float
+    shares : sequence of float
+        Of the colour scale that lies under each line.
+    texts : sequence of str, optional
+        Labels; hours by default.
+    """
+
+    values: NDArray[np.floating]
+    levels: Sequence[float]
+    shares: Sequence[float]
+    texts: Sequence[str] = ()
+
+
+def fill_map(
+    panel: Panel,
+    shares: NDArray[np.floating],
+    values: NDArray[np.floating],
+    lines: Lines,
+    ramp: Ramp,
+    *,
+    dark: NDArray[np.bool_] | None = None,
+    words: str = "no values here",
+) -> None:
+    """
+    Draw values on a panel's map by the shares of a colour scale, with lines and buildings.
+
+    Parameters
+    ----------
+    panel : Panel
+    shares : (height, width) float
+        At the map's pixels; NaN is no value.
+    values : (rows, cols) float
+        In the plan's cells: no line crosses those that are NaN.
+    lines : Lines
+    ramp : str
+    dark : (rows, cols) bool, optional
+        Cells without any sun, which have a colour of their own.
+    words : str
+        Written over a map without values.
+    """
+    plan, size = panel.plan, panel.map_size
+    is_missing = np.isnan(shares)
+    shade = None if plan.appearance is None else plan.appearance.find_shade(size)
+    image = paint_shares(np.nan_to_num(shares), shade, ramp)
+    if dark is not None:
+        image[resample(dark, size) > HALF] = NO_SUN
+    image[is_missing] = MISSING
+    if shade is not None:
+        image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
+    if plan.roofs_cover:
+        cover_with_roofs(image, plan, size)
+    if plan.appearance is not None:
+        draw_appearance(image, plan.appearance, size)
+    hatch_covers(image, plan, size)
+    panel.paste(image, *panel.map_box[:2])
+
+    traced, is_building = lines.values, plan.is_building
+    blocked = np.isnan(values)
     if plan.appearance is not None:
         blocked |= plan.appearance.find_breaks(plan.shape)
     if plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     if blocked.shape != traced.shape:
         blocked = (resample(blocked, traced.shape) > HALF) | np.isnan(traced)
-    draw_contours(panel, traced, levels, colors, blocked)
+    colors = [_find_line_color(share) for share in lines.shares]
+    draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts)
     if plan.appearance is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
     outline_covers(panel)
     if plan.proposed is not None and not plan.looks_through:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
-        panel.write_over("no values here" if has_scale else NIGHT)
+        panel.write_over(words)
 
 
 def list_dark(days: Sequence[DayMap]) -> list[Swatch]:

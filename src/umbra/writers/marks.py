@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, Panel, measure, wrap
+from umbra.writers.paper import INK, QUIET, RULE, SMALL, Panel, measure_text, wrap
 from umbra.writers.plan import DOTS_PER_INCH
 
 if TYPE_CHECKING:
@@ -234,10 +234,10 @@ def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequenc
         return top - 0.155 * len(title)
     heading = " ".join(title) + (f", {remark}" if remark else "")
     sheet.write(x, top - 0.1, heading, 8.0)
-    at = x + measure(heading, 8.0) + 0.35
+    at = x + measure_text(heading, 8.0) + 0.35
     for swatch in swatches:
         swatch.draw(sheet, at, top - 0.12, 9.0)
-        at += measure(swatch.label, SMALL) + 0.29 + 0.3
+        at += measure_text(swatch.label, SMALL) + 0.29 + 0.3
     return top
 
 

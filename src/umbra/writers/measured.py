@@ -8,21 +8,14 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
 from umbra.study.measures import Quantity
-from umbra.writers.contours import (
-    PROPOSED,
-    draw_contours,
-    find_swatches,
-    hatch_covers,
-    outline_covers,
-    trace,
-)
-from umbra.writers.hours import DEEP, OUTLINE, tell_outlined
+from umbra.writers.contours import find_swatches
+from umbra.writers.hours import Lines, fill_map, tell_outlined
 from umbra.writers.marks import draw_color_bar, find_round
-from umbra.writers.paper import INK, wrap
-from umbra.writers.pixels import SLOPE_SHADE, Ramp, paint_shares, resample, shade_ramp
-from umbra.writers.plan import MISSING, Plan, cover_with_roofs, draw_appearance
+from umbra.writers.paper import wrap
+from umbra.writers.pixels import Ramp, resample, shade_ramp
+from umbra.writers.plan import MISSING, Plan
 from umbra.writers.point_map import fill_points
-from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = ["find_end", "make_measure_sheet", "make_measured_points_sheet"]
 
@@ -56,40 +49,15 @@ def make_measure_sheet(
     end : float
         Upper end of the scale.
     """
-    sheet = lay_out(plan, 0.55)
+    sheet = lay_out_sheet(plan, 0.55)
     (panel,) = sheet.maps
-    size = panel.map_size
-    seen = resample(np.asarray(values, np.float32), size)
-    is_missing = np.isnan(seen)
-    share = np.nan_to_num(seen) / np.float32(end)
     is_light = quantity.ramp == "light"
-    shade = None if plan.appearance is None else plan.appearance.find_shade(size)
-    image = paint_shares(1 - share if is_light else share, shade, _name_ramp(quantity))
-    image[is_missing] = MISSING
-    if shade is not None:
-        image[is_missing] -= SLOPE_SHADE * shade[is_missing, None]
-    if plan.roofs_cover:
-        cover_with_roofs(image, plan, size)
-    if plan.appearance is not None:
-        draw_appearance(image, plan.appearance, size)
-    hatch_covers(image, plan, size)
-    panel.paste(image, *panel.map_box[:2])
+    shares = resample(np.asarray(values, np.float32), panel.map_size) / np.float32(end)
     levels = _find_levels(end)[1:-1]
-    blocked = np.isnan(values)
-    if plan.appearance is not None:
-        blocked |= plan.appearance.find_breaks(plan.shape)
-    if plan.roofs_cover:
-        blocked |= plan.is_building
-    colors = [_find_color(level / end, is_light=is_light) for level in levels]
     texts = [f"{level:g}{quantity.suffix}" for level in levels]
-    draw_contours(panel, values, levels, colors, blocked, texts)
-    if plan.appearance is None:
-        panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
-    outline_covers(panel)
-    if plan.proposed is not None and not plan.looks_through:
-        panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
-    if is_missing.all():
-        panel.write_over("no values here")
+    each = [1 - level / end if is_light else level / end for level in levels]
+    lines = Lines(values, levels, each, texts)
+    fill_map(panel, 1 - shares if is_light else shares, values, lines, _name_ramp(quantity))
     _draw_key(sheet, quantity, end)
     return sheet
 
@@ -103,7 +71,7 @@ def make_measured_points_sheet(
     names: Sequence[str] = (),
 ) -> Sheet:
     """Draw a measure at points on a plan of the buildings around them; see `make_measure_sheet`."""
-    sheet = lay_out(plan, 0.62)
+    sheet = lay_out_sheet(plan, 0.62)
     (panel,) = sheet.maps
     ramp = _find_colors(quantity)
     share = np.clip(np.nan_to_num(values) / end, 0, 1)
@@ -128,12 +96,6 @@ def _find_levels(end: float) -> list[float]:
     """Return round values from 0 to the scale's end."""
     step = find_round(end / _STEPS)
     return [step * k for k in range(math.floor(end / step + 1e-9) + 1)]
-
-
-def _find_color(share: float, *, is_light: bool) -> tuple[str, str]:
-    """Choose a line's colour and its label's halo to stand out on their shade."""
-    deep = 1 - share if is_light else share
-    return (INK, "#ffffffc8") if deep < DEEP else ("#ffffff", "#202048d0")
 
 
 def _draw_key(sheet: Sheet, quantity: Quantity, end: float) -> None:

@@ -53,7 +53,7 @@ __all__ = [
     "Paper",
     "find_font",
     "load_fonts",
-    "measure",
+    "measure_text",
     "save_pages",
     "to_pixels",
     "wrap",
@@ -72,7 +72,7 @@ def find_font(
 
 
 @lru_cache(maxsize=4096)
-def measure(text: str, size: float, weight: str = "normal") -> float:
+def measure_text(text: str, size: float, weight: str = "normal") -> float:
     """Return the width of a line of type [inch]."""
     font = find_font(size, weight, find_families(text))
     with _pass_over_boxes():
@@ -97,7 +97,7 @@ def _pass_over_boxes() -> Iterator[None]:
 def load_fonts() -> None:
     """Load the typeface in both weights, which takes as long as measuring all of a sheet."""
     for weight in ("normal", "bold"):
-        measure("0", SMALL, weight)
+        measure_text("0", SMALL, weight)
 
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
@@ -115,9 +115,9 @@ def _join(
     pieces: list[str], joint: str, size: float, width: float, weight: str
 ) -> Iterator[tuple[str, float]]:
     """Join pieces into lines, with their lengths, as they fit; cut a word that is too long."""
-    line, length, gap = "", 0.0, measure(joint, size, weight)
+    line, length, gap = "", 0.0, measure_text(joint, size, weight)
     for piece in pieces:
-        own = measure(piece, size, weight)
+        own = measure_text(piece, size, weight)
         if line and length + gap + own <= width:
             line, length = line + joint + piece, length + gap + own
             continue
@@ -126,11 +126,11 @@ def _join(
         line, length = piece, own
         while joint == " " and length > width:
             end = len(line) - 1
-            while end > 1 and measure(line[:end], size, weight) > width:
+            while end > 1 and measure_text(line[:end], size, weight) > width:
                 end -= 1
             yield line[:end], width
             line = line[end:]
-            length = measure(line, size, weight)
+            length = measure_text(line, size, weight)
     yield line, length
 
 

@@ -26,7 +26,7 @@ __all__ = [
     "find_map_size",
     "name_hours",
     "shade_roofs",
-    "spread",
+    "spread_largest",
 ]
 
 Show = Literal["shadow", "sun"]
@@ -61,7 +61,7 @@ class Appearance:
         """Return the cells of a raster on edges, which contours must not cross."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
         # Jumps are marked on both their sides, creases on one.
-        near = np.maximum(spread(self.jumps, 2), spread(self.creases, 3))
+        near = np.maximum(spread_largest(self.jumps, 2), spread_largest(self.creases, 3))
         return resample(near.astype(np.float32), shape) > 0.2 * 255
 
     def find_shade(self, size: tuple[int, int]) -> NDArray[np.float32]:
@@ -69,7 +69,7 @@ class Appearance:
         return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
 
 
-def spread(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
+def spread_largest(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
     """Return the largest value within ``reach`` pixels each way."""
     for _ in range(2):  # along the columns, then turned along the rows
         padded = np.pad(values, ((reach, reach), (0, 0)))

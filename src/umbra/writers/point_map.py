@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from umbra.scene.grid import Places
 from umbra.writers.contours import PROPOSED, trace
 from umbra.writers.hours import OUTLINE, draw_hours_key, list_dark, tell_outlined
-from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
+from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure_text
 from umbra.writers.pixels import NO_SUN, Ramp, shade_ramp
 from umbra.writers.plan import MISSING, DayMap, Plan, Show, cover_with_roofs
-from umbra.writers.sheet import Sheet, lay_out
+from umbra.writers.sheet import Sheet, lay_out_sheet
 
 __all__ = ["FEW", "fill_points", "make_points_sheet"]
 
@@ -48,7 +48,7 @@ def make_points_sheet(
     in the period [h]. Few enough are labelled by their names, or numbered. ``show`` chooses the
     hours of labels and key, ``what`` names them in the key.
     """
-    sheet = lay_out(plan, 0.62, days)
+    sheet = lay_out_sheet(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         _fill_hours(panel, places, day, max_hours, names, show, shade_ramp(ramp=ramp))
     if max_hours > 0:
@@ -154,7 +154,7 @@ def _label(
     taken: list[Box] = [(x - radius, y - radius, x + radius, y + radius) for x, y in places]
     for members in stacks:
         low, high = places[members].min(0) - radius, places[members].max(0) + radius
-        wide = max(measure(texts[k], LABEL) for k in members) + 0.04
+        wide = max(measure_text(texts[k], LABEL) for k in members) + 0.04
         tall = HIGH * len(members)
         middle, reach = (low + high) / 2, (high - low + (wide, tall)) / 2
         free = None

@@ -31,7 +31,7 @@ from umbra.writers.plan import (
     draw_appearance,
     shade_roofs,
 )
-from umbra.writers.sheet import Sheet, lay_out
+from umbra.writers.sheet import Sheet, lay_out_sheet
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 
 __all__ = ["compose_profile", "find_tints", "make_profile_sheet"]
@@ -111,7 +111,7 @@ def make_profile_sheet(plan: Plan, days: Sequence[DayShadows], zone: str = "") -
     Of more than 12 stamps only those that the key names are outlined. The zone, "CEST", is that
     of the clock times. A ValueError says that the counts of shadows and labels differ.
     """
-    sheet = lay_out(plan, 0.62, days)
+    sheet = lay_out_sheet(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         _fill_map(panel, day)
     if not all(day.is_night for day in days):

@@ -16,13 +16,13 @@ from umbra.writers.paper import (
     Leaf,
     Panel,
     Paper,
-    measure,
+    measure_text,
     to_pixels,
     wrap,
 )
 from umbra.writers.plan import AREA, DOTS_PER_INCH, DayMap, DayShadows, Plan, find_map_size
 
-__all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "lay_out"]
+__all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "lay_out_sheet"]
 
 MARGIN = 0.28
 KEY_WIDTH = 1.32
@@ -92,7 +92,7 @@ class Words:
             paper.write(MARGIN, MARGIN + n * SMALL * LINE, line, SMALL, color=QUIET)
 
 
-def lay_out(
+def lay_out_sheet(
     plan: Plan, key_height: float, days: Sequence[DayMap] | Sequence[DayShadows] = ()
 ) -> Sheet:
     """
@@ -141,11 +141,11 @@ def _lay_out_one(plan: Plan, key_height: float) -> Sheet:
 def _find_ticks(plan: Plan, w: float, h: float) -> tuple[Ticks, Ticks, float]:
     """Find the ticks of a map of w by h inches, and how wide the labels beside it are."""
     x0, x1, y0, y1 = plan.extent
-    across = find_ticks(x0, x1, w, lambda label: measure(label, SMALL) + 0.3)
+    across = find_ticks(x0, x1, w, lambda label: measure_text(label, SMALL) + 0.3)
     # A row of houses is low on its sheet, but still gets a few heights.
     up = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.12, h / 4)))
     across, up = across if plan.axes[0] else [], up if plan.axes[1] else []
-    return across, up, max((measure(label, SMALL) for _, label in up), default=0)
+    return across, up, max((measure_text(label, SMALL) for _, label in up), default=0)
 
 
 SHAPE = 1.4  # of all maps together: width by height

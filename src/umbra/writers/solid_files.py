@@ -12,7 +12,7 @@ from umbra.study import Study
 from umbra.study.preview import Moment
 from umbra.volume.adjacency import make_caster
 from umbra.volume.solids import Solid, make_shadow_solid
-from umbra.writers.glb import Glb, turn_up
+from umbra.writers.glb import Glb, turn_y_up
 
 __all__ = ["EVERY", "MOST", "write_solids"]
 
@@ -74,7 +74,7 @@ def write_solids(
         for name, solid in _find_solids(study, parts, moments, ground):
             _write_object(file, name, solid, origin, first)
             first += len(solid.vertices)
-            points = turn_up(solid.vertices)
+            points = turn_y_up(solid.vertices)
             glb.add_mesh(name, solid.faces.astype(np.uint32), material, POSITION=points)
     glb.write(folder / "solids.glb")
     return height

@@ -14,7 +14,7 @@ from PIL import Image
 
 from umbra.receivers.samples import Samples
 from umbra.study import Study
-from umbra.writers.glb import Glb, list_corners, turn_up
+from umbra.writers.glb import Glb, list_corners, turn_y_up
 from umbra.writers.pixels import shade_ramp
 
 __all__ = ["FacadeLayout", "draw_facades", "find_places", "lay_out_facades", "write_surfaces_glb"]
@@ -105,7 +105,7 @@ def write_surfaces_glb(
     owner = np.asarray(study.more["surface_part"][1])[samples.owner]
     for k, name in enumerate(names.tolist()):
         mine = owner == k
-        points = turn_up((samples.corners[mine] - middle).reshape(-1, 3))
+        points = turn_y_up((samples.corners[mine] - middle).reshape(-1, 3))
         if len(points):
             glb.add_mesh(
                 name, list_corners(points), colored, _tell(study, k), POSITION=points,
@@ -113,7 +113,7 @@ def write_surfaces_glb(
             )  # fmt: skip
     rest = soup.vertices[soup.faces[~np.isin(soup.part, samples.part)]]
     if len(rest):
-        points = turn_up((rest - middle).reshape(-1, 3))
+        points = turn_y_up((rest - middle).reshape(-1, 3))
         grey = glb.add_material(baseColorFactor=_GREY)
         glb.add_mesh("not sampled", list_corners(points), grey, POSITION=points)
     glb.write(path)

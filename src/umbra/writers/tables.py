@@ -19,6 +19,7 @@ from umbra.sun.clock import Stamps
 
 __all__ = [
     "find_columns",
+    "list_texts",
     "name_cells",
     "tell_instants",
     "write_cells",
@@ -110,6 +111,11 @@ def _to_text(values: np.ndarray, digits: int) -> list[str]:
     return ["" if v != v else f"{v:.10g}" for v in rounded.tolist()]  # noqa: PLR0124  (NaN)
 
 
+def list_texts(values: np.ndarray) -> list[str]:
+    """Return the cells of a column: text as it is, numbers briefly, missing values as nothing."""
+    return values.astype(str).tolist() if values.dtype.kind in "UOS" else _to_text(values, 4)
+
+
 def write_instants(
     path: str | os.PathLike[str], study: Study, areas: Sequence[float] | None = None
 ) -> None:
@@ -151,10 +157,7 @@ def write_samples(folder: Path, study: Study) -> list[str]:
         first = [name for name in ("name", dimension) if name in own]
         columns = points if dimension == "sample" else {}
         own = {name: own.pop(name) for name in first} | columns | own
-        texts = [
-            array.astype(str).tolist() if array.dtype.kind in "UOS" else _to_text(array, 4)
-            for array in own.values()
-        ]
+        texts = [list_texts(array) for array in own.values()]
         write_table(folder / file, list(own), zip(*texts, strict=True))
     return list(files)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from umbra.sun import Site
 from umbra.writers.vectors.gis_files import find_crs
 
-__all__ = ["find_placement", "make_box", "read_place", "write_tileset"]
+__all__ = ["find_tileset_placement", "make_box", "read_place", "write_tileset"]
 
 _STEP = 100.0  # between points whose places on the earth give the axes [m]
 _GEOCENTRIC, _GEODETIC = 4978, 4979
@@ -78,7 +78,9 @@ def read_place(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArr
     return np.array(tree["asset"]["extras"]["origin"]), bounds
 
 
-def find_placement(origin: NDArray[np.float64], crs: object, site: Site) -> NDArray[np.float64]:
+def find_tileset_placement(
+    origin: NDArray[np.float64], crs: object, site: Site
+) -> NDArray[np.float64]:
     """
     Find where coordinates about an origin lie on the earth.
 

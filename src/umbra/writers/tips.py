@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.paper import INK, SMALL, Panel, measure
+from umbra.writers.paper import INK, SMALL, Panel, measure_text
 from umbra.writers.pixels import resample
 
 __all__ = ["SHADOW_OUTLINE", "name_tips", "rule_shadows"]
@@ -96,7 +96,7 @@ class _TipFinder:
         if not len(self.points[stamp][0]) or not np.isfinite(length):
             return None
         away = away / length if length > 0 else np.array([0.0, 1.0])
-        half = np.array([measure(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01])
+        half = np.array([measure_text(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01])
         dots, reach = self._thin(stamp, away)
         shifts, costs = _list_shifts(away, half)
         labels = dots[:, None] + shifts

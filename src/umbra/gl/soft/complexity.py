@@ -17,7 +17,7 @@ from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
-from umbra.gl.projection import Projection, find_source
+from umbra.gl.projection import Projection, find_light_source
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedges import WedgePainter
 from umbra.gl.state import Pass, State
@@ -25,7 +25,7 @@ from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.complexity import find_edges, make_spots
+from umbra.soft.complexity import list_light_edges, make_spots
 
 __all__ = ["SpotCounts", "find_digits"]
 
@@ -154,13 +154,13 @@ def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """List the possible silhouette edges in the layout of ``wedge_row.glsl``: (n, 8, 4) float32."""
-    place = find_source(light.light, origin)
+    place = find_light_source(light.light, origin)
     lists = [np.zeros((0, _TEXELS, 4), np.float32)]
     for each in volumes:
         for instance, transform in enumerate(each.body.transforms):
             caster = each.caster_of(instance).opened(each.opened[instance])
             vertices = transform_points(transform, caster.vertices)
-            edges = find_edges(caster, vertices, place, light.radius)
+            edges = list_light_edges(caster, vertices, place, light.radius)
             rows = np.zeros((len(edges.ends), _TEXELS, 4), np.float32)
             rows[:, :2, :3] = edges.ends.reshape(-1, 2, 3)
             rows[:, 0, 3], rows[:, 1, 3] = edges.weight, edges.turn

@@ -20,7 +20,7 @@ from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_source
+from umbra.gl.projection import Projection, find_light_source
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
@@ -28,8 +28,8 @@ from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.coverage import make_planes
-from umbra.soft.wedges import find_axes
+from umbra.soft.coverage import make_coverage_planes
+from umbra.soft.wedges import map_to_unit_light
 
 __all__ = ["Keys", "WedgePainter", "Wedges"]
 
@@ -197,8 +197,8 @@ class WedgePainter:
         kind = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
         needs = (*(name for name, needed in kind.items() if needed), *needs)
         program = self._programs.find(*needs, **values)
-        place = find_source(light.light, self._planner.scene.origin)
-        axes = find_axes(light, place)
+        place = find_light_source(light.light, self._planner.scene.origin)
+        axes = map_to_unit_light(light, place)
         self.bind_keys(0)
         edges.table.bind(1)
         program.set(
@@ -281,9 +281,9 @@ def _list_edges(
             vertices = transform_points(transform, body.caster.vertices)
             lists.append(vertices[mine].reshape(-1, 6))
     ends = np.concatenate(lists)
-    place = find_source(light.light, origin)
+    place = find_light_source(light.light, origin)
     planes = np.zeros((len(ends), 4, 4))
-    make_planes(ends, place, light.radius, planes)
+    make_coverage_planes(ends, place, light.radius, planes)
     rows = np.zeros((len(ends), 6, 4), np.float32)
     rows[:, :2, :3] = ends.reshape(-1, 2, 3)
     rows[:, 2:, :3] = planes[..., :3]

@@ -25,8 +25,8 @@ from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
 from umbra.gl.plan import Draw, VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_clip_range, find_source
-from umbra.gl.request import find_key
+from umbra.gl.projection import Projection, find_clip_range, find_light_source
+from umbra.gl.request import find_request_key
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
 from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
@@ -38,11 +38,11 @@ from umbra.methods import Softness
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Light
 from umbra.soft import AreaLight
-from umbra.soft.weng import GAP, LENGTH, find_growth, find_opacities
+from umbra.soft.weng import GAP, LENGTH, find_growth, find_layer_opacities
 from umbra.volume.adjacency import make_planes
 from umbra.volume.box_tree import BoxTree
 
-__all__ = ["LightLayers", "ScaledLayers", "grow", "list_layers", "plan_layers"]
+__all__ = ["LightLayers", "ScaledLayers", "find_caster_growth", "list_layers", "plan_layers"]
 
 _SINKS = 1e-4
 """Of a component's radius, away from the light: a cap that grows in the plane of other
@@ -84,7 +84,7 @@ class LightLayers:
         )
 
 
-def grow(
+def find_caster_growth(
     bodies: Sequence[Body],
     instances: Sequence[Instance],
     source: NDArray[np.float64],
@@ -252,7 +252,7 @@ class ScaledLayers(Visibility):
         choices: VolumeOptions | None = None,
     ) -> None:
         layers = Softness(length=length, gap=gap).layers
-        self._opacities = find_opacities(layers)
+        self._opacities = find_layer_opacities(layers)
         self._steps = [m * gap / 10 for m in range(1, layers + 1)]
         self._planner, self._hard = planner, counter
         self._choices = choices or VolumeOptions()
@@ -276,7 +276,7 @@ class ScaledLayers(Visibility):
         """Prepare a picture; see `Visibility`."""
         self._projection, self._middles, self._is_shown = projection, list(plans), False
         self._grow(lights, plans)
-        key = find_key((projection, *self._layers, *plans))
+        key = find_request_key((projection, *self._layers, *plans))
         if key == self._key:
             return
         self._key = key
@@ -312,13 +312,15 @@ class ScaledLayers(Visibility):
         """Find the layers of moved lights."""
         found = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
-            source = find_source(area.light, self._planner.scene.origin)
+            source = find_light_source(area.light, self._planner.scene.origin)
             old = self._layers[number] if number < len(self._layers) else None
             if old is not None and old.is_of(source, plan.volumes):
                 found.append(old)
             else:
                 found.append(
-                    grow(self._bodies, self._instances, source, plan.volumes, self._steps[-1])
+                    find_caster_growth(
+                        self._bodies, self._instances, source, plan.volumes, self._steps[-1]
+                    )
                 )
         same = len(found) == len(self._layers) and all(
             one is two for one, two in zip(found, self._layers, strict=True)

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.shares import Membership, add_shares, make_share_work
+from umbra.cpu.shares import Membership, add_group_shares, make_share_work
 from umbra.errors import InputError
 from umbra.kernels import run_shared, take_next
 from umbra.machine import use_threads
@@ -197,7 +197,7 @@ class PiecesOneByOne:
         cast: NDArray[np.float32],
         sole: NDArray[np.float32],
     ) -> None:
-        """Add at most eight suns, see ``umbra.cpu.shares.add_shares``."""
+        """Add at most eight suns, see ``umbra.cpu.shares.add_group_shares``."""
         self._bits[:] = 0
         for find, bits in zip(self._finders, self._bits, strict=True):
             window, masks = find(suns)
@@ -272,6 +272,6 @@ def _share(bits, normals, suns, weights, membership, cast, sole, taken):
             return
         low, high = block * _BLOCK, min(cells, (block + 1) * _BLOCK)
         work = make_share_work(membership)
-        add_shares(
+        add_group_shares(
             bits, pieces, low, high, where, normals, suns, weights, membership, work, cast, sole
         )

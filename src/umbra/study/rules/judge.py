@@ -15,7 +15,7 @@ from umbra.rules.first_format import Check, Rules
 from umbra.rules.record import Place
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
-from umbra.study.loop import look
+from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
 from umbra.study.rules.measure import (
     Verdict,
@@ -168,7 +168,7 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
 
 def _measure_plan(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
     """Measure a check's instants on some cells."""
-    run = look(study.model.make_tile(grid), study.model.canopy)
+    run = make_tile_run(study.model.make_tile(grid), study.model.canopy)
     return measure(check, period, run, study.model.canopy)
 
 
@@ -289,5 +289,5 @@ def _find_named(study: Study, check: Check) -> NDArray[np.bool_]:
 def _measure_samples(study: Study, check: Check, period: Period) -> Iterator[SunIntervalTable]:
     """Measure a check's instants on all points, in chunks."""
     canopy = study.model.canopy
-    for _, tile in study.laid.look_again():
-        yield measure(check, period, look(tile, canopy), canopy)
+    for _, make in study.laid.make_ray_tiles():
+        yield measure(check, period, make_tile_run(make(), canopy), canopy)

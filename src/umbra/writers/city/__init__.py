@@ -16,15 +16,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from umbra.errors import InputError
+from umbra.packages import require
+from umbra.writers.formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
 
-__all__ = ["CITY_FORMATS", "check_city_formats", "write_city_files"]
-
-PLAN_FORMATS = ("geotiff", "map", "stac")
-"""Names of the files of a plan in tiles."""
-SURFACE_FORMATS = ("geoparquet", "3dtiles", "cityjson")
-"""Names of the files of surfaces in tiles."""
-CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
-"""Names of the files of a study in tiles."""
+__all__ = ["check_city_formats", "write_city_files"]
 
 
 def write_city_files(
@@ -107,9 +102,6 @@ def check_city_formats(names: Sequence[str], *, is_plan: bool | None = None) -> 
     InputError
         If a name is unknown, is not for such receivers, or needs a package that is missing.
     """
-    from umbra.packages import require  # noqa: PLC0415
-    from umbra.writers.formats import FORMATS  # noqa: PLC0415
-
     strange = [name for name in names if name not in CITY_FORMATS]
     if strange:
         msg = (

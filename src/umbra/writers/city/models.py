@@ -22,9 +22,9 @@ from umbra.tiles.pieces import SurfacePieces
 from umbra.writers.city.features import add_features
 from umbra.writers.city.sealed_files import SealedFiles
 from umbra.writers.city.surfaces import CitySurfaces, SurfaceRun, cut_runs
-from umbra.writers.glb import Glb, list_corners, make_legend, turn_up
+from umbra.writers.glb import Glb, list_corners, make_legend, turn_y_up
 from umbra.writers.surfaces_glb import draw_facades, find_places, lay_out_facades
-from umbra.writers.tileset import find_placement, make_box, read_place
+from umbra.writers.tileset import find_tileset_placement, make_box, read_place
 
 __all__ = ["write_models"]
 
@@ -96,7 +96,7 @@ def _write_run(result: CitySurfaces, pieces: SurfacePieces, run: SurfaceRun, pat
     picture.save(stream, "PNG")
     texture = {"index": glb.add_texture(stream.getvalue())}
     material = glb.add_material(lit=False, baseColorTexture=texture)
-    points = turn_up((samples.corners - middle).reshape(-1, 3))
+    points = turn_y_up((samples.corners - middle).reshape(-1, 3))
     glb.add_mesh(
         "surfaces", list_corners(points), material, POSITION=points,
         TEXCOORD_0=np.ascontiguousarray(where.reshape(-1, 2), "<f4"),
@@ -192,9 +192,9 @@ def _find_leaves(result: CitySurfaces, paths: list[Path]) -> Iterator[_Leaf]:
     whole = result.bounds.mean(0)
     for path in paths:
         origin, bounds = read_place(path)
-        placement = find_placement(origin, crs, site)
+        placement = find_tileset_placement(origin, crs, site)
         if crs is None:  # the middle of the city lies at the site, on one level plane
-            placement = find_placement(whole, crs, site)
+            placement = find_tileset_placement(whole, crs, site)
             placement[:3, 3] += placement[:3, :3] @ (origin - whole)
         yield _Leaf(path.name, placement, bounds)
 

@@ -163,12 +163,14 @@ def _shade(result: CityResult, plan: Plan) -> Plan:
     """Add the shade and the edges of the topmost surface, unless roofs are drawn over a plane."""
     if not result.has_heights or plan.building_height is not None:
         return plan
-    from umbra.writers.edges import find_relief  # noqa: PLC0415  (kernels)
+    from umbra.writers.edges import find_height_appearance  # noqa: PLC0415  (kernels)
 
     heights, *_ = shrink_hours(result, "receiver_z")
     if np.isnan(heights).all():
         return plan
-    return replace(plan, appearance=find_relief(heights, min(plan.cell), find_map_size(plan)))
+    return replace(
+        plan, appearance=find_height_appearance(heights, min(plan.cell), find_map_size(plan))
+    )
 
 
 def shrink_hours(

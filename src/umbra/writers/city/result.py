@@ -20,7 +20,7 @@ __all__ = [
     "list_neighbours",
     "make_damage",
     "open_store",
-    "read_array",
+    "read_stored_array",
 ]  # fmt: skip
 
 _STORE, _MARKS = "study.zarr", "tiles"
@@ -93,7 +93,7 @@ def name_counted(group: Any) -> str:
     raise KeyError(_STORE)
 
 
-def read_array(group: Any, name: str, where: Any = ...) -> NDArray:
+def read_stored_array(group: Any, name: str, where: Any = ...) -> NDArray:
     """
     Read a part of a store's variable, all of it by default.
 
@@ -124,7 +124,7 @@ def list_neighbours(folder: Path) -> list[dict[str, Any]]:
     """Return a row for each neighbour that loses sun to a proposal, most first; none without."""
     group = open_store(folder)
     arrays = {
-        name.removeprefix("neighbour_").replace("neighbour", "name"): read_array(
+        name.removeprefix("neighbour_").replace("neighbour", "name"): read_stored_array(
             group, name
         ).tolist()
         for name, array in sorted(group.arrays())
@@ -162,17 +162,17 @@ class CityResult:
     @cached_property
     def x(self) -> NDArray[np.float64]:
         """Centres of the columns, ascending [m]."""
-        return read_array(self._group, "x").astype(np.float64)
+        return read_stored_array(self._group, "x").astype(np.float64)
 
     @cached_property
     def y(self) -> NDArray[np.float64]:
         """Centres of the rows, ascending [m]."""
-        return read_array(self._group, "y").astype(np.float64)
+        return read_stored_array(self._group, "y").astype(np.float64)
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return read_array(self._group, "time").astype("datetime64[us]")
+        return read_stored_array(self._group, "time").astype("datetime64[us]")
 
     @property
     def cell(self) -> tuple[float, float]:
@@ -237,14 +237,14 @@ class CityResult:
 
     def read(self, name: str, tile: StoredTile) -> NDArray:
         """Return a variable on a tile."""
-        return read_array(self._group, name, (tile.rows, tile.cols))
+        return read_stored_array(self._group, name, (tile.rows, tile.cols))
 
     def find_sides(self) -> Iterator[NDArray[np.float32]]:
         """Yield the hours in shadow along the four sides of the plan, one after the other."""
         for at in (0, self._shape[0] - 1):
-            yield read_array(self._group, "shadow_hours", (at, slice(None)))
+            yield read_stored_array(self._group, "shadow_hours", (at, slice(None)))
         for at in (0, self._shape[1] - 1):
-            yield read_array(self._group, "shadow_hours", (slice(None), at))
+            yield read_stored_array(self._group, "shadow_hours", (slice(None), at))
 
     def find_done(self) -> Iterator[StoredTile]:
         """Yield the tiles that are done."""

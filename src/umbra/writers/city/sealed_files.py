@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from umbra.tiles.sealed import read_sealed, sum_up, write_sealed
+from umbra.tiles.sealed import read_sealed, sum_files, write_sealed
 
 __all__ = ["SealedFiles"]
 
@@ -49,14 +49,14 @@ class SealedFiles:
     def is_whole(self, path: Path, mark: Path) -> bool:
         """Return whether a file is as it was written of a tile's results, which its mark names."""
         held = self._known.get(path.name)
-        if held is None or not path.is_file() or held != [*_find_origin(mark), sum_up([path])]:
+        if held is None or not path.is_file() or held != [*_find_origin(mark), sum_files([path])]:
             return False
         self._kept[path.name] = held
         return True
 
     def add(self, path: Path, mark: Path) -> None:
         """Keep the checksum of a file that was written."""
-        self._kept[path.name] = [*_find_origin(mark), sum_up([path])]
+        self._kept[path.name] = [*_find_origin(mark), sum_files([path])]
         if time.monotonic() > self._due:
             self._write()
             self._due = time.monotonic() + _EACH

@@ -15,7 +15,7 @@ from umbra.tiles.assembly import name_objects
 from umbra.tiles.catalogue import Catalogue, read_catalogue
 from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.sealed import read_sealed
-from umbra.writers.city.result import make_damage, open_store, read_array
+from umbra.writers.city.result import make_damage, open_store, read_stored_array
 from umbra.writers.vectors.surface_table import (
     ROWS,
     list_figures,
@@ -88,17 +88,19 @@ class CitySurfaces:
         """Dates by which results are kept; none if only sums are."""
         if "surface_mean_sun_hours_by_day" not in self._group:
             return np.zeros(0, "datetime64[us]")
-        return read_array(self._group, "day").astype("datetime64[us]")
+        return read_stored_array(self._group, "day").astype("datetime64[us]")
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return read_array(self._group, "time").astype("datetime64[us]")
+        return read_stored_array(self._group, "time").astype("datetime64[us]")
 
     @cached_property
     def up_hours(self) -> float:
         """Time with the sun up in the whole period [h]."""
-        hours = (read_array(self._group, name, slice(1)) for name in ("shadow_hours", "sun_hours"))
+        hours = (
+            read_stored_array(self._group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
+        )
         return sum(float(one[0]) for one in hours)
 
     def name_parts(self, pieces: SurfacePieces, parts: slice) -> NDArray:

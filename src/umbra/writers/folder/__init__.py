@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from umbra.errors import InputError, find_similar
 from umbra.options import check_types, option, read_path, read_text
 from umbra.packages import require
-from umbra.writers.city import CITY_FORMATS
-from umbra.writers.formats import FORMATS
+from umbra.writers.formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
 
 if TYPE_CHECKING:

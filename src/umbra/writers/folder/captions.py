@@ -17,6 +17,7 @@ from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import guard
 from umbra.sun import find_daylight
+from umbra.sun.day_times import is_of_the_sun
 from umbra.writers.folder import FolderJob
 from umbra.writers.plan import Plan, Show, name_hours
 
@@ -43,6 +44,7 @@ __all__ = [
     "tell_times",
 ]
 
+_CLOCKS = {"local": "", "standard": " standard time", "solar": " true solar time"}
 MOST_PANELS = 12
 """Most dates with separate maps; of more dates every n-th is shown."""
 FEW = 4  # most dates that are listed
@@ -184,7 +186,13 @@ def tell_times(study: Study, options: StudyOptions, which: range) -> str:
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
-    return f"{dates}, {options.start} to {options.end} ({offsets})"
+    hours = f"{options.start} to {options.end}{_CLOCKS[options.clock]}"
+    if options.clock == "local" and not any(map(is_of_the_sun, (options.start, options.end))):
+        return f"{dates}, {hours} ({offsets})"
+    if len(which) == 1:  # other clocks: what the local one shows then
+        first, last = (period.steps[which.start].local()[k] for k in (0, -1))
+        offsets = f"{first:%H:%M:%S} to {last:%H:%M:%S}, {offsets}"
+    return f"{dates}, {hours} ({offsets})"
 
 
 def _find_axes(

@@ -59,9 +59,9 @@ def _describe(job: FolderJob, plan: Plan | None) -> Plan:
     drawn = describe(replace(job, study=study), make_preview(study), days)
     appearance = None if plan is None else plan.appearance
     if appearance is None and job.outputs.endings and not study.kind.is_level:
-        from umbra.writers.edges import find_appearance  # noqa: PLC0415
+        from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
 
-        appearance = find_appearance(study, find_map_size(drawn))
+        appearance = find_grid_appearance(study, find_map_size(drawn))
     return replace(drawn, appearance=appearance)
 
 

@@ -91,10 +91,10 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
         plan = plan.crop(where)
         if plan.appearance is not None:
-            from umbra.writers.edges import find_appearance  # noqa: PLC0415
+            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
 
             part = study.grid.coarser(LONGEST).part(*where)
-            plan = replace(plan, appearance=find_appearance(study, find_map_size(plan), part))
+            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), part))
     what = f"hours of sun lost to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
     divisor, words = (1, "") if len(dates) > 1 else find_together(job)
@@ -161,9 +161,9 @@ class Sheets:
         preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
         plan = describe(job, preview, range(len(study.period.days)))
         if job.outputs.endings and not study.kind.is_level:
-            from umbra.writers.edges import find_appearance  # noqa: PLC0415
+            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
 
-            plan = replace(plan, appearance=find_appearance(study, find_map_size(plan)))
+            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan)))
         return cls(plan, preview)
 
 
@@ -371,7 +371,8 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
 def describe_points(job: FolderJob) -> Plan:
     """Describe surfaces or points for a report."""
     study, options, outputs = job.study, job.options, job.outputs
-    what, spot = "points", f"{len(study.shadow_hours):,} points"
+    what = study.kind.name
+    spot = f"{len(study.shadow_hours):,} {what}"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
     nowhere = np.zeros(1)

@@ -10,8 +10,8 @@ from umbra.ground.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
-from umbra.writers.edges import find_appearance
-from umbra.writers.elevations import arrange, find_pixel
+from umbra.writers.edges import find_grid_appearance
+from umbra.writers.elevations import arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     Scale,
@@ -45,7 +45,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     half = np.array(arrangement.plan) / 2
     window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
     drawn: dict[str, Any] = {"size": None, "by_day": len(split_dates(study)) > 1}
-    cell = find_pixel(arrangement)
+    cell = find_pixel_side(arrangement)
     asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
     seen: Any = run(scene, study.site, asked)
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
@@ -53,14 +53,14 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     plan = replace(_redraw(plan, seen), note=f"{made}; {zero}")
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
-    cell = find_pixel(arrangement, 1)
+    cell = find_pixel_side(arrangement, 1)
     for side, box in zip(_SIDES, boxes, strict=True):
         seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
         crowns = seen.model.make_tile(seen.grid).find_canopies()
         elevation = Plan(
             *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
-            appearance=find_appearance(seen, heights.shape),
+            appearance=find_grid_appearance(seen, heights.shape),
             canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
             roofs_cover=False,
         )  # fmt: skip
@@ -126,7 +126,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
         building_height=np.nan_to_num(tile.drawn_heights).astype(np.float32),
         appearance=None
         if plan.appearance is None
-        else find_appearance(seen, seen.shadow_hours.shape),
+        else find_grid_appearance(seen, seen.shadow_hours.shape),
         canopies=canopies if canopies.any() else None,
         nothing=tile.nothing if tile.nothing.any() else None,
     )

@@ -67,7 +67,7 @@ def tell_answers(study: Study) -> list[str]:
         dates = split_dates(study)
         lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one)]
         if len(dates) > _MOST_DATES:
-            lines.append(f"and {len(dates) - _MOST_DATES} more dates (--json has the hours of all)")
+            lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -13,12 +14,14 @@ from umbra.errors import InputError, write_for_shell
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
 from umbra.receivers.standing import name_holders
+from umbra.receivers.windows import WindowReceivers
 from umbra.study import Study, StudyOptions
 from umbra.study.remarks import tell_long_shadows
+from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
-from umbra.writers.folder.areas import write_area_table
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.measured import draw_measures
+from umbra.writers.folder.named import write_named_tables
 from umbra.writers.folder.pictures import (
     Sheets,
     describe_points,
@@ -48,7 +51,7 @@ _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|areas_by_hours|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(cells|instants|areas|areas_by_hours|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
     r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
@@ -246,6 +249,8 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
     draw_hours = draw_plan_of_points
+    if isinstance(job.study.laid, WindowReceivers):
+        job = replace(job, study=average_windows(job.study))
     if job.study.samples is not None:
         job, draw_hours = look_at_surfaces(job), draw_surfaces
     names = draw_hours(job) if job.study.has_hours else []
@@ -258,7 +263,7 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
 
     study, outputs = job.study, job.outputs
     write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
-    own = write_area_table(job)
+    own = write_named_tables(job)
     if not outputs.report and not outputs.files and not outputs.rules:
         return own
     from umbra.writers.formats import Job  # noqa: PLC0415

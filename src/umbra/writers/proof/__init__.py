@@ -121,7 +121,12 @@ def _make_table(verdict: RuleVerdict, zone: str) -> TableOf:
     remark = (
         f"{rule.edition}; {rule.standing}: {STANDINGS[rule.standing]}. Asked: {'; '.join(wanted)}."
     )
-    return TableOf(f"{rule.title}{chosen}", remark, SHOWN, list_shown(verdict, zone))
+    rows = list_shown(verdict, zone)
+    kept = [k for k in range(len(SHOWN)) if any(row[k] for row in rows)]
+    return TableOf(
+        f"{rule.title}{chosen}", remark, tuple(SHOWN[k] for k in kept),
+        [tuple(row[k] for k in kept) for row in rows],
+    )  # fmt: skip
 
 
 def _cut(table: TableOf) -> TableOf:

@@ -22,6 +22,7 @@ COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
 TINTS = {PASS: "#cfe8df", FAIL: "#f6d3c8", UNKNOWN: "#e2e2e6", "": "#dbe4f0"}
 _WORST = {PASS: 0, UNKNOWN: 1, FAIL: 2}
 _MOST_TRIANGLES = 400_000
+_MOST_BANDS = 2  # whose lines are drawn: more are of variants among which none was chosen
 _FINE = 160  # squares across an area for its lines
 _MARGIN = 0.12  # of the frame's longer side
 _LEAST_MARGIN = 12.0  # [m]
@@ -64,14 +65,16 @@ def make_drawing(gathered: Gathered, verdicts: Sequence[RuleVerdict]) -> Drawing
     worst = _find_worst(verdicts)
     boxes: list[NDArray] = []
     drawing = Drawing((0.0, 0.0, 0.0, 0.0))
+    bands = sum(one.subjects.kind == "band" for one in gathered.list_counted())
     for sunlight in gathered.list_counted():
         subjects = sunlight.subjects
         plan = subjects.points[:, :2]
         if subjects.kind in {"areas", "band"}:
-            for area in subjects.records:
+            for area in subjects.records if subjects.kind == "areas" else ():
                 verdict = worst.get((subjects.kind, area.name), "")
                 drawing.shapes.append((_list_rings(shapely, area.polygon), verdict, area.name))
-            drawing.lines += _trace(shapely, sunlight)
+            if subjects.kind == "areas" or bands <= _MOST_BANDS:
+                drawing.lines += _trace(shapely, sunlight)
             near = plan if subjects.kind == "areas" else plan[:0]
         else:
             kind, near = subjects.kind, plan

@@ -4,7 +4,6 @@ import base64
 import html
 from collections.abc import Sequence
 
-from umbra.writers.proof.rows import SHOWN
 from umbra.writers.proof.sheet import TableOf, Titles
 
 __all__ = ["make_page"]
@@ -84,7 +83,7 @@ def _encode(data: bytes) -> str:
 
 
 def _make_table(table: TableOf) -> str:
-    verdict = SHOWN.index("verdict")
+    verdict = list(table.columns).index("verdict")
 
     def cell(k: int, text: str) -> str:
         word = f' class="{text}"' if k == verdict and text in {"pass", "fail", "unknown"} else ""

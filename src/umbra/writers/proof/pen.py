@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, Paper, measure
+from umbra.writers.paper import INK, QUIET, RULE, SMALL, Paper, measure_text
 from umbra.writers.proof.drawing import COLORS, TINTS, Drawing
 
 __all__ = ["draw_plan", "fit"]
@@ -20,7 +20,7 @@ _NICE = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 10**9)
 
 def fit(text: str, size: float, room: float, weight: str = "normal") -> str:
     """Cut a text to a width."""
-    while len(text) > 1 and measure(text, size, weight) > room:
+    while len(text) > 1 and measure_text(text, size, weight) > room:
         text = text[:-2].rstrip() + "…"
     return text
 
@@ -172,14 +172,17 @@ def _draw_key(
     items += [("line", label, INK) for _, label in drawing.lines[:2]]
     length = next(one for one in _NICE if one * factor >= 0.8)
     room = length * factor
-    whole = 0.3 + room + 1.3 + sum(0.4 + measure(text, SMALL) for _, text, _ in items)
+    left = box[2] - 0.5 - room - 1.3
+    while items and sum(0.4 + measure_text(text, SMALL) for _, text, _ in items) > left:
+        items.pop()  # the last are lines, which have their names beside them
+    whole = 0.3 + room + 1.3 + sum(0.4 + measure_text(text, SMALL) for _, text, _ in items)
     back = np.array([(x - 0.1, y - 0.1), (x + whole, y - 0.1), (x + whole, y + 0.22),
                      (x - 0.1, y + 0.22)])  # fmt: skip
     paper.fill([back], "#ffffffee", "none")
     paper.rule([np.array([(x, y + 0.06), (x, y), (x + room, y), (x + room, y + 0.06)])], INK, 0.8)
     told = f"{length:g} m, 1 : {scale:,.0f}"
     paper.write(x + room + 0.08, y, told, SMALL)
-    x += room + 0.25 + measure(told, SMALL)
+    x += room + 0.25 + measure_text(told, SMALL)
     for kind, text, color in items:
         if kind == "box":
             corner = np.array([(x, y), (x + 0.14, y), (x + 0.14, y + 0.1), (x, y + 0.1)])
@@ -187,7 +190,7 @@ def _draw_key(
         else:
             paper.rule([np.array([(x, y + 0.05), (x + 0.18, y + 0.05)])], color, 1.0)
         paper.write(x + 0.22, y, text, SMALL)
-        x += 0.4 + measure(text, SMALL)
+        x += 0.4 + measure_text(text, SMALL)
 
 
 def _draw_north(paper: Paper, x: float, y: float, true_north: float) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from umbra.rules.words import STANDINGS, tell_amount
+from umbra.rules.words import MEASURES, STANDINGS, tell_amount
 from umbra.study.rules.measure import read_clock
 from umbra.verdicts.judge import Finding, RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
@@ -19,7 +19,7 @@ COLUMNS = (
     "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
     "close", "wanted", "because", "first_sun", "last_sun", "needs",
 )  # fmt: skip
-_NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "flat"}
+_NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "check"}
 
 
 def list_rows(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple[object, ...]]:
@@ -88,9 +88,9 @@ def tell_rule(verdict: RuleVerdict) -> str:
         return f"{head} {_tell_one(one)}"
     nouns = {_NOUNS.get(one.kind, one.kind) for one in findings}
     noun = nouns.pop() if len(nouns) == 1 else "receiver"
-    dates = len({one.outcome.date for one in findings if one.outcome.date})
     whole = len(findings)
-    each = " and dates" if dates > 1 and noun != "receiver" else ""
+    again = len({(one.check, one.where) for one in findings}) < whole
+    each = " and dates" if again and noun != "receiver" else ""
     plural = f"{noun}{'s' if whole != 1 else ''}{each}"
     if whole == 1:
         return f"{head} {_tell_one(findings[0])}"
@@ -116,8 +116,9 @@ def _tell_one(finding: Finding) -> str:
     )
     date = f" on {outcome.date}" if outcome.date else ""
     before = ""
-    if outcome.before is not None and outcome.unit != "1":
-        before = f" ({tell_amount(outcome.before, outcome.unit)} before)"
+    if outcome.before is not None:
+        told = _tell_before(outcome)
+        before = f" of the former {told}" if _is_ratio(outcome) else f" ({told} before)"
     who = f"'{finding.where}'" + (f" ({finding.because})" if finding.because else "")
     needs = f"; {outcome.needs}" if outcome.needs else ""
     return f"{who} with {tell_value(outcome)}{date}{before}{limit}{needs}."
@@ -135,10 +136,9 @@ def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
             "close to the limit" if outcome.is_close else "",
             outcome.needs,
         ]
-        before = None if outcome.unit == "1" else outcome.before
         rows.append((
             one.where, str(outcome.date or ""),
-            "" if before is None else tell_amount(before, outcome.unit), tell_value(outcome),
+            "" if outcome.before is None else _tell_before(outcome), tell_value(outcome),
             "" if outcome.limit is None else tell_amount(outcome.limit, outcome.unit),
             "" if outcome.margin is None else _sign(outcome.margin, outcome.unit),
             f"{first} to {last}" if first and outcome.unit == "h" else "", outcome.verdict,
@@ -151,6 +151,18 @@ SHOWN = (
     "name", "date", "before", "value", "limit", "margin", "from, to", "verdict", "remark",
 )  # fmt: skip
 _ORDER = {FAIL: 0, UNKNOWN: 1, PASS: 2}
+
+
+def _is_ratio(outcome: Outcome) -> bool:
+    return outcome.unit == "1" and outcome.measure != "sky_view_factor"
+
+
+def _tell_before(outcome: Outcome) -> str:
+    """Describe the value before in the unit of its measure, also beside a ratio."""
+    assert outcome.before is not None
+    share = outcome.measure.startswith("share_with_")
+    unit = "%" if share else MEASURES[outcome.measure].unit
+    return tell_amount(outcome.before, unit)
 
 
 def _sign(value: float, unit: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.version import __version__
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure, wrap
+from umbra.writers.paper import INK, QUIET, RULE, SMALL, Leaf, Paper, measure_text, wrap
 from umbra.writers.plan import DOTS_PER_INCH
 from umbra.writers.proof.drawing import COLORS, Drawing
 from umbra.writers.proof.pen import draw_plan, fit
@@ -19,6 +19,8 @@ SIZES = {"a3": (16.54, 11.69), "a4": (11.69, 8.27)}
 """Landscape [inch]."""
 _MARGIN, _BLOCK = 0.45, 0.95  # of the page; height of the title block [inch]
 _LINE = 0.155  # between lines of small type [inch]
+_GAP = 0.35  # between tables side by side [inch]
+_FEW_ROWS = 12  # that stand in one column
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,6 +83,8 @@ def draw_sheets(
     column = min(4.6, 0.34 * width)
     y = height - _MARGIN - 0.1
     for verdict, sentence in sentences:
+        if y < _MARGIN + _BLOCK + 0.7:
+            break  # the tables say the rest
         y = _write_sentence(first, _MARGIN, y, column - 0.15, verdict, sentence)
     box = (
         _MARGIN + column, _MARGIN + _BLOCK + 0.15, width - 2 * _MARGIN - column,
@@ -204,30 +208,58 @@ class _Flow:
         return self.paper
 
     def add_table(self, table: TableOf) -> None:
-        """Set a table; its head stands again on each page."""
+        """Set a table, side by side where it is narrow; its head stands again on each page."""
         left, room = _MARGIN + 0.2, self.book.width - 2 * _MARGIN - 0.4
         widths = _find_widths(table, room)
-        self._head(table, left, room, first=True)
-        self._columns(table, left, widths)
-        for row in table.rows:
-            cells = [
-                wrap(text, SMALL, w - 0.1) or [""] for text, w in zip(row, widths, strict=True)
-            ]
-            high = _LINE * max(map(len, cells)) + 0.03
-            if self.y - high < self.book.foot:
+        across = max(int((room + _GAP) / (sum(widths) + _GAP)), 1)
+        across = min(across, max(-(-len(table.rows) // _FEW_ROWS), 1))
+        rows = list(table.rows)
+        first = True
+        while rows or first:
+            self._head(table, left, room, first=first)
+            first = False
+            rows = self._fill_page(table, rows, left, widths, across)
+            if rows:
                 self._turn()
-                self._head(table, left, room, first=False)
-                self._columns(table, left, widths)
-            paper = self._need(high)
-            x = left
-            for lines, width, name in zip(cells, widths, table.columns, strict=True):
-                for k, line in enumerate(lines):
-                    color = COLORS.get(line, INK) if name == "verdict" else INK
-                    weight = "bold" if name == "verdict" else "normal"
-                    paper.write(x, self.y - _LINE * k, line, SMALL, color=color, weight=weight)
-                x += width
-            self.y -= high
         self.y -= 0.25
+
+    def _fill_page(
+        self, table: TableOf, rows: list[Sequence[str]], left: float, widths: Sequence[float],
+        across: int,
+    ) -> list[Sequence[str]]:  # fmt: skip
+        """Set as many rows as a page holds, in columns of about equal length; return the others."""
+        paper = self._need(0.5)
+        top, lowest = self.y, self.y
+        share = -(-len(rows) // across)
+        for column in range(across):
+            self.y = top
+            x = left + column * (sum(widths) + _GAP)
+            if not rows:
+                break
+            self._columns(paper, table, x, widths)
+            for _ in range(min(share, len(rows))):
+                cells = [wrap(text, SMALL, w - 0.1) or [""]
+                         for text, w in zip(rows[0], widths, strict=True)]  # fmt: skip
+                high = _LINE * max(map(len, cells)) + 0.03
+                if self.y - high < self.book.foot:
+                    break
+                self._set_row(paper, table, cells, x, widths)
+                self.y -= high
+                rows = rows[1:]
+            lowest = min(lowest, self.y)
+        self.y = lowest
+        return rows
+
+    def _set_row(
+        self, paper: Paper, table: TableOf, cells: Sequence[list[str]], x: float,
+        widths: Sequence[float],
+    ) -> None:  # fmt: skip
+        for lines, width, name in zip(cells, widths, table.columns, strict=True):
+            for k, line in enumerate(lines):
+                color = COLORS.get(line, INK) if name == "verdict" else INK
+                weight = "bold" if name == "verdict" else "normal"
+                paper.write(x, self.y - _LINE * k, line, SMALL, color=color, weight=weight)
+            x += width
 
     def _head(self, table: TableOf, left: float, room: float, *, first: bool) -> None:
         remark = wrap(table.remark, SMALL, room) if first and table.remark else []
@@ -240,8 +272,8 @@ class _Flow:
             self.y -= _LINE
         self.y -= 0.06
 
-    def _columns(self, table: TableOf, left: float, widths: Sequence[float]) -> None:
-        paper, x = self._need(0.3), left
+    def _columns(self, paper: Paper, table: TableOf, left: float, widths: Sequence[float]) -> None:
+        x = left
         for name, width in zip(table.columns, widths, strict=True):
             paper.write(x, self.y, name, SMALL, color=QUIET)
             x += width
@@ -268,15 +300,14 @@ class _Flow:
 
 
 def _find_widths(table: TableOf, room: float) -> list[float]:
-    """Share the room among columns by what they hold; the last takes what is left."""
+    """Give each column the room of what it holds; the last at most what is left."""
     wanted = []
     for k, name in enumerate(table.columns):
         texts = [name, *(row[k] for row in table.rows)]
-        longest = max(texts, key=len)
         weight = "bold" if name == "verdict" else "normal"
-        wanted.append(min(measure(longest, SMALL, weight), 2.4) + 0.15)
-    spare = room - sum(wanted[:-1])
-    return [*wanted[:-1], max(spare, 1.2)]
+        wanted.append(max(measure_text(text, SMALL, weight) for text in {*texts}) + 0.15)
+    wanted = [min(one, 2.5) for one in wanted[:-1]] + [wanted[-1]]
+    return [*wanted[:-1], min(wanted[-1], max(room - sum(wanted[:-1]), 1.2))]
 
 
 def today() -> str:

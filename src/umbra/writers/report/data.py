@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.study import Study
 from umbra.study.timeline import LONGEST_VIEW, Instants, Timeline
-from umbra.writers.edges import find_appearance
+from umbra.writers.edges import find_grid_appearance
 from umbra.writers.packing import pack, pack_differences, pack_grids, pack_hours
 from umbra.writers.pixels import write_png
 from umbra.writers.plan import Appearance, Plan, shade_roofs
@@ -41,7 +41,7 @@ def make_plan_data(
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
-    appearance = find_appearance(study, _find_size(timeline), finer=_FINER)
+    appearance = find_grid_appearance(study, _find_size(timeline), finer=_FINER)
     is_view = appearance is not None and not study.is_plan
     drawn = _draw_view(appearance) if appearance and is_view else _draw_roofs(roofs, timeline)
     dx, dy = roofs.cell

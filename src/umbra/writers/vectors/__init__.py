@@ -24,12 +24,12 @@ __all__ = [
     "HourLine",
     "Layer",
     "find_hour_lines",
-    "find_seen",
     "join_polygons",
     "make_line_layer",
     "make_outline_layer",
     "make_point_layer",
     "make_seen_layer",
+    "trace_seen",
 ]
 
 
@@ -84,7 +84,7 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
             yield HourLine(*(told[::-1] if show == "sun" else told), lines, tell_dates(study))
 
 
-def find_seen(study: Study) -> list[NDArray[np.float64]]:
+def trace_seen(study: Study) -> list[NDArray[np.float64]]:
     """Trace the border of the model in a view, half a cell exact: closed lines [m]."""
     import contourpy  # noqa: PLC0415
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "find_crs",
     "make_to_wgs84",
-    "name_crs",
+    "name_gis_crs",
     "write_geojson",
     "write_geopackage",
     "write_geotiff",
@@ -43,7 +43,7 @@ def find_crs(crs: object) -> "CRS | None":
         return None
 
 
-def name_crs(crs: "CRS | None") -> str:
+def name_gis_crs(crs: "CRS | None") -> str:
     """Name a coordinate reference system: ``EPSG:31256 (MGI / Austria GK East)``."""
     if crs is None:
         return "the model's own coordinates in metres; no CRS is known"
@@ -88,9 +88,9 @@ def write_geojson(
 
     collection: dict[str, Any] = {"type": "FeatureCollection", "name": layer.name}
     collection["coordinates_note"] = (
-        f"longitude, latitude on WGS 84, reprojected from {name_crs(system)}"
+        f"longitude, latitude on WGS 84, reprojected from {name_gis_crs(system)}"
         if system is not None
-        else f"{note or name_crs(system)}: not longitude and latitude"
+        else f"{note or name_gis_crs(system)}: not longitude and latitude"
     )
     collection["features"] = [
         {
