@@ -21,7 +21,7 @@ from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.exact import ExactIntervals, follow_sun
 from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
-from umbra.study.loop import look, pass_lights
+from umbra.study.loop import make_tile_run, pass_lights
 
 __all__ = ["Ask", "measure_pieces"]
 
@@ -87,12 +87,12 @@ class Ask:
         tile = PointTile(casting, self.places, np.full(len(self.places), -1))
         if not self.is_continuous:
             count = IntervalCount(round(self.least * _HOUR))
-            pass_lights(look(tile, None), self.lights, [count])
+            pass_lights(make_tile_run(tile, None), self.lights, [count])
             return self._pick(count.finish())
         kept = ResultOptions(tolerance=_EXACT, min_spell=round(self.least * _HOUR), spells=True)
         arrays = ResultArrays(self.period, tile.shape, kept, None, reads_days=True)
         exact = _ExactTable(arrays)
-        pass_lights(look(tile, None), self.lights, [exact])
+        pass_lights(make_tile_run(tile, None), self.lights, [exact])
         return self._pick(exact.table)
 
     def _pick(self, table: SunIntervalTable) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ import orjson
 from umbra.massing.result import HeightEnvelope
 from umbra.scene import Mesh
 from umbra.version import __version__
-from umbra.writers.glb import Glb, turn_up
+from umbra.writers.glb import Glb, turn_y_up
 from umbra.writers.vectors.gis_files import write_geotiff
 
 __all__ = ["write_height_cityjson", "write_height_glb", "write_height_obj", "write_height_raster"]
@@ -62,7 +62,7 @@ def write_height_glb(path: Path, envelope: HeightEnvelope) -> None:
     glb = Glb(f"umbra {__version__}", extras)
     if len(mesh.faces):
         material = glb.add_material(baseColorFactor=_COLOR)
-        points = turn_up(mesh.vertices - origin)
+        points = turn_y_up(mesh.vertices - origin)
         glb.add_mesh("envelope", mesh.faces.astype(np.uint32), material, POSITION=points)
     glb.write(path)
 

@@ -17,8 +17,19 @@ from umbra.scene.mesh import ADDED_GROUND
 from umbra.writers.contours import draw_contours, trace
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_round, find_ticks
 from umbra.writers.massing.axonometry import look_at
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Panel, Paper, wrap
-from umbra.writers.paper import measure as measure_text
+from umbra.writers.paper import (
+    INK,
+    QUIET,
+    RULE,
+    SMALL,
+    SUBTITLE,
+    TITLE,
+    Leaf,
+    Panel,
+    Paper,
+    measure_text,
+    wrap,
+)
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DOTS_PER_INCH, Plan, cover_with_roofs
 
