@@ -40,7 +40,7 @@ from umbra.writers.folder.captions import (
     find_maps,
     find_together,
     list_few,
-    name_files,
+    name_model,
     name_shown,
     tell_daylight,
     tell_place,
@@ -381,7 +381,7 @@ def describe_points(job: FolderJob) -> Plan:
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_files(job.scene)}, {what}",
+        title=outputs.title or f"{name_model(job.scene)}, {what}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=tell_times(study, options, range(len(study.period.days))),
