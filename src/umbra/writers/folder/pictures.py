@@ -46,6 +46,7 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.who import draw_who
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
 
@@ -183,6 +184,7 @@ def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
     names = ["hours.png", "profile.png"]
     if "hours_lost" in job.study.more:
         names += draw_lost(job, sheets.plan, sheets.preview)
+    names += draw_who(job, sheets.plan, sheets.preview)
     return names + _draw_each_date(job, sheets)
 
 
