@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
+    from umbra.calls.place import place
     from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
@@ -79,6 +80,7 @@ _HOMES = {
     "make_camera": "umbra.calls.arguments",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
+    "place": "umbra.calls.place",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "prove": "umbra.calls.prove",
@@ -123,6 +125,7 @@ __all__ = [
     "make_camera",
     "make_image",
     "make_scene",
+    "place",
     "point_light",
     "pose",
     "prove",
