@@ -204,7 +204,7 @@ def place_parts(
         turn = math.radians(placing.azimuth)
         cos, sin = round(math.cos(turn), 15), round(math.sin(turn), 15)
         matrix[:2, :2] = [[cos, sin], [-sin, cos]]
-        matrix[:2, 3] = x, y
+        matrix[:3, 3] = x, y, (*placing.at, 0.0)[2]
         if frame is not None:
             matrix = matrix @ np.linalg.inv(frame)
         azimuth = placing.azimuth % 360
@@ -248,8 +248,7 @@ def _find_height(
 ) -> tuple[float, str]:  # fmt: skip
     """Return by how much the parts rise [m], and what they stand on then."""
     if placing.at is not None and len(placing.at) > 2 and placing.lift != _GROUND:
-        z = placing.at[2] - matrix[2, 3]
-        return z, f"its origin at z {placing.at[2]:.2f} m"
+        return 0.0, f"its origin at z {placing.at[2]:.2f} m"
     if is_afloat or (placing.at is None and placing.lift != _GROUND):
         return 0.0, ""
     corners = transform_points(matrix, Scene(tuple(parts), np.zeros(3)).triangles().find_corners())
