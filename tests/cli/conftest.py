@@ -14,7 +14,9 @@ from support.shapes import box
 from umbra.cli import main
 from umbra.writers import painter
 
-ANSWERS = re.compile(r"^.*(?: in the sun on average; .*|: the proposal takes .*)\n", re.MULTILINE)
+ANSWERS = re.compile(
+    r"^.*(?: in the sun on average; .*| takes? (?:no )?sun from .*)\n", re.MULTILINE
+)
 PICTURE = b"\x89PNG, a stand-in"
 
 

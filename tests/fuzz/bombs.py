@@ -330,6 +330,23 @@ def make_records(folder: Path) -> Path:
     return path
 
 
+def _save_faces(path: Path, counts: range) -> Path:
+    """Save an OBJ file of faces that go around one square, of so many corners each."""
+    faces = "".join(f"f {'1 2 3 4 ' * (n // 4)}\n" for n in counts)
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n" + faces)
+    return path
+
+
+def make_corners(folder: Path) -> Path:
+    """Make an OBJ file of 9 MB: faces of up to 3,000 corners."""
+    return _save_faces(folder / "corners.obj", range(8, 3000))
+
+
+def make_face(folder: Path) -> Path:
+    """Make an OBJ file of 2 MB: a face of a million corners."""
+    return _save_faces(folder / "face.obj", range(1_000_000, 1_000_001))
+
+
 MOST_SECONDS, MOST_MEMORY = 10.0, 1e9
 """Processor time [s] and memory [byte] that reading any of these files may take."""
 
@@ -352,6 +369,8 @@ BOMBS: dict[str, tuple[Callable[[Path], Path], tuple[str, ...], str]] = {
     "an archive of one large member": (make_large_member, ("lxml",), "max-memory"),
     "surface types of a template": (make_kinds, (), "max-memory"),
     "a building of twelve million elements": (make_elements, ("lxml",), "max-memory"),
+    "faces of many corners over four points": (make_corners, (), "max-memory"),
+    "a face of a million corners": (make_face, (), "max-memory"),
     "bodies that reach to infinity": (make_endless, ("ifcopenshell",), "took too long"),
 }
 """What makes each file, the packages that it needs, and a word of its error; none if it is read."""

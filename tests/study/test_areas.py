@@ -64,6 +64,15 @@ def test_lines_along_the_sides_pass_between_the_squares():
     assert np.abs(found - lines / 10).max() < 1e-3
 
 
+def test_the_last_sun_is_that_of_the_sample_that_keeps_it_longest():
+    """East of a wall along y the sun leaves first beside the wall, and last far from it."""
+    wall = parts(wall=box((-1, -300, 0), (0, 300, 10)))
+    areas = {"near": shapely.box(0.1, 0, 1, 5), "both": shapely.box(0.1, 0, 20, 5)}
+    asked = {**DAY, "every": "15min", "receivers": "areas", "ground": 0.0}
+    near, both = umbra.shadow_study(wall, SITE, **asked, areas=areas).areas["last_sun"]
+    assert both - near > np.timedelta64(2, "h")
+
+
 def test_a_garden_smaller_than_a_cell_is_sampled(scene):
     areas = {"park": shapely.box(-20, 1, 20, 41), "yard": shapely.box(0, 5, 0.5, 5.5)}
     study = umbra.shadow_study(scene, SITE, **DAY, areas=areas, cell=2.0)
@@ -152,10 +161,10 @@ def test_exact_hours_are_near_those_of_steps(scene):
 def test_what_areas_are_judged_on(on, heights):
     """Land that rises from 0 at x = 0 to 4 at x = 10, and a roof at 5 m over all of it."""
     land, faces = sheet([(0, 0, 0), (10, 0, 4), (10, 10, 4), (0, 10, 0)])
-    roof = sheet([(-1, -1, 5), (11, -1, 5), (11, 11, 5), (-1, 11, 5)])
+    floors = [sheet([(-1, -1, z), (11, -1, z), (11, 11, z), (-1, 11, z)]) for z in (4.5, 5)]
     scene = umbra.make_scene([
         umbra.Part("land", "TINRelief", umbra.Mesh(land, faces)),
-        umbra.Part("roof", "Building", umbra.Mesh(*roof)),
+        *(umbra.Part("roof", "Building", umbra.Mesh(*floor)) for floor in floors),
     ])  # fmt: skip
     study = umbra.shadow_study(
         scene, SITE, **DAY, areas={"plot": shapely.box(0, 0, 10, 10)}, areas_on=on,

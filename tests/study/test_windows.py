@@ -59,6 +59,12 @@ def test_a_reveal_hides_the_upper_part_of_the_pane(house, at_45, noon, tmp_path,
     assert flat["sun_hours"][0] * 1800 == pytest.approx(1.0)
 
 
+def test_the_sill_behind_a_reveal_sees_under_the_lintel(house, at_45, noon, tmp_path):
+    path = write(tmp_path, "w,0,0,5,180,2,2,0.5", head=f"{HEAD},reveal")
+    found = study(house, path, at_45, judge="sill", **at_noon(noon))
+    assert found["sun_hours"][0] * 1800 == pytest.approx(1.0)
+
+
 def test_a_pane_within_the_wall_by_its_reveal_is_judged_there(house, at_45, noon, tmp_path):
     deep = write(tmp_path, "w,0,0.5,5,180,2,2,0.5", head=f"{HEAD},reveal")
     found = study(house, deep, at_45, judge="pane", **at_noon(noon))

@@ -152,6 +152,27 @@ class Edits:
         parts[number] = replace(parts[number], transform=place)
         self.scene = replace(self.scene, parts=tuple(parts))
 
+    def edit_bend(self):
+        """Bend the knot, all balls, which share a mesh, or a crate: other vertices and normals."""
+        names = BENDS[self.random.integers(len(BENDS))]
+        parts = list(self.scene.parts)
+        chosen = [k for k, part in enumerate(parts) if part.name.startswith(names)]
+        wave, phase = self.random.normal(size=(3, 3)), self.random.uniform(0, 6, 3)
+        mesh = self.parts[chosen[0]].mesh
+        origin = self.scene.origin if parts[chosen[0]].transform is None else 0.0
+        vertices = mesh.vertices - origin
+        size = 0.25 * np.ptp(vertices, axis=0).max()
+        middle = vertices.mean(0)
+        bent = vertices + size * self.random.random() * np.sin((vertices - middle) @ wave + phase)
+        normals = mesh.normals
+        if normals is not None and self.random.random() < 0.7:
+            slope = np.linalg.norm(bent - middle, axis=1)[:, None]
+            normals = ((bent - middle) / slope).astype(np.float32)
+        mesh = parts[chosen[0]].mesh.moved(bent, normals)
+        for k in chosen:
+            parts[k] = replace(parts[k], mesh=mesh)
+        self.scene = replace(self.scene, parts=tuple(parts))
+
     def edit_scale(self):
         """Count masks of another resolution."""
         if "mask_scale" in self.options:
@@ -184,8 +205,12 @@ class Edits:
         return renderer.read()
 
 
+BENDS = "knot", "ball", "crate 0", "crate 2"
 FILTERS = "joint", "bilinear", "nearest"
-OFTEN = "size", "size", "near", "scale", "rim", "detail", "sun", "sun", "dark", "shadows", "sky"
+OFTEN = (
+    "size", "size", "near", "scale", "rim", "detail", "sun", "sun", "dark", "shadows", "sky",
+    "bend", "bend",
+)  # fmt: skip
 EDITS = tuple(name[5:] for name in vars(Edits) if name.startswith("edit_"))
 
 

@@ -12,6 +12,7 @@ from umbra.writers.folder.summary import tell_answers
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 DATES = ["2026-03-21", "2026-12-21"]
+WORDS = ["21 March 2026", "21 December 2026"]
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def study(scene, **more):
 def test_the_hours_of_each_date_are_of_the_ground_near_buildings(scene):
     found = study(scene, date=DATES, extent=(-60, -60, 60, 60))
     lines = tell_answers(found.result)
-    assert [line.split(":")[0] for line in lines] == DATES
+    assert [line.split(":")[0] for line in lines] == WORDS
     x, y = np.meshgrid(found.x, found.y)
     in_old = (x > 0) & (x < 10) & (y > 0) & (y < 10)
     in_new = (x > 0) & (x < 10) & (y > -30) & (y < -20)
@@ -50,11 +51,17 @@ def test_the_hours_of_each_date_are_of_the_ground_near_buildings(scene):
 
 def test_what_a_proposal_takes_is_told_with_its_area(scene):
     found = study(scene, date=DATES[0], proposed="new", extent=(-20, -40, 30, 30))
-    _, taken = tell_answers(found.result)
+    taken, left = tell_answers(found.result, ["new"])
     lost = found.hours_lost.values
     open_ground = found.result.kind.find_counted(found.result).which
-    assert f" {((lost > 1e-4) & open_ground).sum():,} m² " in taken
-    assert taken.endswith(say_hours(np.nanmax(np.where(open_ground, lost, 0))))
+    assert taken.startswith("new takes sun from ")
+    assert f" on {WORDS[0]}, at most " in taken
+    assert f" {((lost > 1e-4) & open_ground).sum():,} m² of " in taken
+    assert f" {say_hours(np.nanmax(np.where(open_ground, lost, 0)))};" in taken
+    newly = ((found.newly_under.values > 0) & open_ground).sum()
+    assert newly > 0
+    assert f" {newly:,} m² fall under 2 h" in taken
+    assert "on average" in left
 
 
 def test_a_night_has_no_hours_to_tell(scene):

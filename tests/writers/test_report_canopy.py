@@ -116,6 +116,7 @@ def test_the_picture_of_the_moment_and_the_legend_follow_the_date(page, tmp_path
     dates = ["2026-03-21", "2026-06-21"]
     study = make_study(date=dates, start="10:00", end="16:00", every="1h")
     page.open(save(tmp_path / "report.html", study)[0], READY)
+    page.ask("document.querySelector('input[value=shadow]').click()")
     tested = {"lit": 0, "dark": 0, "behind": 0}
     for k, share in enumerate(("50", "3")):
         page.ask(f"(s => {{ s.value = {k}; s.dispatchEvent(new Event('change')); }})(day)")

@@ -199,7 +199,7 @@ def test_on_paper_nothing_lies_over_anything(page, tmp_path, extent):
     assert (right - left) / (bottom - top) == pytest.approx(cols / rows, rel=0.02)
     assert bottom - top < 520  # with room for its words on the same page
     shown = "[...document.querySelectorAll('.modes span')].filter(s => s.offsetWidth)"
-    assert page.ask(f"{shown}.map(s => s.textContent)") == ["Shadow now"]
+    assert page.ask(f"{shown}.map(s => s.textContent)") == ["Hours in shadow, this date"]
     assert page.ask("document.getElementById('paper').naturalWidth") > 1.5 * (right - left)
 
 
@@ -279,6 +279,7 @@ def contrast(*colors):
 
 
 def test_the_pixels_of_an_enlarged_plan_are_those_of_its_cells(plan, study):
+    plan.ask("document.querySelector('input[value=shadow]').click()")
     for _ in range(5):
         plan.ask("document.querySelector('[data-zoom=\"+\"]').click()")
     tested = set()

@@ -123,7 +123,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     elif not quiet:
         for path in written:
             echo_path(path)
-        for line in tell_answers(study):
+        for line in tell_answers(study, options.proposed):
             say(line)
     raise_failures(failures, say)
 

@@ -1,6 +1,6 @@
 """Batches of faces by material, with closed components apart for back-face culling."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,7 +14,7 @@ from umbra.scene import Material, Part, Scene
 from umbra.scene.material import MORE_IMAGES
 from umbra.scene.mesh import transform_points
 
-__all__ = ["IMAGES", "Batch", "find_solid_faces", "make_batches"]
+__all__ = ["IMAGES", "Batch", "FaceBatches", "find_solid_faces"]
 
 _OPEN, _SOLID, _SOUND = range(3)
 IMAGES = dict(zip(MORE_IMAGES, ("GLOSS", "BUMPS", "GLOW", "OPENINGS"), strict=True))
@@ -50,41 +50,77 @@ class Batch:
     is_sound: bool
 
 
-def make_batches(
-    scene: Scene, is_solid: NDArray[np.bool_] | None = None, bent: Container[int] = ()
-) -> tuple[NDArray[np.intp], list[Batch]]:
+class FaceBatches:
     """
-    Group faces by material.
+    Faces grouped by material, and in each group by what is known of their sides.
 
-    Returns the order of the faces (n_faces,), batch after batch and as in ``find_draw_order``, as
-    indices into ``scene.triangles()``, and the batches. ``is_solid`` is from
-    ``find_solid_faces``; no normals of ``bent`` parts are taken to be sound.
+    Parameters
+    ----------
+    scene : Scene
+    is_solid : (n_faces,) bool, optional
+        From ``find_solid_faces``; no face is solid by default.
     """
-    numbers: dict[tuple, int] = {}
-    kinds: list[tuple[Material, tuple[str, ...], bool]] = []
-    batch_of_part = []
-    for part in scene.parts:
-        material, has = part.material, _list_carried(part)
-        key = (_describe(material), has)
-        batch_of_part.append(numbers.setdefault(key, len(numbers)))
-        if len(kinds) < len(numbers):
-            kinds.append((material, has, part.is_transparent))
-    soup = scene.triangles()
-    bodies = (
-        np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid, bent)
-    )
-    batch = 3 * np.array(batch_of_part)[soup.part] + bodies
-    drawn = find_draw_order(scene)
-    order = drawn[np.argsort(batch[drawn], kind="stable")]
-    starts = np.searchsorted(batch[order], np.arange(3 * len(kinds) + 1)).tolist()
-    batches = []
-    for number, (first, end) in enumerate(pairwise(starts)):
-        if first == end:
-            continue
-        body = number % 3
-        solid, sound = body != _OPEN, body == _SOUND
-        batches.append(Batch(first, end - first, *kinds[number // 3], solid, sound))
-    return order, batches
+
+    def __init__(self, scene: Scene, is_solid: NDArray[np.bool_] | None = None) -> None:
+        self._kinds: list[tuple[Material, tuple[str, ...], bool]] = []
+        numbers: dict[tuple, int] = {}
+        batch_of_part = []
+        for part in scene.parts:
+            material, has = part.material, _list_carried(part)
+            key = (_describe(material), has)
+            batch_of_part.append(numbers.setdefault(key, len(numbers)))
+            if len(self._kinds) < len(numbers):
+                self._kinds.append((material, has, part.is_transparent))
+        counts = np.array([part.triangles for part in scene.parts], np.intp)
+        self._starts = np.append(0, np.cumsum(counts))
+        self._group = np.repeat(3 * np.array(batch_of_part, np.int32), counts)
+        self._drawn = find_draw_order(scene)
+        self._bodies = np.full(self._starts[-1], _OPEN, np.int8)
+        if is_solid is not None:
+            self.classify(scene, is_solid)
+
+    def classify(
+        self, scene: Scene, is_solid: NDArray[np.bool_], bent: Iterable[int] | None = None
+    ) -> bool:
+        """
+        Classify faces as open, solid, or solid with sound normals; return whether any changed.
+
+        ``bent`` are the parts that may have changed; all by default.
+        """
+        known: dict[tuple, NDArray[np.bool_]] = {}
+        has_changed = False
+        for index in range(len(scene.parts)) if bent is None else bent:
+            part = scene.parts[index]
+            rows = slice(self._starts[index], self._starts[index + 1])
+            found = np.where(is_solid[rows], _SOLID, _OPEN).astype(np.int8)
+            if part.mesh.normals is not None and not is_mirrored(part.transform) and found.any():
+                turn = b"" if part.transform is None else part.transform[:3, :3].tobytes()
+                key = (id(part.mesh), turn)
+                if key not in known:
+                    known[key] = _find_sound(part)
+                found[is_solid[rows] & known[key]] = _SOUND
+            has_changed = has_changed or not np.array_equal(self._bodies[rows], found)
+            self._bodies[rows] = found
+        return has_changed
+
+    def sort(self) -> tuple[NDArray[np.intp], list[Batch]]:
+        """
+        Sort the faces.
+
+        Returns their order (n_faces,), batch after batch and as in ``find_draw_order``, as indices
+        into ``scene.triangles()``, and the batches.
+        """
+        batch = self._group + self._bodies
+        order = self._drawn[np.argsort(batch[self._drawn], kind="stable")]
+        starts = np.searchsorted(batch[order], np.arange(3 * len(self._kinds) + 1)).tolist()
+        batches = []
+        for number, (first, end) in enumerate(pairwise(starts)):
+            if first == end:
+                continue
+            body = number % 3
+            solid, sound = body != _OPEN, body == _SOUND
+            batches.append(Batch(first, end - first, *self._kinds[number // 3], solid, sound))
+        return order, batches
 
 
 def _list_carried(part: Part) -> tuple[str, ...]:
@@ -112,31 +148,6 @@ def _list_carried(part: Part) -> tuple[str, ...]:
         if image is not None and (has_bumps or field != "normal_image"):
             carried[f"HAS_{name}"] = True
     return tuple(name for name, is_carried in carried.items() if is_carried)
-
-
-def _sort_solid(
-    scene: Scene, is_solid: NDArray[np.bool_], bent: Container[int]
-) -> NDArray[np.intp]:
-    """Classify faces as open, solid, or solid with sound normals."""
-    bodies = np.where(is_solid, _SOLID, _OPEN)
-    known: dict[tuple, NDArray[np.bool_]] = {}
-    first = 0
-    for index, part in enumerate(scene.parts):
-        rows = slice(first, first + part.triangles)
-        first += part.triangles
-        if (
-            index in bent
-            or part.mesh.normals is None
-            or is_mirrored(part.transform)
-            or not is_solid[rows].any()
-        ):
-            continue
-        turn = b"" if part.transform is None else part.transform[:3, :3].tobytes()
-        key = (id(part.mesh), turn)
-        if key not in known:
-            known[key] = _find_sound(part)
-        bodies[rows][is_solid[rows] & known[key]] = _SOUND
-    return bodies
 
 
 def _find_sound(part: Part) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.convexity import Balls, find_balls
@@ -187,10 +188,10 @@ class Body:
     def radii(self) -> NDArray[np.float64]:
         """How far each shell reaches from the middle of its box, (n_shells,) [m], in its frame."""
         if self._radii is None:
-            middles = np.repeat(self.bounds.mean(1), np.diff(self.face_starts), axis=0)
-            corners = self.caster.vertices[self.caster.faces[self.faces]]
-            squares = ((corners - middles[:, None]) ** 2).sum(2).max(1)
-            self._radii = np.sqrt(np.maximum.reduceat(squares, self.face_starts[:-1]))
+            self._radii = _find_radii(
+                self.caster.vertices, self.caster.faces, self.faces, self.face_starts,
+                self.bounds.mean(1),
+            )  # fmt: skip
         return self._radii
 
     def list_faces(self, shells: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -238,6 +239,21 @@ class Body:
         if self._world_bounds is None:
             self._world_bounds = move_boxes(self.transforms, self.bounds).reshape(-1, 2, 3)
         return self._world_bounds
+
+
+@njit(cache=True, nogil=True)
+def _find_radii(vertices, faces, order, starts, middles):
+    """Find how far the corners of each shell reach from a point, (n_shells,)."""
+    radii = np.zeros(len(middles))
+    for shell in range(len(middles)):
+        x, y, z = middles[shell]
+        most = 0.0
+        for i in range(starts[shell], starts[shell + 1]):
+            for corner in faces[order[i]]:
+                point = vertices[corner]
+                most = max(most, (point[0] - x) ** 2 + (point[1] - y) ** 2 + (point[2] - z) ** 2)
+        radii[shell] = np.sqrt(most)
+    return radii
 
 
 def make_bodies(

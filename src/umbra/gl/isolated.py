@@ -58,7 +58,7 @@ class IsolatedCasters:
             is_convex = (count == 1) & (dented == 0)
             convex.append(np.tile(is_convex, len(body.transforms)))
             reach.append(np.full(len(convex[-1]), np.inf))
-            if is_convex.any() and not body.poses:  # of what bends, boxes tell
+            if is_convex.any():
                 axes = body.transforms[:, :3, :3]
                 stretch = np.sqrt(np.abs(axes.transpose(0, 2, 1) @ axes).sum(2).max(1))  # or less
                 reach[-1] = np.outer(stretch, body.radii).ravel()

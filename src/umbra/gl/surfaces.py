@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.batches import IMAGES, Batch, make_batches
+from umbra.gl.batches import IMAGES, Batch, FaceBatches
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.ground import RINGS, draw_ground
@@ -42,6 +42,10 @@ class SurfaceRenderer:
 
     ``is_solid`` (n_faces,) marks the outward faces of closed components. Raises
     `InputError` if a texture cannot be decoded.
+
+    Attributes
+    ----------
+    batches : list of Batch
     """
 
     def __init__(
@@ -58,31 +62,31 @@ class SurfaceRenderer:
         for image in (image for part in scene.parts for image in part.material.images):
             if id(image) not in self._images:
                 self._images[id(image)] = Texture(device, image)
-        self._bent: set[int] = set()
         self._scene, self._solid = scene, is_solid
         self._indices = Indices(device, geometry.n_points)
-        self._batches = self._sort(scene)
+        self._faces = FaceBatches(scene, is_solid)
+        self._sort()
         self._tables = self._make_tables(scene)
 
     @property
     def has_transparent(self) -> bool:
         """Whether any surface is transparent."""
-        return any(batch.is_transparent for batch in self._batches)
+        return any(batch.is_transparent for batch in self.batches)
 
     @property
     def is_glossy(self) -> bool:
         """Whether any surface is glossy."""
-        return any("IS_GLOSSY" in batch.has for batch in self._batches)
+        return any("IS_GLOSSY" in batch.has for batch in self.batches)
 
     @property
     def is_plain(self) -> bool:
         """Whether all surfaces are matte and not emissive."""
-        return not any(_NOT_PLAIN & set(batch.has) for batch in self._batches)
+        return not any(_NOT_PLAIN & set(batch.has) for batch in self.batches)
 
     @property
     def has_normals(self) -> bool:
         """Whether any surface has smooth normals."""
-        return any("HAS_NORMALS" in batch.has for batch in self._batches)
+        return any("HAS_NORMALS" in batch.has for batch in self.batches)
 
     def draw(
         self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
@@ -126,19 +130,17 @@ class SurfaceRenderer:
         """
         Update to a pose of the same parts with other vertices and normals.
 
-        ``is_solid`` is given where it changed. Once a mesh has bent, each of its pixels checks
-        whether its normal points outward.
+        ``is_solid`` is given where it changed.
         """
-        bent = {
-            index
-            for index, (old, new) in enumerate(zip(self._scene.parts, scene.parts, strict=True))
-            if old.mesh is not new.mesh
-        }
+        pairs = zip(self._scene.parts, scene.parts, strict=True)
+        bent = [index for index, (old, new) in enumerate(pairs) if old.mesh is not new.mesh]
         self._scene = scene
-        self._solid = self._solid if is_solid is None else is_solid
-        if is_solid is not None or not bent <= self._bent:
-            self._bent |= bent
-            self._batches = self._sort(scene)
+        if is_solid is not None:
+            self._solid = is_solid
+        if self._solid is not None and self._faces.classify(
+            scene, self._solid, bent if is_solid is None else None
+        ):
+            self._sort()
         for index, first in self._geometry.places():
             normals = scene.parts[index].mesh.normals
             if index in bent and normals is not None:
@@ -146,11 +148,10 @@ class SurfaceRenderer:
                 rows[:, :3] = normals
                 self._tables[_NORMALS].write(rows, first)
 
-    def _sort(self, scene: Scene) -> list[Batch]:
+    def _sort(self) -> None:
         """Sort the faces into batches, and upload them in that order."""
-        order, batches = make_batches(scene, self._solid, self._bent)
+        order, self.batches = self._faces.sort()
         self._indices.write((self._geometry.faces[order] >> np.uint32(1)).ravel())
-        return batches
 
     def _draw(
         self,
@@ -164,7 +165,7 @@ class SurfaceRenderer:
         both = Pass(depth_test="less", depth_write=True, color_write=True)
         fronts = replace(both, cull="back")
         programs: dict[tuple[str, ...], Program] = {}
-        for batch in self._batches:
+        for batch in self.batches:
             if batch.is_transparent:
                 continue
             carried = (*batch.has, "IS_SOUND") if batch.is_sound and cull else batch.has
@@ -197,7 +198,7 @@ class SurfaceRenderer:
         """
         state.use(Pass(depth_test="greater", depth_write=True, color_write=True))
         behind.bind(_BEHIND, PLACE)
-        for batch in self._batches:
+        for batch in self.batches:
             if batch.is_transparent:
                 program = self._set_up(projection, (*batch.has, "IS_LAYER"))
                 height = np.inf if ground is None else float(ground - projection.eye[2])
@@ -247,7 +248,7 @@ class SurfaceRenderer:
         """Upload the normal, uv, tint and, if any has one, tangent and second uv of each point."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
-        has_tints = any("HAS_TINTS" in batch.has for batch in self._batches)
+        has_tints = any("HAS_TINTS" in batch.has for batch in self.batches)
         tints = np.ones((count if has_tints else 1, 4), np.float32)
         has_tangents = any(part.mesh.tangents is not None for part in scene.parts)
         tangents = np.zeros((count if has_tangents else 1, 4), np.float32)

@@ -1,10 +1,10 @@
 """What is nearest to points in many directions: weights of directions, summed by who takes them."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot
+from umbra.kernels import borrowing, dot, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -45,13 +45,17 @@ def add_taken(
     threads : int
     """
     use_threads(threads)
-    _add(tree, owner, points, normals, facing, directions, weights, taken)
+    given = tree, owner, points, normals, facing, directions, weights, taken
+    run_shared(-(-len(points) // _BLOCK), _add, *given)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _add(tree, owner, points, normals, facing, directions, weights, taken):
+@njit(cache=True, nogil=True)
+def _add(tree, owner, points, normals, facing, directions, weights, taken, blocks):
     n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
+    while True:
+        block = take_next(blocks)
+        if block >= (n + _BLOCK - 1) // _BLOCK:
+            return
         stack = np.zeros(DEEPEST, np.int32)
         found = np.zeros(owner.size, np.int32)
         first, end = block * _BLOCK, min(n, (block + 1) * _BLOCK)

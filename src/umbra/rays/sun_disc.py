@@ -11,10 +11,10 @@ it is judged by many rays.
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, inlined
+from umbra.kernels import borrowing, dot, inlined, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
@@ -63,14 +63,18 @@ def find_free_disc(
     """
     shares = np.zeros((len(toward), len(points)))
     use_threads(threads)
-    _find(tree, points, normals, toward, math.tan(math.radians(radius)), shares)
+    given = tree, points, normals, toward, math.tan(math.radians(radius)), shares
+    run_shared(-(-len(points) // 16), _find, *given)
     return shares
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _find(tree, points, normals, toward, radius, shares):
+@njit(cache=True, nogil=True)
+def _find(tree, points, normals, toward, radius, shares, taken):
     n = points.shape[0]
-    for block in prange((n + 15) // 16):
+    while True:
+        block = take_next(taken)
+        if block >= (n + 15) // 16:
+            return
         stack = np.zeros(DEEPEST, np.int32)
         sides = np.zeros((_FACES, _CORNERS, 2))
         sizes = np.zeros(_FACES, np.int32)

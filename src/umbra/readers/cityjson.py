@@ -89,7 +89,7 @@ def make_parts(
     parts : tuple of Part
         In the file's own coordinates.
     """
-    surfaces = SurfaceList()
+    surfaces = SurfaceList(templates.budget)
     parts: list[Part] = []
     instances: list[Part] = []
     tags: dict[str, tuple[str, ...]] = {}
@@ -122,7 +122,7 @@ def make_parts(
         surfaces.close(vertices, where)
         if surfaces.corners > MOST_CORNERS:
             parts += _make_parts(surfaces, tags, counts)
-            surfaces = SurfaceList()
+            surfaces = SurfaceList(templates.budget)
     parts += _make_parts(surfaces, tags, counts)
     counts["objects with a repeated id, numbered"] = unique.numbered
     return (*parts, *instances)
@@ -174,9 +174,10 @@ def _first_bad_vertex(raw: Any) -> str:
 
 
 class SurfaceList:
-    """Surfaces by object and kind."""
+    """Surfaces by object and kind; a budget is charged for corners named again and again."""
 
-    def __init__(self) -> None:
+    def __init__(self, budget: Budget | None = None) -> None:
+        self._budget = budget
         self._parts: dict[tuple[str, str], int] = {}
         self._part: list[int] = []
         self._rings: list[int] = []
@@ -245,6 +246,7 @@ class SurfaceList:
             corners,
             np.array(self._ring_lengths, np.int64),
             np.array(self._rings, np.int64),
+            self._budget,
         )
         counts.update(result.losses)
         part = np.array(self._part, np.int64)[result.polygon]
@@ -309,7 +311,7 @@ class Templates:
     def _cut(self, index: int, counts: Counter[str]) -> dict[str, Mesh]:
         vertices = np.array(self._raw, np.float64).reshape(-1, 3)
         shape = self.shapes[index]
-        surfaces = SurfaceList()
+        surfaces = SurfaceList(self.budget)
         kinds = find_kinds(Choice(shape, shape), "", self._raw)
         surfaces.add(f"geometry template {index}", flatten(shape), kinds)
         surfaces.close(vertices)

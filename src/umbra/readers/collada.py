@@ -154,7 +154,7 @@ class _ColladaReader:
                     f"have, of {len(vertices)}; export it again"
                 )
                 raise InputError(msg, geometry=label)
-            cut = cut_faces(vertices, corners, lengths)
+            cut = cut_faces(vertices, corners, lengths, self._budget)
             self.counts.update(cut.losses)
             yield str(primitive.material or ""), Mesh(vertices, cut.faces)
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.readers.budget import Budget
 from umbra.readers.checks import Losses, list_counts
 from umbra.readers.cityjson import SurfaceList, find_material
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
@@ -34,7 +35,7 @@ def read_honeybee(model: dict[str, Any], choices: ReadChoices) -> FileModel:
     if unit not in UNITS:
         msg = f"has the unit {str(unit)[:40]!r}; convert it to one of {', '.join(UNITS)}"
         raise InputError(msg, unit=unit)
-    reader = _HoneybeeReader()
+    reader = _HoneybeeReader(choices.budget)
     for room in model.get("rooms") or ():
         reader.add_room(room)
     orphans = {"Face": "orphaned_faces", "Aperture": "orphaned_apertures",
@@ -54,9 +55,9 @@ def read_honeybee(model: dict[str, Any], choices: ReadChoices) -> FileModel:
 class _HoneybeeReader:
     """Collects the surfaces of a model."""
 
-    def __init__(self) -> None:
+    def __init__(self, budget: Budget) -> None:
         self.counts = Losses()
-        self._surfaces = SurfaceList()
+        self._surfaces = SurfaceList(budget)
         self._unique = UniqueNames()
         self._points: list[Any] = []
 

@@ -54,7 +54,7 @@ def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     statements = _sort_lines(lines, data)
     vertices = _parse_vertices(statements, data)
     corners, lengths = _parse_faces(statements, len(vertices), data)
-    cut = cut_faces(vertices, corners, lengths)
+    cut = cut_faces(vertices, corners, lengths, choices.budget)
 
     # Parts in the order in which the file first names them.
     starts = [start for start, _, _ in statements.states]

@@ -7,13 +7,20 @@ gives a closed solid of triangles. Corners are neither moved nor dropped.
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.readers.ear_clipping import clip_ears
 
+if TYPE_CHECKING:
+    from umbra.readers.budget import Budget
+
 __all__ = ["Triangulation", "cut_faces", "triangulate"]
+
+_REPEAT = 1000
+"""What a corner is charged that its polygon names again [byte]: two bytes of a file do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +46,7 @@ def triangulate(
     corners: NDArray[np.int64],
     lengths: NDArray[np.int64],
     rings: NDArray[np.int64] | None = None,
+    budget: "Budget | None" = None,
 ) -> Triangulation:
     """
     Cut polygons into triangles.
@@ -57,6 +65,8 @@ def triangulate(
         Corners of each ring.
     rings : (n_polygons,) int64, optional
         Rings of each polygon; one by default.
+    budget : Budget, optional
+        Charged for corners that a polygon cut singly names again and again.
 
     Returns
     -------
@@ -92,6 +102,12 @@ def triangulate(
         faces.append(cut[done].reshape(-1, 3))
         owners.append(np.repeat(group[done], n - 2))
 
+    if budget is not None and len(slow):
+        is_slow = np.repeat(np.isin(np.arange(len(rings)), slow), rings)
+        of_slow = np.repeat(is_slow, lengths)
+        owner = np.repeat(np.repeat(np.arange(len(rings)), rings), lengths)[of_slow]
+        named = len(np.unique(owner * len(vertices) + corners[of_slow]))
+        budget.spend(_REPEAT * (len(owner) - named), "corners that polygons name again")
     crossed = 0
     for index in np.sort(slow).tolist():
         rows = slice(first_ring[index], first_ring[index] + rings[index])
@@ -121,7 +137,10 @@ def triangulate(
 
 
 def cut_faces(
-    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
+    vertices: NDArray[np.float64],
+    corners: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    budget: "Budget | None" = None,
 ) -> Triangulation:
     """Cut faces of one ring; a triangle stays as the file has it, degenerate or not."""
     is_triangle = lengths == 3
@@ -129,7 +148,7 @@ def cut_faces(
     triangles = corners[of_triangle].reshape(-1, 3).astype(np.int32)
     if is_triangle.all():
         return Triangulation(triangles, np.arange(len(lengths)), 0, 0)
-    cut = triangulate(vertices, corners[~of_triangle], lengths[~is_triangle])
+    cut = triangulate(vertices, corners[~of_triangle], lengths[~is_triangle], budget=budget)
     source = np.concatenate(
         [np.flatnonzero(is_triangle), np.flatnonzero(~is_triangle)[cut.polygon]]
     )

@@ -16,7 +16,9 @@ import numpy as np
 
 from umbra.errors import InputError, show_value
 
-__all__ = ["find_instant", "has_offset", "parse_date", "parse_dates", "tell_skipped"]
+__all__ = [
+    "find_instant", "has_offset", "name_date", "parse_date", "parse_dates", "tell_skipped",
+]  # fmt: skip
 
 # The calendar is Gregorian since October 1582; pvlib's Delta T ends with the year 3000, which
 # the last evening of 2999 reaches in UTC.
@@ -201,6 +203,11 @@ Date = str | dt.date | np.datetime64
 _YEAR = re.compile(r"([0-9]{4})(?:-([0-9]{1,2}))?")
 _THIS_YEAR = re.compile(r"[0-9]{1,2}-[0-9]{1,2}")
 _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
+
+
+def name_date(day: dt.date) -> str:
+    """Write a date in words: 21 March 2026."""
+    return f"{day.day} {calendar.month_name[day.month]} {day.year}"
 
 
 def parse_dates(

@@ -147,6 +147,7 @@ class Painter:
     draw_points = partialmethod(_submit, "point_map.make_points_sheet")
     draw_measure = partialmethod(_submit, "measured.make_measure_sheet")
     draw_measured_points = partialmethod(_submit, "measured.make_measured_points_sheet")
+    draw_who = partialmethod(_submit, "caster_map.make_who_sheet")
     draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:

@@ -12,7 +12,7 @@ uniform samplerBuffer more_uvs;  // of images with a uv_set of 1
 invariant gl_Position;
 out vec3 at;      // relative to the eye
 #ifdef HAS_NORMALS
-out vec3 normal;
+centroid out vec3 normal;
 #endif
 #ifdef HAS_UV
 out vec2 uv;

@@ -28,7 +28,7 @@ uniform bool is_perspective;
 
 in vec3 at;
 #ifdef HAS_NORMALS
-in vec3 normal;
+centroid in vec3 normal;
 #endif
 #ifdef HAS_UV
 in vec2 uv;
@@ -110,9 +110,12 @@ void main() {
     reflectance *= tint.rgb;
 #endif
 
-    // The side that is seen counts, however the face is wound: x to the right and y upward turn
-    // about what points to the eye.
+    // The side that is seen counts, however the face is wound: its normal points to the eye. Where
+    // a face is seen nearly edge-on, a neighbouring pixel, or the middle of this one if only some
+    // of its samples are covered, may be beyond the vanishing line: there all turns over.
     vec3 flat_normal = cross(dFdx(at), dFdy(at));
+    vec3 ray = !is_perspective ? forward : dot(at, forward) < 0.0 ? -at : at;
+    flat_normal = faceforward(flat_normal, ray, flat_normal);
     vec3 seen_normal = flat_normal;
     float side = 1.0;  // -1: the back of what the normals describe is seen
 #ifdef IS_SOUND

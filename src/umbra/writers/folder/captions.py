@@ -4,6 +4,7 @@ Captions of a study's pictures: site, dates, method, accuracy, casters.
 A picture has one map for each date, or all dates together as a mean or a sum.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from umbra.receivers.view import Elevation
 from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import guard
-from umbra.sun import find_daylight
+from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import is_of_the_sun
 from umbra.writers.folder import FolderJob
 from umbra.writers.plan import Plan, Show, name_hours
@@ -36,6 +37,7 @@ __all__ = [
     "list_few",
     "name_dates",
     "name_files",
+    "name_model",
     "name_shown",
     "place_elevation",
     "tell_cut",
@@ -147,7 +149,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
-        title=outputs.title or name_files(job.scene) + view,
+        title=outputs.title or name_model(job.scene) + view + _name_sun(study, which),
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
@@ -160,7 +162,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         nothing=nothing if nothing.any() else None,
         nothing_name=_name_nothing(study, options),
         canopies=canopies if canopies is not None and canopies.any() else None,
-        canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
+        canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
     )
 
 
@@ -228,6 +230,30 @@ def name_files(scene: Scene) -> str:
     """Name the first three files of a scene."""
     named = [Path(source.name).name for source in scene.sources if not source.is_companion]
     return join_names(named)
+
+
+def name_model(scene: Scene) -> str:
+    """Name a model for a title by its files: ``city_block.city.json`` is City block."""
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    stems = [name.lstrip(".").partition(".")[0].replace("_", " ").strip() for name in named]
+    return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
+
+
+def _name_sun(study: Study, which: range) -> str:
+    """Name the dates of a picture's sun, for its title; nothing of measures without dates."""
+    days = study.period.days[which.start : which.stop]
+    if not days:
+        return ""
+    if len(days) > FEW:
+        return f" · sun on {len(days)} days"
+    *others, last = map(name_date, days)
+    listed = f"{', '.join(others)} and {last}" if others else last
+    return f" · sun on {listed}"
+
+
+def _space(duration: object) -> str:
+    """Write a duration with a space before its unit."""
+    return re.sub(r"(?<=[0-9.])(?=[a-z])", " ", str(duration))
 
 
 def join_names(names: Sequence[str]) -> str:
@@ -300,7 +326,7 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
     else:
         half = float(study.period.hours.max()) * 30
-        notes = [f"midpoints of {options.every} steps"]
+        notes = [f"sun every {_space(options.every)}, at the middle of each step"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
     if study.has_hours:

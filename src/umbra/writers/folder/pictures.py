@@ -40,12 +40,13 @@ from umbra.writers.folder.captions import (
     find_maps,
     find_together,
     list_few,
-    name_files,
+    name_model,
     name_shown,
     tell_daylight,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.who import draw_who
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
 
@@ -183,6 +184,7 @@ def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
     names = ["hours.png", "profile.png"]
     if "hours_lost" in job.study.more:
         names += draw_lost(job, sheets.plan, sheets.preview)
+    names += draw_who(job, sheets.plan, sheets.preview)
     return names + _draw_each_date(job, sheets)
 
 
@@ -379,7 +381,7 @@ def describe_points(job: FolderJob) -> Plan:
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_files(job.scene)}, {what}",
+        title=outputs.title or f"{name_model(job.scene)}, {what}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=tell_times(study, options, range(len(study.period.days))),

@@ -1,5 +1,6 @@
 """A study's summary in a few numbers, as JSON can hold them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.measures import Quantity
 from umbra.study.rules.measure import say_hours
-from umbra.sun import find_daylight
+from umbra.sun import find_daylight, name_date
 
 __all__ = ["sum_up", "tell_answers"]
 
@@ -17,6 +18,8 @@ _NEVER = 1e-4  # hours that are none [h]
 
 _MOST = 4
 """Casters that a line tells."""
+_MOST_NAMES = 2
+"""Most parts of a proposal that are named."""
 
 
 def sum_up(study: Study) -> dict[str, Any]:
@@ -56,16 +59,18 @@ def sum_up(study: Study) -> dict[str, Any]:
     }
 
 
-def tell_answers(study: Study) -> list[str]:
+def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
     """
     Tell what a study found: a line for the hours of each date, and one for each measure.
 
-    Each names the area that its figures are of.
+    Each names the area that its figures are of. ``proposed`` are the patterns of the proposal's
+    parts; what it takes is told before the hours that are left.
     """
+    taker = _name_proposal(study, proposed)
     counted, lines = study.kind.find_counted(study), []
     if study.has_hours and counted is not None:
         dates = split_dates(study)
-        lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one)]
+        lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one, taker)]
         if len(dates) > _MOST_DATES:
             lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
     for one in study.quantities:
@@ -85,26 +90,44 @@ def tell_answers(study: Study) -> list[str]:
     return lines
 
 
-def _tell_hours(study: Study) -> list[str]:
-    """Tell the sun of one date, or of sums, and what a proposal takes of it."""
+def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
+    """Name the parts of the proposal, if they are few, with the verb that follows."""
+    scene = study.model.scene
+    labels = scene.labels() if proposed else []
+    names = list(dict.fromkeys(labels[k] for k in scene.select(proposed))) if proposed else []
+    if not 0 < len(names) <= _MOST_NAMES:
+        return "The proposal", "takes"
+    return " and ".join(names), "takes" if len(names) == 1 else "take"
+
+
+def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
+    """Tell what a proposal takes of one date's sun, or of sums, and the sun that is left."""
     counted = study.kind.find_counted(study)
     if counted is None or not counted.whole or not study.up_hours > 0:
         return []
     what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
     mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
     never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
-    date = f"{tell_dates(study)}: " if study.period.days else ""
-    lines = [f"{date}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"]
-    if "hours_lost" in study.more:
-        lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
-        taken, most = counted.add_up(lost > _NEVER), say_hours(lost[counted.which].max())
-        area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
-        lines.append(
-            f"{date}the proposal takes sun from {area} of it, at most {most}"
-            if taken
-            else f"{date}the proposal takes no sun from it"
-        )
-    return lines
+    days = study.period.days
+    date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
+    prefix = f"{date}: " if date else ""
+    left = f"{prefix}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"
+    if "hours_lost" not in study.more:
+        return [left]
+    lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+    ground, (name, verb) = counted.what.replace(", ", " "), taker
+    when = f" on {date}" if len(days) == 1 else f" ({date})" if date else ""
+    if not counted.add_up(lost > _NEVER):
+        return [f"{name} {verb} no sun from {ground}{when}", left]
+    area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
+    most = say_hours(lost[counted.which].max())
+    newly = np.asarray(study.more["newly_under"][1]) > 0
+    under = replace(counted, which=counted.which & newly)
+    falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
+    falls += f" under {study.facts['under_hours']:g} h"
+    falls += "" if len(days) == 1 else " on at least one date"
+    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}"
+    return [told, left]
 
 
 def _find_hours(study: Study) -> dict[str, Any]:

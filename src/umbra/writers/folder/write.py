@@ -30,6 +30,7 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
     look_at_surfaces,
 )
+from umbra.writers.folder.summary import tell_answers
 from umbra.writers.plan import Plan, name_hours
 from umbra.writers.typeface import note_missing
 
@@ -53,7 +54,7 @@ _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
     r"|(cells|instants|areas|areas_by_hours|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
-    r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
+    r"|(hours|hours_lost|profile|sheet|points|who)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
 
 Say = Callable[[str], object]
@@ -294,7 +295,8 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
         write_report(
             job.folder / REPORT, study, plan, _find_sheets(job),
             tables=tables, casters=_name_casters(job), notes=job.scene.notes,
-            timeline=formats.timeline if study.kind.is_raster else None, show=job.show,
+            timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show or "sun",
+            answers=tell_answers(study, options.proposed), proposed=options.proposed,
         )  # fmt: skip
         names.append(REPORT)
     return names
@@ -376,6 +378,7 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         "hours_lost": "Hours of sun lost to the proposed development",
         "profile": "Shadows through the day",
         "sheet": "Plan and elevations",
+        "who": "Who casts the shadow",
         "points": f"{hours} at the points",
     }
     for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):

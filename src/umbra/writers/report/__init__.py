@@ -43,6 +43,7 @@ from umbra.writers.report.data import (
 from umbra.writers.report.facts import find_facts
 from umbra.writers.report.markup import (
     Table,
+    make_answers,
     make_facts,
     make_notice,
     make_sheets,
@@ -75,8 +76,6 @@ _WORDS = {
         "hint": "Point at the picture to read another place; click or tap to keep it. Ctrl and "
         "wheel (after a click the wheel alone), two fingers, or the keys + and - enlarge it; drag "
         "it when it is larger.",
-        "shadow_first": " checked",
-        "hours_first": "",
         "views": "zoom.html",
     },
     "model": {
@@ -87,8 +86,6 @@ _WORDS = {
         "enlarge it. Point at it to read a place; click or tap to keep it; a click on a line of "
         "the tables below shows where it is, with everything in front of it cut away. Grey "
         "surfaces are not sampled, or backs.",
-        "shadow_first": "",
-        "hours_first": " checked",
         "views": "views.html",
     },
 }
@@ -105,22 +102,27 @@ def write_report(
     notes: Sequence[str] = (),
     timeline: Timeline | None = None,
     show: Show = "shadow",
+    answers: Sequence[str] = (),
+    proposed: Sequence[str] = (),
 ) -> Instants:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
 
-    A raster is a picture that is moved through the day; surfaces and points stand on a model that
-    turns. The plan gives title, place, date and note, and of rasters its cells. Sheets are
+    It begins with the outcome of the verdicts and the answers, the map that shows them, and the
+    verdicts; details follow. A raster is a picture that is moved through the day; surfaces and
+    points stand on a model that turns. The plan gives title, place, date and note, and of rasters
+    its cells. Sheets are
     (caption, PNG file), iterated over when all else is ready; tables are verdicts, comparisons
-    are found in the study itself; casters are the patterns by which they were chosen, notes are
-    the readers'. A timeline that has been counted already is taken. Returns the instants that the
+    are found in the study itself; casters and proposed are patterns of parts, notes are the
+    readers'. A timeline that has been counted already is taken. Returns the instants that the
     page shows.
     """
     instants: Instants
+    more: list[Table] = []
     if study.kind.is_raster:
         instants = timeline or make_timeline(study)
         pins = [pin for table in tables for pin in table.pins]
-        data = make_plan_data(study, plan, instants, pins)
+        data = make_plan_data(study, plan, instants, pins, proposed)
         has_own_hours = "hours" in data
         told = tell_plan(study, instants, has_own_hours)
         parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
@@ -131,7 +133,7 @@ def write_report(
         told = tell_model(study, instants, data)
         parts = _WORDS["model"] | {"script": _read_scripts(MODEL)}
         parts["at"] = parts["at"].format(receiver=study.kind.spot)
-        tables = [*tables, *list_receivers(study)]
+        more = list_receivers(study)
     live, own = _make_live(study, plan)
     parts |= live
     parts["script"] = f"{own}\n{parts['script']}"
@@ -140,9 +142,12 @@ def write_report(
         "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
         "sheets": make_sheets(list(sheets)),
         "facts": make_facts(find_facts(study, casters, notes)),
-        **_name_hours(show),
+        "answers": make_answers(tables, answers),
+        "verdicts": "\n".join(make_table(table) for table in tables),
+        **_name_modes(study, show, data),
     }
-    Path(path).write_text(_fill_page(study, plan, data, parts, tables), "utf-8", newline="\n")
+    data["show"] = show
+    Path(path).write_text(_fill_page(study, plan, data, parts, more), "utf-8", newline="\n")
     return instants
 
 
@@ -225,13 +230,15 @@ def _fill_page(
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
 
 
-def _name_hours(show: Show) -> dict[str, str]:
-    """Return the words of the colours' key; a place keeps its colour, whichever hours are named."""
-    words = name_hours(show)
+def _name_modes(study: Study, show: Show, data: dict[str, object]) -> dict[str, str]:
+    """Return the words of the map's modes; it begins with what a proposal takes, or the hours."""
+    has_losses = "lost" in data
+    lost = '<label><input type="radio" name="mode" value="lost" checked><span>Hours lost</span>'
     return {
-        "hours": words.capitalize(),
-        "of_hours": words.removeprefix("hours "),
-        "ramp": "mirrored" if show == "sun" else "",
+        "hours": name_hours(show).capitalize(),
+        "hours_first": "" if has_losses else " checked",
+        "lost_mode": f"{lost}</label>\n" if has_losses else "",
+        "newly": f"newly under {study.facts['under_hours']:g} h" if has_losses else "",
     }
 
 

@@ -17,6 +17,7 @@ from umbra.writers.edges import find_grid_appearance
 from umbra.writers.packing import pack, pack_differences, pack_grids, pack_hours
 from umbra.writers.pixels import write_png
 from umbra.writers.plan import Appearance, Plan, shade_roofs
+from umbra.writers.report.losses import pack_losses, pack_plan_losses
 from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_common_data, tell_steps
 
@@ -35,9 +36,13 @@ _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 
 
 def make_plan_data(
-    study: Study, plan: Plan, timeline: Timeline, pins: Sequence[Pin] = ()
+    study: Study,
+    plan: Plan,
+    timeline: Timeline,
+    pins: Sequence[Pin] = (),
+    proposed: Sequence[str] = (),
 ) -> dict[str, object]:
-    """Gather the script's data on a raster."""
+    """Gather the script's data on a raster; ``proposed`` are the patterns of a proposal."""
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
@@ -70,6 +75,7 @@ def make_plan_data(
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
         "relief": None if appearance is None else _draw_relief(appearance),
+        **pack_plan_losses(study, timeline, proposed),
         **more,
     }
 
@@ -152,6 +158,7 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
         }
     if instants.behind is not None:
         more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1])[kept])
+    more |= pack_losses(study, lambda values: values[kept])
     places = study.places.points[kept] - scene.origin - middle
     return {
         "kind": "model",

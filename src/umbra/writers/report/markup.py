@@ -10,6 +10,7 @@ __all__ = [
     "Pin",
     "Table",
     "make_address",
+    "make_answers",
     "make_facts",
     "make_notice",
     "make_sheets",
@@ -43,6 +44,7 @@ class Table:
     index: Sequence[int | None] = ()  # of that, for each row; None where a row shows nothing
     link: int = 0  # the column that is clicked
     pins: Sequence[Pin] = ()  # marked on a plan
+    answer: str = ""  # of verdicts, in a sentence; default: the title
 
 
 _MANY = 6  # columns that fit beside each other on a phone
@@ -61,6 +63,21 @@ def make_summary(figures: Sequence[tuple[str, str]]) -> str:
         for name, value in figures
     )
     return f'<dl class="summary">{cells}</dl>'
+
+
+def make_answers(verdicts: Sequence[Table], answers: Sequence[str]) -> str:
+    """Return the sentences that a page begins with: outcomes of verdicts, then answers."""
+    outcomes = [(table.answer or table.title, _find_outcome(table)) for table in verdicts]
+    return "\n".join(
+        f'<p class="{f"answer {outcome}".strip()}">{html.escape(words)}</p>'
+        for words, outcome in [*outcomes, *((words, "") for words in answers)]
+    )
+
+
+def _find_outcome(table: Table) -> str:
+    """Return fail if a row fails, pass if some pass and none is unknown, else nothing."""
+    words = {str(cell).partition(" ")[0].strip(":,") for row in table.rows for cell in row}
+    return "fail" if "fail" in words else "pass" if "pass" in words - {"unknown"} else ""
 
 
 def make_facts(facts: Sequence[tuple[str, str]]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from umbra.receivers.counted import Counted
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.rules import Place, Rules, Verdict
-from umbra.sun import find_daylight
+from umbra.sun import find_daylight, name_date
 from umbra.writers.report.markup import Pin, Table
 
 __all__ = [
@@ -166,7 +166,18 @@ def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
         index=[None if v.place is None else places.index(v.place) for v in verdicts],
         link=2,
         pins=list(pins.values()),
+        answer=_tell_outcome(rules, verdicts),
     )  # fmt: skip
+
+
+def _tell_outcome(rules: Rules, verdicts: Sequence[Verdict]) -> str:
+    """Tell how many checks pass, and the first that does not with its numbers."""
+    failed = [v for v in verdicts if not v.passes]
+    if not failed:
+        return f"{rules.name}: all {len(verdicts)} pass"
+    v = failed[0]
+    first = f"{v.check}, {v.where} on {name_date(v.date)}: {v.measured}; wanted {v.wanted}"
+    return f"{rules.name}: {len(failed)} of {len(verdicts)} fail; first {first}"
 
 
 def _find_pins(verdicts: Sequence[Verdict]) -> dict[Place, Pin]:

@@ -9,6 +9,8 @@ const makePlan = async () => {
   const relief = data.relief ? await load(data.relief) : null;
   const hours = data.hours ? new Float32Array(await inflate(data.hours)) : null;
   const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
+  const { losses, lostOf, mostLost } = await readLosses();
+  const proposed = data.proposed ? await load(data.proposed) : null, newly = data.newly ? await load(data.newly) : null;
   const exists = (cell) => !Number.isNaN(heights[cell]);
 
   const map = $("map"), pen = map.getContext("2d");
@@ -39,12 +41,14 @@ const makePlan = async () => {
     return shown;
   };
   const paintLayer = (view) => {
-    const found = view.mode === "shadow" ? null : chooseHours(view);
+    const lost = view.mode === "lost" ? lostOf(view) : null;
+    const found = lost || view.mode === "shadow" ? null : chooseHours(view);
     for (let row = 0; row < rows; row++) {
       const out = (rows - 1 - row) * cols;  // rows of the data run north, those of a picture south
       for (let col = 0; col < cols; col++) {
         const cell = row * cols + col;
         pixels[out + col] = !exists(cell) ? VOID
+          : lost ? lossOf(lost[cell], mostLost)
           : found ? colorOf(found.hours[cell], found.most)
           : SHADES[masks.kindOf(view.now, cell)];
       }
@@ -60,6 +64,19 @@ const makePlan = async () => {
     const reach = Math.min(dx ? w / Math.abs(dx) : Infinity, dy ? h / Math.abs(dy) : Infinity);
     signs.sun(map.width / 2 + dx * reach, map.height / 2 + dy * reach, dot);
   };
+  const hatch = (mask, x, y, w, h, dot) => {
+    const over = document.createElement("canvas"), ink = over.getContext("2d");
+    over.width = map.width; over.height = map.height;
+    ink.imageSmoothingEnabled = false;
+    ink.drawImage(mask, x, y, w, h);
+    ink.globalCompositeOperation = "source-in";
+    ink.strokeStyle = "rgba(28, 28, 34, 0.75)";
+    ink.lineWidth = dot;
+    ink.beginPath();
+    for (let at = -map.height; at < map.width; at += 6 * dot) { ink.moveTo(at, map.height); ink.lineTo(at + map.height, 0); }
+    ink.stroke();
+    pen.drawImage(over, 0, 0);
+  };
   const middleOf = (cell) => [(cell % cols) + 0.5, rows - 0.5 - Math.floor(cell / cols)];
   const draw = (view) => {
     current = view;
@@ -72,7 +89,11 @@ const makePlan = async () => {
     const lay = (what) => pen.drawImage(what, left, top, cols * across, rows * down);
     if (data.under_roofs) { lay(layer); lay(roofs); }
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
-    else { lay(layer); lay(relief); }  // so little shade that colours stay those of the legend
+    else { lay(layer); if (relief) lay(relief); }  // so little shade that colours stay those of the legend
+    if (view.mode === "lost") {
+      if (newly) hatch(newly, left, top, cols * across, rows * down, dot);
+      if (proposed) lay(proposed);
+    }
     if (data.has_scale) signs.scale(across / data.dx, dot);
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
     signs.pins(places.map((place) => ({ ...place, x: left + place.col * across, y: top + place.row * down })), dot);
@@ -82,7 +103,8 @@ const makePlan = async () => {
   const fit = (least = 1) => {
     const wide = Math.max(1, map.parentElement.clientWidth);
     // A tall plan is held to the window's height, so that the slider stays in view.
-    const most = Math.max(320, window.innerHeight * 0.82);
+    const from = map.getBoundingClientRect().top + window.scrollY;
+    const most = Math.max(320, window.innerHeight - from - BELOW);
     const shownWide = Math.min(wide, (most * cols * data.dx) / (rows * data.dy));
     const dot = Math.max(least, Math.min(window.devicePixelRatio || 1, 3));
     map.style.width = shownWide + "px";
@@ -142,6 +164,18 @@ const makePlan = async () => {
     });
     map.addEventListener("pointerleave", () => hover(-1));
   };
+  const findLoss = () => {
+    // The box of what loses a quarter of the most, or half an hour.
+    const least = Math.min(0.5, mostLost / 4), box = [cols, rows, 0, 0];
+    for (const lost of losses)
+      for (let cell = 0; cell < cells; cell++) {
+        if (!(lost[cell] >= least)) continue;
+        const col = cell % cols, row = rows - 1 - Math.floor(cell / cols);
+        box[0] = Math.min(box[0], col); box[2] = Math.max(box[2], col + 1);
+        box[1] = Math.min(box[1], row); box[3] = Math.max(box[3], row + 1);
+      }
+    return box;
+  };
   const choose = () => {
     // An open place near the middle, with about half the day's sun.
     const all = masks.sumHours(0, n - 1);
@@ -155,5 +189,6 @@ const makePlan = async () => {
     return chosen;
   };
   return { ...masks, hours, behindHours, exists, where, move, show, listen, choose, paint: paintLayer, draw, fit,
-    mostHours: (view) => (view.mode === "shadow" ? upHours : chooseHours(view).most) };
+    frameLoss: () => losses.length && frame.show(findLoss()),
+    mostHours: (view) => (view.mode === "shadow" ? upHours : view.mode === "lost" ? mostLost : chooseHours(view).most) };
 };

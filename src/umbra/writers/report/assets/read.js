@@ -92,9 +92,21 @@ const makeMasks = async (count) => {
   return { kindOf, sumHours };
 };
 
+// ---- sun lost to a proposal: the arrays of each date, or one of all
+
+const readLosses = async () => {
+  const losses = data.lost ? await Promise.all(data.lost.map(async (text) => new Float32Array(await inflate(text)))) : [];
+  let most = 0;
+  for (const hours of losses) for (const h of hours) if (h > most) most = h;
+  const lostOf = (view) => losses[losses.length > 1 ? steps.day[days[view.day].first] : 0];
+  return { losses, lostOf, mostLost: most };
+};
+
 // ---- colours of pixels, as a canvas keeps them
 
 const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
+const lossColors = (data.loss_ramp || []).map(([r, g, b]) => color(r, g, b));
+const lossOf = (hours, most) => lossColors[most > 0 ? Math.min(lossColors.length - 1, Math.round((hours / most) * (lossColors.length - 1))) : 0];
 const NO_HOURS = color(226, 226, 231);  // of a night
 const NO_SUN = color(...data.no_sun);
 const ROUNDING = 1e-3;  // of hours

@@ -7,7 +7,7 @@ const readReceivers = async (model) => {
   const place = (k) => [0, 1, 2].map((axis) => flat[axis * count + k] / 1000 + origin[axis] - model.origin[axis]);
   const hours = new Float32Array(await inflate(data.hours));
   const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
-  const masks = await makeMasks(count);
+  const masks = await makeMasks(count), { lostOf, mostLost } = await readLosses();
   const isSampled = Boolean(data.surfaces);
   const owner = isSampled ? await unpack(data.sample_surface) : null;
   const given = isSampled ? null : new Float32Array(await inflate(data.normals));
@@ -56,7 +56,7 @@ const readReceivers = async (model) => {
   let most = 0, last = "";
   const paint = (view) => {
     const day = days[view.day];
-    const key = view.mode === "shadow" ? `now ${view.now}` : view.mode === "day" ? `day ${view.day}` : "all";
+    const key = view.mode === "shadow" ? `now ${view.now}` : view.mode === "hours" ? "all" : `${view.mode} ${view.day}`;
     if (key === last) return;
     last = key;
     if (view.mode === "shadow") {
@@ -64,6 +64,12 @@ const readReceivers = async (model) => {
         const s = shades[k], [r, g, b] = LIGHTS[masks.kindOf(view.now, k)];
         colors[k] = color(r * s, g * s, b * s);
       }
+      return;
+    }
+    if (view.mode === "lost") {
+      const lost = lostOf(view);
+      most = mostLost;
+      for (let k = 0; k < count; k++) colors[k] = lossOf(lost[k], most);
       return;
     }
     const shown = view.mode === "day" ? masks.sumHours(day.first, day.last) : hours;

@@ -1,5 +1,7 @@
 // What is drawn over a plan or a view: scale, north, halos, the mark of a place.
 
+const BELOW = 84;  // of a picture, the room for the slider within a window's height [CSS pixels]
+
 const makeSigns = (pen, canvas) => {
   const halo = (text, x, y, dot) => {
     pen.font = `${12 * dot}px system-ui, sans-serif`;

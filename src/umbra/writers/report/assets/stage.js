@@ -24,6 +24,24 @@ const makeStage = (picture) => {
     $("key-high").textContent = say(picture.mostHours(view));
     draw();
   };
+  const dressKey = () => {
+    const isLoss = view.mode === "lost", colors = isLoss ? data.loss_ramp : ramp, strip = $("ramp").getContext("2d");
+    $("key").hidden = view.mode === "shadow";
+    $("ramp").width = colors.length;
+    $("ramp").classList.toggle("mirrored", !isLoss && data.show === "sun");
+    colors.forEach(([r, g, b], i) => { strip.fillStyle = `rgb(${r},${g},${b})`; strip.fillRect(i, 0, 1, 1); });
+    $("no-sun").parentElement.hidden = isLoss;
+    for (const part of document.querySelectorAll(".of-loss")) part.hidden = !isLoss || data.kind !== "plan";
+  };
+  const choose = (value) => {
+    view.mode = value;
+    modes.find((choice) => choice.value === value).checked = true;
+    dressKey();
+    recolor();
+    read();
+  };
+  // Who moves through time looks for shadows, not for the hours of the whole day.
+  const follow = () => { if (data.kind === "plan" && view.mode !== "shadow") choose("shadow"); };
 
   // ---- moving through time
 
@@ -43,7 +61,7 @@ const makeStage = (picture) => {
       : "the sun is below the horizon";
     slider.setAttribute("aria-valuetext", span);
     if (data.behind) $("share").textContent = tellShare(data.share[view.now]);
-    if (view.mode === "shadow" || (view.mode === "day" && was !== view.day)) recolor();
+    if (view.mode === "shadow" || (/^(day|lost)$/.test(view.mode) && was !== view.day)) recolor();
     else draw();
     if (was !== view.day) which = showFigures(picture, view.chosen, view);
     drawLine(picture.kindOf, view.chosen, view.now);
@@ -67,6 +85,7 @@ const makeStage = (picture) => {
   };
   const play = () => {
     if (timer) return stop();
+    follow();
     const { first, last } = days[view.day];
     if (view.now === last) go(first);
     const stride = Math.max(1, Math.round((last - first + 1) / 240));
@@ -75,15 +94,10 @@ const makeStage = (picture) => {
     $("play").setAttribute("aria-label", "Pause");
   };
   $("play").addEventListener("click", play);
-  slider.addEventListener("input", () => { stop(); go(days[view.day].first + Number(slider.value)); });
+  slider.addEventListener("input", () => { stop(); follow(); go(days[view.day].first + Number(slider.value)); });
   chooser.addEventListener("change", () => { stop(); goToDay(Number(chooser.value)); });
   for (const choice of modes) {
-    choice.addEventListener("change", () => {
-      view.mode = choice.value;
-      $("key").hidden = view.mode === "shadow";
-      recolor();
-      read();
-    });
+    choice.addEventListener("change", () => choose(choice.value));
   }
 
   // ---- reading a place
@@ -123,6 +137,7 @@ const makeStage = (picture) => {
     if (event.key === " ") play();
     else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
       stop();
+      follow();
       go(Math.max(first, Math.min(last, view.now + (event.key === "ArrowLeft" ? -1 : 1))));
     } else if (event.key === "Home") { stop(); go(first); }
     else if (event.key === "End") { stop(); go(last); }
@@ -135,9 +150,6 @@ const makeStage = (picture) => {
 
   // ---- begin: when the sun stands highest
 
-  const strip = $("ramp").getContext("2d");
-  $("ramp").width = ramp.length;
-  ramp.forEach(([r, g, b], i) => { strip.fillStyle = `rgb(${r},${g},${b})`; strip.fillRect(i, 0, 1, 1); });
   $("no-sun").style.background = `rgb(${data.no_sun})`;
   days.forEach((d, k) => chooser.add(new Option(d.day, k)));
   chooser.hidden = days.length < 2;
@@ -148,12 +160,13 @@ const makeStage = (picture) => {
   let noon = days[0].first;
   for (let i = 0; i <= days[0].last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;
   $("stage").hidden = false;
-  $("key").hidden = view.mode === "shadow";
+  dressKey();
   const fit = (least = 1) => { picture.fit(least); draw(); };
   picture.fit();
   go(noon);
   recolor();
   read();
+  if (view.mode === "lost") { picture.frameLoss?.(); draw(); }
   window.addEventListener("resize", () => fit());
   // Paper is finer than a screen, and browsers misplace a canvas on it: it gets a picture.
   const paper = new Image();

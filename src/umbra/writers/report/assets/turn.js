@@ -112,7 +112,8 @@ const makeModel = async () => {
   const whole = () => eye.frame(everything, map.clientWidth, map.clientHeight, isSampled ? 2 : 12);
   const fit = (least = 1) => {
     const wide = Math.max(1, map.parentElement.clientWidth), was = map.clientWidth;
-    const high = Math.round(Math.min(Math.max(300, wide * 0.7), Math.max(300, window.innerHeight * 0.78)));
+    const from = map.getBoundingClientRect().top + window.scrollY;
+    const high = Math.round(Math.min(Math.max(300, wide * 0.7), Math.max(300, window.innerHeight - from - BELOW)));
     const dot = Math.max(Math.min(least, 2), Math.min(window.devicePixelRatio || 1, 2));
     map.style.width = wide + "px";
     map.style.height = high + "px";

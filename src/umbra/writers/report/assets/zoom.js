@@ -46,6 +46,11 @@ const makeWindow = (canvas, cols, rows) => {
     clamp();
   };
   const center = (x, y) => { seen.x = x; seen.y = y; clamp(); };
+  const show = ([left, top, right, bottom]) => {  // a box of cells, with room around it
+    if (!(right > left)) return;
+    seen.zoom = Math.max(1, Math.min(MOST, cols / (right - left) / 1.5, rows / (bottom - top) / 1.5));
+    center((left + right) / 2, (top + bottom) / 2);
+  };
   const whole = () => { seen.zoom = 1; clamp(); };
 
   const listen = (draw, tap) => {
@@ -102,5 +107,5 @@ const makeWindow = (canvas, cols, rows) => {
     else return false;
     return true;
   };
-  return { seen, lay, at, zoom, follow, center, press, listen };
+  return { seen, lay, at, zoom, follow, center, show, press, listen };
 };

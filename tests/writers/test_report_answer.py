@@ -1,0 +1,77 @@
+"""A report begins with its answer, and with the map that shows it."""
+
+import numpy as np
+import pytest
+from support.pages import INK, READY, place_of
+from support.shapes import box
+
+import umbra
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import run_study
+from umbra.writers.folder.summary import tell_answers
+from umbra.writers.plan import Plan
+from umbra.writers.report import Table, write_report
+
+VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
+
+
+@pytest.fixture(scope="module")
+def study():
+    scene = make_scene([
+        Part("old", "", Mesh(*box((-30, 20, 0), (-10, 40, 12)))),
+        Part("Tower", "", Mesh(*box((-8, -8, 0), (8, 8, 40)))),
+    ])  # fmt: skip
+    return run_study(
+        scene, VIENNA, date="2026-03-21", every="1h", cell=1.0, extent=(-70, -20, 70, 80),
+        proposed=["Tower"],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def report(study, tmp_path_factory):
+    path = tmp_path_factory.mktemp("answer") / "report.html"
+    heights = (study.heights - study.ground).astype(np.float32)
+    plan = Plan(study.x, study.y, heights, title="Block", place="Vienna", date="21 March 2026")
+    verdicts = Table("Sun: 1 of 1 fail", ("where", "verdict"), [("bench", "fail")])
+    write_report(
+        path, study, plan, tables=[verdicts], show="sun",
+        answers=tell_answers(study, ["Tower"]), proposed=["Tower"],
+    )  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_the_first_screen_has_outcome_answer_date_and_map(page, study, report, width, height):
+    page.resize(width, height, is_phone=width < 800)
+    page.open(report, READY)
+    answers = page.ask("[...document.querySelectorAll('.answer')].map(a => a.textContent)")
+    assert answers == ["Sun: 1 of 1 fail", *tell_answers(study, ["Tower"])]
+    assert page.ask("document.querySelector('.answer').classList.contains('fail')")
+    for what in (".lead", ".answer:last-of-type", "#map"):
+        bottom = page.ask(f"document.querySelector('{what}').getBoundingClientRect().bottom")
+        assert bottom <= height, what
+    assert page.ask("document.querySelector('input[name=mode]:checked').value") == "lost"
+    titles = page.ask("[...document.querySelectorAll('h2')].map(h => h.textContent)")
+    assert titles.index("Sun: 1 of 1 fail") == 1  # before all figures
+
+
+def test_the_map_has_the_hours_lost_in_their_colours_until_the_sun_is_moved(page, study, report):
+    page.open(report, READY)
+    page.ask("document.querySelector('[data-zoom=\"0\"]').click()")
+    lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+    ramp = page.ask("JSON.parse(document.getElementById('data').textContent).loss_ramp")
+    newly = np.asarray(study.more["newly_under"][1]) > 0
+    tested = set()
+    for row, col in np.random.default_rng(2).permutation(np.argwhere(~newly))[:400]:
+        near = np.s_[max(row - 2, 0) : row + 3, max(col - 2, 0) : col + 3]
+        if np.ptp(lost[near]) or newly[near].any() or (study.heights[near] > study.ground).any():
+            continue
+        if not (15 < row < 80 and 15 < col < 110) or lost[row, col] in tested:
+            continue
+        pixel = page.ask(INK.format(*place_of(page, study, row, col)))
+        share = lost[row, col] / lost.max()
+        assert pixel[:3] == pytest.approx(ramp[round(share * (len(ramp) - 1))], abs=2)
+        tested.add(lost[row, col])
+    assert len(tested) > 3
+    page.ask("(s => { s.value = 3; s.dispatchEvent(new Event('input')); })(time)")
+    assert page.ask("document.querySelector('input[name=mode]:checked').value") == "shadow"

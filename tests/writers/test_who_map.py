@@ -1,0 +1,69 @@
+"""The map of who casts the shadow: main casters by hours, in hues that anyone tells apart."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+import umbra
+from umbra.scene import Mesh, Part, make_scene
+from umbra.writers.caster_map import HUES, OTHERS, WhoMap, make_who_sheet
+from umbra.writers.folder.who import _find_main, _rank
+from umbra.writers.plan import Plan
+
+VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
+# Machado, Oliveira and Fernandes (2009), deuteranopia, severity 1, on linear sRGB.
+DEUTERANOPIA = np.array(
+    [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]]
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found():
+    scene = make_scene([
+        Part("tall", "", Mesh(*box((0, 0, 0), (10, 10, 30)))),
+        Part("low", "", Mesh(*box((40, 0, 0), (50, 10, 8)))),
+    ])  # fmt: skip
+    return umbra.shadow_study(
+        scene, VIENNA, date="2026-03-21", every="1h", cell=2.0, by="part",
+        extent=(-40, -20, 90, 60),
+    )  # fmt: skip
+
+
+def test_the_main_caster_has_the_most_hours_and_none_where_none_falls(found):
+    cast = found.cast_hours.values
+    main, hours = _find_main(cast)
+    assert (hours == cast.max(0)).all()
+    assert ((main < 0) == (cast.max(0) <= 0)).all()
+    shaded = main >= 0
+    assert {0, 1} <= set(main[shaded].tolist())
+    assert (np.take_along_axis(cast, np.maximum(main, 0)[None], 0)[0] == hours).all()
+    names = found.caster.values.tolist()
+    assert [names[k] for k in _rank(main, hours, 2)] == ["tall", "low"]
+
+
+def test_the_folder_has_the_map(found, tmp_path):
+    written = found.write(tmp_path / "out")
+    assert "who.png" in {path.name for path in written}
+
+
+def test_hues_differ_for_those_who_see_no_green_and_numbers_stand_on_the_casters(found):
+    linear = np.where(
+        np.vstack([HUES, OTHERS]) > 0.04045, ((np.vstack([HUES, OTHERS]) + 0.055) / 1.055) ** 2.4, 0
+    )
+    seen = np.clip(linear @ DEUTERANOPIA.T, 0, 1)
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    xyz = seen @ to_xyz.T / (0.9505, 1.0, 1.089)
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    lab = np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], -1)
+    assert min(np.linalg.norm(a - b) for a, b in combinations(lab, 2)) > 10
+    plan = Plan(found.x.values, found.y.values)
+    main, hours = _find_main(found.cast_hours.values)
+    stands = [main == 0, main == 1]
+    sheet = make_who_sheet(plan, WhoMap(main, hours, ["tall", "low"], stands), 8.0)
+    texts = [text.get_text() for text in sheet.leaf.get_children() if hasattr(text, "get_text")]
+    assert {"1", "2", "1  tall", "2  low"} <= set(texts)
+    assert "others" not in texts
