@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from umbra.calls.envelope import envelope
     from umbra.calls.part_height import part_height
     from umbra.calls.picture import Picture, render
+    from umbra.calls.place import place
     from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
@@ -83,6 +84,7 @@ _HOMES = {
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "part_height": "umbra.calls.part_height",
+    "place": "umbra.calls.place",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "prove": "umbra.calls.prove",
@@ -129,6 +131,7 @@ __all__ = [
     "make_image",
     "make_scene",
     "part_height",
+    "place",
     "point_light",
     "pose",
     "prove",
