@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -247,12 +247,9 @@ class _Clauses:
 
     def _list_periods(self, condition: Condition) -> Iterator[Period]:
         model = self.asked.gathered.model
-        if condition.clock != "local" and "clock" not in {one.name for one in fields(StudyOptions)}:
-            self._refuse(f"is of the {condition.clock} clock")
         time: dict[str, Any] = {
             "date": settle_dates(condition, model.year, model.site.zone), "start": condition.start,
-            "end": condition.end, "every": condition.every,
-            **({"clock": condition.clock} if condition.clock != "local" else {}),
+            "end": condition.end, "every": condition.every, "clock": condition.clock,
         }  # fmt: skip
         period = find_period(StudyOptions(**time), model.site)
         days = f"{period.days[0]}" if period.days else ""
