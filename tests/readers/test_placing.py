@@ -282,6 +282,12 @@ def test_a_house_is_placed_by_its_map_conversion_unless_asked(city, house):
     np.testing.assert_allclose(bounds_of(asked)[0], [2600, 340600, 1], atol=1e-6)
 
 
+def test_a_house_is_placed_beside_what_a_box_keeps(city, house):
+    for files in ((city(), f"new={house()}"), (f"new={house()}", city())):
+        scene = umbra.read(*files, bbox="16.36,48.2,16.37,48.21")
+        np.testing.assert_allclose(bounds_of(scene)[:, 2], [12, 14], atol=1e-6)
+
+
 def test_a_site_elsewhere_places_nothing(city, house):
     with pytest.raises(InputError) as caught:
         umbra.read(city(), f"new={house(latitude=(52, 30, 0))}")

@@ -201,7 +201,9 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
         model, source = _read_one(content, options)
         named.append(model.crs)
         model = leave_crs(model) if is_placed else assume_crs(model, choices.crs)
-        if choices.region is not None and not is_placed:
+        # A file that its site may bring into the region is judged when all CRSs are known.
+        is_later = is_placed or (len(files) > 1 and model.is_sited)
+        if choices.region is not None and not is_later:
             choices = replace(choices, region=choices.region.settle(model.crs))
             model = _keep_inside(model, choices.region, path)
         layers.append(FileLayer(name, path, model, placing))
@@ -210,7 +212,7 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
         model = layers[0].model
         layers[0] = replace(layers[0], model=replace(model, notes=(*model.notes, *unused)))
     if choices.region is not None:
-        layers = _drop_empty(layers, choices.region)
+        layers = _drop_empty(_judge_sited(layers, choices.region), choices.region)
     return layers, tuple(sources)
 
 
@@ -222,6 +224,18 @@ def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileMod
     outside += model.outside
     note = f"{show_name(path)}: objects outside {region.shown} left out: {outside}"
     return replace(model, notes=(*model.notes, note)) if outside else model
+
+
+def _judge_sited(layers: list[FileLayer], region: Region) -> list[FileLayer]:
+    """Keep what meets the region of files with a site, or all where a CRS may bring them there."""
+    has_crs = any(layer.model.crs is not None for layer in layers)
+    judged = []
+    for layer in layers:
+        if len(layers) > 1 and layer.model.is_sited and not layer.is_placed:
+            model = _keep_inside(layer.model, region, layer.path)
+            layer = replace(layer, model=model if model.parts or not has_crs else layer.model)  # noqa: PLW2901
+        judged.append(layer)
+    return judged
 
 
 def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
@@ -298,12 +312,8 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     places = {show_name(layer.path): layer.model.place for layer in layers}
     with damage_of(", ".join(str(layer.path) for layer in layers)):
         whole = combine(layers)
-        sources = tuple(
-            replace(source, frame=tuple(whole.frames[source.name].ravel().tolist()))
-            if source.name in whole.frames
-            else source
-            for source in sources
-        )
+        frames = {name: tuple(matrix.ravel().tolist()) for name, matrix in whole.frames.items()}
+        sources = tuple(replace(one, frame=frames.get(one.name, ())) for one in sources)
         layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
             whole.parts, crs=whole.crs, sources=sources, notes=(*notes, *whole.notes),

@@ -185,7 +185,11 @@ def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | No
         return "read one place with bbox=, or study each alone"
     remedy = f"export it in the coordinates of {neighbour.name}"
     own = "name the CRS that it is in with crs="
-    return f"place it with {by_hand}, {remedy}, {own}, or study each alone"
+    site = ""
+    if file.latitude is not None and file.longitude is not None:
+        stated = f"latitude {file.latitude:.5f}°, longitude {file.longitude:.5f}°"
+        site = f"its site, {stated}, is not there; "
+    return f"{site}place it with {by_hand}, {remedy}, {own}, or study each alone"
 
 
 def _tell_crs(file: FilePlan) -> str:

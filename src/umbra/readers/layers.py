@@ -55,6 +55,11 @@ class FileLayer:
     model: FileModel
     placing: Placing | None = None  # that the caller wants
 
+    @property
+    def is_placed(self) -> bool:
+        """Whether the caller says where its origin is."""
+        return self.placing is not None and self.placing.at is not None
+
 
 def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path]]:
     """
@@ -217,10 +222,9 @@ def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
     """Return where a file lies in the plan of all."""
     model = layer.model
     bounds = Scene(tuple(parts), np.zeros(3)).bounds()[:, :2]
-    placing = layer.placing
     return FilePlan(
         show_name(layer.path), bounds, model.crs, model.place.latitude, model.place.longitude,
-        layer=layer.name, is_placed=placing is not None and placing.at is not None,
+        layer=layer.name, is_placed=layer.is_placed,
     )  # fmt: skip
 
 

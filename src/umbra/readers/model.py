@@ -149,6 +149,11 @@ class FileModel:
     crowns: CrownRaster | None = None
     outside: int = 0  # objects that the reader left out, as they do not meet the region
 
+    @property
+    def is_sited(self) -> bool:
+        """Whether the file states a site and no CRS."""
+        return self.crs is None and self.place.latitude is not None
+
 
 class UniqueNames:
     """
