@@ -35,8 +35,10 @@ def draw_areas(panel: Panel) -> None:
         [middles[k] for k in order], [outer[k] for k in order], sizes, (x, y, x + w, y + h)
     )
     for k, place in zip(order, places, strict=True):
-        style = {"color": COLOR, "halo": HALO, "weight": "bold", "ha": "center", "va": "center"}
-        panel.write(*place, areas[k].name, SMALL, **style)
+        panel.write(
+            place[0], place[1], areas[k].name, SMALL, color=COLOR, halo=HALO, weight="bold",
+            ha="center", va="center",
+        )  # fmt: skip
 
 
 def place_names(
