@@ -230,6 +230,7 @@ def test_a_kept_scene_knows_its_place(city, box, tmp_path, monkeypatch):
     first, second = (umbra.read(*files, place="new=2600,340600,3", cache=True) for _ in range(2))
     other = umbra.read(*files, place="new=2610,340600,3", cache=True)
     assert bounds_of(other)[0, 0] == pytest.approx(2611)
+    assert [one.frame for one in first.sources] == [one.frame for one in second.sources]
     for scene in (first, second):
         again = umbra.place(scene, "new", at=(2550, 340550, 1))
         np.testing.assert_allclose(bounds_of(again)[0], [2551, 340552, 0.5], atol=1e-6)

@@ -20,7 +20,7 @@ from umbra.study.measures import guard
 from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import is_of_the_sun
 from umbra.writers.folder import FolderJob
-from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.plan import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
     "Scale",
@@ -39,6 +39,7 @@ __all__ = [
     "name_files",
     "name_model",
     "name_shown",
+    "outline_areas",
     "place_elevation",
     "tell_cut",
     "tell_daylight",
@@ -163,7 +164,25 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         nothing_name=_name_nothing(study, options),
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
+        areas=outline_areas(study) if study.kind.is_plan else (),
     )
+
+
+def outline_areas(study: Study) -> tuple[OutlinedArea, ...]:
+    """Return a study's named areas as a plan outlines them."""
+    if study.areas is None:
+        return ()
+    import shapely  # noqa: PLC0415  (areas need it)
+
+    found = []
+    for area in study.areas.laid.records:
+        edges = shapely.get_parts(shapely.boundary(shapely.get_parts(area.polygon)))
+        middle = area.polygon.centroid
+        if not area.polygon.contains(middle):
+            middle = area.polygon.representative_point()
+        rings = tuple(shapely.get_coordinates(edge) for edge in edges)
+        found.append(OutlinedArea(area.name, rings, (middle.x, middle.y)))
+    return tuple(found)
 
 
 def _name_nothing(study: Study, options: StudyOptions) -> str:

@@ -42,6 +42,7 @@ from umbra.writers.folder.captions import (
     list_few,
     name_model,
     name_shown,
+    outline_areas,
     tell_daylight,
     tell_place,
     tell_times,
@@ -339,6 +340,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
+        areas=outline_areas(study),
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
 
