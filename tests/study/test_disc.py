@@ -92,5 +92,5 @@ def test_the_rim_rises_before_the_middle_and_sets_after_it_whatever_the_step():
         times = np.array([disc[name].values[0] for disc in found]).astype("datetime64[us]")
         assert np.ptp(times.astype(np.int64)) < 2_000_000
         # Some of the disc is up, and its middle is not.
-        assert (-0.2666 < umbra.find_sun(SITE, times).altitude).all()
+        assert (umbra.find_sun(SITE, times).altitude > -0.2666).all()
         assert (umbra.find_sun(SITE, times).altitude < -0.2).all()
