@@ -376,7 +376,7 @@ def describe_points(job: FolderJob) -> Plan:
     """Describe surfaces or points for a report."""
     study, options, outputs = job.study, job.options, job.outputs
     what = study.kind.name
-    spot = f"{len(study.shadow_hours):,} {what}"
+    spot = f"{len(study.shadow_hours):,} {'squares of areas' if what == 'areas' else what}"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
     nowhere = np.zeros(1)
