@@ -1,6 +1,8 @@
 """Inner kernels count no references to arrays; threads share the items of others."""
 
 import os
+import threading
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -115,6 +117,44 @@ def test_threads_take_each_item_once(threads, monkeypatch):
         machine.use_threads(machine.count_cores())
     assert (times == 1).all()
     assert set(by) <= set(range(threads))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_as_many_threads_run_as_are_allowed(threads, monkeypatch):
+    """All of them meet; one too many would wait alone."""
+    monkeypatch.setattr(machine, "count_cores", lambda: 4)
+    machine.use_threads(threads)
+    met, came = threading.Barrier(threads), []
+
+    def meet(taken):
+        came.append(threading.get_ident())
+        met.wait(30)
+
+    try:
+        run_shared(300, meet)
+    finally:
+        machine.use_threads(machine.count_cores())
+    assert len(set(came)) == threads
+
+
+def test_threads_that_have_begun_are_waited_for(monkeypatch):
+    monkeypatch.setattr(machine, "count_cores", lambda: 4)
+    machine.use_threads(2)
+    has_begun, done = threading.Event(), []
+
+    def work(taken):
+        if threading.current_thread() is threading.main_thread():
+            assert has_begun.wait(30)
+        else:
+            has_begun.set()
+            time.sleep(0.3)
+            done.append("helper")
+
+    try:
+        run_shared(2, work)
+    finally:
+        machine.use_threads(machine.count_cores())
+    assert done == ["helper"]
 
 
 def test_an_error_in_a_thread_is_raised():

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from umbra.calls.arguments import make_camera
     from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
+    from umbra.calls.envelope import envelope
+    from umbra.calls.part_height import part_height
     from umbra.calls.picture import Picture, render
+    from umbra.calls.place import place
     from umbra.calls.prove import prove
     from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
@@ -73,12 +76,15 @@ _HOMES = {
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
     "draw_vectors": "umbra.calls.vectors",
+    "envelope": "umbra.calls.envelope",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
     "list_rules": "umbra.rules.catalogue",
     "make_camera": "umbra.calls.arguments",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
+    "part_height": "umbra.calls.part_height",
+    "place": "umbra.calls.place",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "prove": "umbra.calls.prove",
@@ -117,12 +123,15 @@ __all__ = [
     "count_shadows",
     "directional_light",
     "draw_vectors",
+    "envelope",
     "find_site",
     "find_sun",
     "list_rules",
     "make_camera",
     "make_image",
     "make_scene",
+    "part_height",
+    "place",
     "point_light",
     "pose",
     "prove",

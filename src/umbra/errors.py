@@ -52,6 +52,7 @@ _SPELLED = {
     "end": "to",
     "formats": "write",
     "ground=False": "no-ground",
+    "highest": "max",
     "latitude": "lat",
     "lights": "light",
     "longitude": "lon",
@@ -70,7 +71,7 @@ measure method min_spell name_column near no_cast on points proposed receivers r
 rules albedo samples shadows sheet size sky_directions soft spacing spells style sunshine target
 threads transmissivity transparent trunk under up who weather write end latitude lights longitude
 spots start true_north zone formats memory min_altitude pictures scheduler show subtitle tiles
-title workers windows plot year areas areas_on horizon reveal
+title workers windows plot year areas areas_on reveal highest keep max_height place lift move horizon
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """Options that messages may name."""

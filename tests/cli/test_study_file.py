@@ -192,6 +192,7 @@ by who proposed under spells exact disc min-spell masks
 title subtitle show at pictures report sheet write rules
 tiles min-altitude
 up height-column base-column name-column time animation bbox area geometric-error
+place lift move
 device
 """
 FROM_A_FILE = NAMES.split()

@@ -122,18 +122,6 @@ def test_swapped_degrees_beside_a_city_are_named(city):
         assert caught.value.is_swapped == is_swapped
 
 
-def test_a_site_is_read_from_an_ifc_file(city, tmp_path):
-    pytest.importorskip("ifcopenshell")
-    from support.ifc_files import IfcFile  # noqa: PLC0415 - ifcopenshell
-
-    model = IfcFile()
-    model.site("site", (48, 12, 10), (16, 21, 57))
-    model.box("IfcWall", "wall", (1, 1, 1))
-    with pytest.raises(InputError) as caught:
-        umbra.read(city(), model.write(tmp_path / "house.ifc"))
-    np.testing.assert_allclose(caught.value.site, VIENNA, atol=100)
-
-
 def test_a_crs_is_given_to_files_that_name_none(city, house):
     here = umbra.read(city())
     scene = umbra.read(house(place=VIENNA), crs="EPSG:31256")

@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box
 
 import umbra
-from umbra.readers.area_file import read_areas
+from umbra.readers.area_file import load_areas, read_areas
 
 shapely = pytest.importorskip("shapely")
 
@@ -103,6 +103,21 @@ def test_gis_files_with_another_crs(tmp_path, ending):
 
     (same,), _ = find_areas(make_model(), frame)
     assert shapely.equals_exact(same.polygon.normalize(), area.polygon.normalize(), 1e-6)
+
+
+def test_a_drawing_of_400_named_plots_is_read(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new(units=ezdxf.units.M)
+    space = drawing.modelspace()
+    for k in range(400):
+        x, y = 20 * (k % 20), 20 * (k // 20)
+        corners = [(x, y), (x + 15, y), (x + 15, y + 15), (x, y + 15)]
+        space.add_lwpolyline(corners, close=True)
+        space.add_text(f"plot {k}").set_placement((x + 3, y + 3))
+    space.add_lwpolyline([(-1, -1), (400, -1), (400, 400), (-1, 400)], close=True)
+    drawing.saveas(tmp_path / "plots.dxf")
+    areas = load_areas(tmp_path / "plots.dxf").areas
+    assert [area.name for area in areas] == [*(f"plot {k}" for k in range(400)), "0"]
 
 
 def test_dxf_in_millimetres_named_by_text_and_layer(tmp_path):

@@ -45,8 +45,8 @@ def find_changed_boundaries(vertices, indices, lengths, rings, result):
 def test_every_polygon_keeps_its_edges(real_file, monkeypatch, name):
     calls = []
 
-    def watched(vertices, corners, lengths, rings=None):
-        result = triangulate(vertices, corners, lengths, rings)
+    def watched(vertices, corners, lengths, rings=None, budget=None):
+        result = triangulate(vertices, corners, lengths, rings, budget=budget)
         rings = np.ones(len(lengths), np.int64) if rings is None else rings
         calls.append((vertices, corners, lengths, rings, result))
         return result

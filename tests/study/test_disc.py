@@ -78,3 +78,19 @@ def test_what_is_of_the_middle_is_refused(scene, other):
     with pytest.raises(InputError) as caught:
         ask(scene, disc=True, **other)
     assert caught.value.option == "disc"
+
+
+def test_the_rim_rises_before_the_middle_and_sets_after_it_whatever_the_step():
+    field = make_scene([Part("post", "", Mesh(*box((500, 500, 0), (501, 501, 3))))])
+    point = {"receivers": "points", "points": [[0.0, 0.0, 0.0]], "extent": None, "cell": None,
+             "ground": None}  # fmt: skip
+    found = [
+        ask(field, disc=True, start="00:00", end="24:00", every=every, **point)
+        for every in ("7min", "1h")
+    ]
+    for name in ("first_contact", "last_contact"):
+        times = np.array([disc[name].values[0] for disc in found]).astype("datetime64[us]")
+        assert np.ptp(times.astype(np.int64)) < 2_000_000
+        # Some of the disc is up, and its middle is not.
+        assert (umbra.find_sun(SITE, times).altitude > -0.2666).all()
+        assert (umbra.find_sun(SITE, times).altitude < -0.2).all()

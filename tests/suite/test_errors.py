@@ -10,6 +10,7 @@ import pytest
 
 import umbra
 from umbra.calls.options import RenderOptions
+from umbra.cli.envelope import command as envelope
 from umbra.cli.inspect import command as inspect
 from umbra.cli.prove import command as prove
 from umbra.cli.render import command as render
@@ -59,7 +60,7 @@ def test_an_error_knows_the_option():
 def test_each_option_that_messages_may_name_is_one_of_the_command_line():
     typed = {
         text
-        for command in (inspect, prove, render, study)
+        for command in (envelope, inspect, prove, render, study)
         for parameter in command.params
         if isinstance(parameter, click.Option)
         for text in (*parameter.opts, *parameter.secondary_opts)

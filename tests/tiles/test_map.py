@@ -46,7 +46,7 @@ def test_footprints_are_buildings_and_captions_name_time_zone_and_ground(
     assert plan.place.endswith("Europe/Amsterdam")
     assert "2026-12-21, 08:00 to 17:00 (UTC+01:00)" in plan.date
     assert "ground at z = 0.5 m" in plan.note
-    assert "30min" in plan.note
+    assert "30 min" in plan.note
     assert ("means of 2 x 2" in plan.note) == (longest == 30)
     assert "a.city.json" in plan.title
     # Where a roof is topmost, none of the hours beneath it is shown.

@@ -145,6 +145,19 @@ def test_china_on_the_winter_solstice_by_solar_time(height):
     assert verdict.verdict == ("pass" if outcome.value >= 1 else "fail")
 
 
+def test_china_leaves_out_the_sun_along_a_facade():
+    boxes, east = {"house": STREET["house"]}, np.array([1.0, 0.0, 0.0])
+    spot = (20.001, 5.0, 2.0)
+    found = judge(make_model(boxes, BEIJING), "china-gb-50180:beijing-solstice",
+                  [windows([spot], east)])  # fmt: skip
+    directions, step = solar_suns(BEIJING, -23.43, 9, 15, 1)
+    lit = find_lit(boxes.values(), np.array(spot), directions, east)
+    angle = np.degrees(np.arcsin(directions[:, 0] / np.hypot(directions[:, 0], directions[:, 1])))
+    hours = step * (lit & (angle >= 12)).sum()
+    assert hours < step * lit.sum() - 0.5  # a facade toward the sun at noon
+    assert found.findings[0].outcome.value == pytest.approx(hours, abs=0.06)
+
+
 @pytest.mark.parametrize(("gap", "verdict"), [(8.0, "pass"), (3.0, "fail")])
 def test_korea_takes_two_hours_without_a_break(gap, verdict):
     boxes = {"west": ((-200, -20, 0), (-gap, -10, 60)), "east": ((gap, -20, 0), (200, -10, 60))}

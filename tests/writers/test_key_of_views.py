@@ -38,14 +38,14 @@ def read_map(sheet):
 
 @pytest.mark.parametrize("hours", [0.0, 8.0])
 def test_canopies_are_hatched_outlined_and_named(hours):
-    plan = replace(PLAN, canopies=CROWN, canopy_name="Tree*, looked through")
+    plan = replace(PLAN, canopies=CROWN, canopy_name="Tree*, see-through")
     values = np.full(PLAN.shape, hours, np.float32)
     sheet, bare = (
         make_hours_sheet(plan, [DayMap(values)], 8.0),
         make_hours_sheet(PLAN, [DayMap(values)], 8.0),
     )
-    assert "Tree*, looked through" in find_texts(sheet)
-    assert "looked through" not in find_texts(bare)
+    assert "Tree*, see-through" in find_texts(sheet)
+    assert "see-through" not in find_texts(bare)
     drawn = np.abs(read_map(sheet) - read_map(bare)).max(-1) > 0.1
     rows, cols = drawn.shape
     inside = drawn[round(rows * 0.4) : round(rows * 0.6), round(cols * 0.42) : round(cols * 0.58)]
@@ -55,12 +55,12 @@ def test_canopies_are_hatched_outlined_and_named(hours):
 
 
 def test_a_profile_names_its_canopies():
-    plan = replace(PLAN, canopies=CROWN, canopy_name="trees, looked through")
+    plan = replace(PLAN, canopies=CROWN, canopy_name="trees, see-through")
     for n in (3, 20):
         sheet = make_profile_sheet(
             plan, [DayShadows([CROWN] * n, [f"{k:02}:00" for k in range(n)])]
         )
-        assert "trees, looked" in find_texts(sheet)
+        assert "trees, see-through" in find_texts(sheet)
 
 
 def test_the_sky_is_named_and_no_colour_of_the_scale():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
@@ -22,6 +23,7 @@ def make_camera(
     *,
     eye: ArrayLike | None = None,
     target: ArrayLike | None = None,
+    view: Literal["isometric", "plan", "street", "bird"] | None = None,
     up: ArrayLike = (0.0, 0.0, 1.0),
     size: tuple[int, int] = (1024, 768),
     fov: float | None = None,
@@ -36,12 +38,15 @@ def make_camera(
     scene : Scene
     eye, target : (3,) float, optional
         Both or none [m]; by default the whole model from above.
+    view : {'isometric', 'plan', 'street', 'bird'}, optional
+        The whole model in a named view, in place of eye and target: isometric and plan are
+        orthographic; a street is seen from 1.7 m above the lowest point, with upright verticals.
     up : (3,) float
         Upward in the picture.
     size : (int, int)
         Columns and rows of pixels.
     fov : float, optional
-        Vertical field of view [degrees], 50 by default.
+        Vertical field of view [degrees], 50 by default, 28 of a named view.
     height : float, optional
         Height of the picture [m], for an orthographic view instead.
     near : float, optional
@@ -60,6 +65,7 @@ def make_camera(
     options = CameraOptions(
         eye=eye,  # type: ignore[arg-type]
         target=target,  # type: ignore[arg-type]
+        view=view,
         up=up,  # type: ignore[arg-type]
         fov=fov,
         height=height,

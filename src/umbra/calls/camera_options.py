@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from umbra.errors import InputError
 from umbra.options import check_types, option
@@ -36,13 +36,21 @@ class CameraOptions:
     target: Sequence[float] | None = _camera(
         "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z"
     )
+    view: Literal["isometric", "plan", "street", "bird"] | None = _camera(
+        "choice", "The whole model in a named view, in place of eye= and target=: isometric and "
+        "plan are orthographic, street stands 1.7 m above the lowest point.",
+        choices=("isometric", "plan", "street", "bird"),
+    )  # fmt: skip
     up: Sequence[float] = _camera(
         "numbers", "Direction that points up in the picture; default: 0,0,1.",
         default=(0.0, 0.0, 1.0), count=3, metavar="X,Y,Z",
         remedy="numbers joined by commas; the file's own axis is --axis-up",
     )  # fmt: skip
     fov: float | None = _camera(
-        "number", "Vertical field of view [degrees]; default: 50.", unit="degree", metavar="DEG"
+        "number",
+        "Vertical field of view [degrees]; default: 50, of a named view 28.",
+        unit="degree",
+        metavar="DEG",
     )
     height: float | None = _camera(
         "length", "Orthographic view: the height that the picture shows [m].", unit="m",
@@ -69,6 +77,10 @@ class CameraOptions:
                 "whole model"
             )
             raise InputError(msg, option=missing)
+        if self.view is not None and (self.eye is not None or self.height is not None):
+            other = "eye" if self.eye is not None else "height"
+            msg = f"view='{self.view}' places the camera; leave it or {other}= out"
+            raise InputError(msg, option="view")
         if self.fov is not None and self.height is not None:
             msg = (
                 "fov= is the angle of a perspective view, height= makes the view orthographic; "
@@ -89,9 +101,14 @@ class CameraOptions:
         """Make the camera; by default the model fills the picture but for a margin."""
         from umbra.scene import Camera  # noqa: PLC0415
         from umbra.scene.camera import fit_camera  # noqa: PLC0415
+        from umbra.scene.named_views import FOV, make_named_view  # noqa: PLC0415
         from umbra.window.view import frame_bounds  # noqa: PLC0415
 
         framed = frame_bounds(scene.model_bounds(), self.size, fov=self._angle).camera(self.size)
+        near = framed.near if self.near is None else self.near
+        points = scene.triangles().vertices + scene.origin if self.eye is None else None
+        if self.view is not None and points is not None:
+            return make_named_view(self.view, points, self.size, self.fov or FOV, near)
         camera = Camera(
             framed.eye if self.eye is None else self.eye,  # type: ignore[arg-type]
             framed.target if self.target is None else self.target,  # type: ignore[arg-type]
@@ -99,8 +116,6 @@ class CameraOptions:
             size=self.size,
             fov=self._angle,
             height=self.height,
-            near=framed.near if self.near is None else self.near,
+            near=near,
         )
-        if self.eye is not None:
-            return camera
-        return fit_camera(camera, scene.triangles().vertices + scene.origin)
+        return camera if points is None else fit_camera(camera, points)

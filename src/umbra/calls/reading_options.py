@@ -93,6 +93,21 @@ class ReadingOptions:
         "3D Tiles: the coarsest detail that will do, as an error [m]; default: the finest.",
         unit="m", metavar="M",
     )  # fmt: skip
+    place: tuple[str, ...] = _reading(
+        "texts",
+        "Bring a layer's own origin to this place among the others: x, y in their coordinates, or "
+        "latitude, longitude; its y axis AZIMUTH degrees clockwise from north; without Z on the "
+        "ground there (X,Y,,AZIMUTH).",
+        default=(), metavar="LAYER=X,Y[,Z][,AZIMUTH]",
+    )  # fmt: skip
+    lift: tuple[str, ...] = _reading(
+        "texts", "Raise a layer by this length, or set its lowest point on the others' ground.",
+        default=(), metavar="LAYER=M|ground",
+    )  # fmt: skip
+    move: tuple[str, ...] = _reading(
+        "texts", "Move a layer by these lengths along x, y and z.",
+        default=(), metavar="LAYER=DX,DY[,DZ]",
+    )  # fmt: skip
     allow_outside: bool = _reading(
         "flag",
         "Let models name files outside their own folder (buffers, materials, textures); only for "

@@ -149,7 +149,9 @@ class ShadowStudy:
 
         facts = [name for name in self.result.facts if name.isidentifier()]
         dims = [dim for names, _ in self.result.variables().values() for dim in names]
-        own = [*super().__dir__(), *self.result.variables(), *facts, *dims]
+        own = {*super().__dir__(), *self.result.variables(), *facts, *dims}
+        own -= {"areas"} if self.result.areas is None else set()
+        own -= {"windows"} if self.result.kind.name != "windows" else set()
         return sorted({*own, *(name for name in dir(xr.Dataset) if not name.startswith("_"))})
 
     def __repr__(self) -> str:

@@ -22,6 +22,7 @@ __all__ = ["main"]
 COMMANDS = {
     "bench": "Measure umbra against its peers.",
     "doctor": "Show which devices work on this machine.",
+    "envelope": "Find how high one may build on a plot, by rules of sunlight.",
     "inspect": "Show what a file contains.",
     "prove": "Judge gardens, windows and flats by cited rules, and write the sheet.",
     "render": "Draw a picture with exact shadows.",

@@ -19,7 +19,6 @@ from umbra.cli.reading import read_values
 from umbra.errors import InputError, find_similar
 from umbra.ground_option import is_file
 from umbra.options import is_area_file, read_length
-from umbra.rules.read import is_shipped
 from umbra.version import __version__
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
@@ -165,6 +164,8 @@ def _is_file(parameter: click.Parameter, value: Any) -> bool:
     if parameter.name == "areas":  # else a pattern of parts
         return is_area_file(value)
     if parameter.name == "rules":
+        from umbra.rules.read import is_shipped  # noqa: PLC0415  (loads numpy)
+
         return not is_shipped(str(value))
     is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
     if parameter.name == "ground" and isinstance(value, str):

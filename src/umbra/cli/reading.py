@@ -68,9 +68,13 @@ def take_site() -> dict[str, Any]:
     return {name: read_values()[name] for name, _, _ in list_options(SiteOptions)}
 
 
-def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool = True) -> "Scene":
+def read_model(
+    files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool = True, tells: bool = False
+) -> "Scene":
     """
     Read files with a command's options, and pose them if a time is given and this is wanted.
+
+    ``tells`` says where layers were placed, for commands that show no notes.
 
     Raises
     ------
@@ -85,11 +89,21 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool 
         raise InputError(msg)
     scene = read(*files, canopy=canopy, **take_reading())
     scene = scene.with_facts(notes=tuple(map(write_for_shell, scene.notes)))
+    if tells:
+        _tell_places(scene)
     if time is None or not poses:
         return scene
     from umbra.scene import pose  # noqa: PLC0415
 
     return pose(scene, time, 0 if animation is None else animation)
+
+
+def _tell_places(scene: "Scene") -> None:
+    """Say where layers were placed."""
+    begun = tuple(f"layer '{' '.join(one.layer.split())}': " for one in scene.sources if one.frame)
+    for note in scene.notes:
+        if begun and note.startswith(begun):
+            echo(f"note: {note}", err=True)
 
 
 def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) -> "Site":

@@ -92,7 +92,7 @@ def command(
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
         stages = stack.enter_context(show_progress(quiet))
         stages.begin(name_reading(files))
-        scene = read_model(files)
+        scene = read_model(files, tells=True)
         stages.show_scene(scene)
         stages.begin(what := _name_drawing(scene, lens))
         find_once = cache(lambda: find_model_site(scene))

@@ -116,7 +116,7 @@ def command(
         raise InputError(msg, points=len(places))
     with show_progress(quiet) as stages:
         stages.begin(name_reading(files))
-        scene = read_model(files)
+        scene = read_model(files, tells=True)
         stages.show_scene(scene)
         stages.begin("tracing the sky")
         site = _find_site(scene, dates)

@@ -65,7 +65,7 @@ def command(
     given["ground"] = False if no_ground else given["ground"]
     moved = {name: read_values()[name] for name in ("animation", "time")}
     chosen = replace(take_record(ViewOptions, given), **moved)
-    scene = read_model(files, poses=False)
+    scene = read_model(files, poses=False, tells=True)
     typed = take_site()
     is_known = all(
         typed[name] is not None or getattr(scene, name) is not None

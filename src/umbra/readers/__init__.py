@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
 from umbra.options import read_flag, read_texts
-from umbra.readers.assumed_crs import assume_crs, check_crs, tell_unused_crs
+from umbra.readers.assumed_crs import assume_crs, check_crs, leave_crs, tell_unused_crs
 from umbra.readers.budget import GIGABYTE, Budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
@@ -22,6 +22,7 @@ from umbra.readers.georeference import locate_bounds
 from umbra.readers.kept import Files, read_kept
 from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
+from umbra.readers.placing import check_placings, read_placings
 from umbra.readers.region import Region, keep_inside, make_region
 from umbra.scene import Scene, Source, make_scene
 from umbra.scene.numbers import read_number
@@ -49,6 +50,9 @@ def read(  # noqa: PLR0913  (each option by its name)
     bbox: str | Sequence[float | str] | None = None,
     area: str | os.PathLike[str] | None = None,
     geometric_error: float | None = None,
+    place: Sequence[str] = (),
+    lift: Sequence[str] = (),
+    move: Sequence[str] = (),
     allow_outside: bool = False,
     max_memory: float | None = None,
     cache: bool = False,
@@ -94,6 +98,16 @@ def read(  # noqa: PLR0913  (each option by its name)
         is as of ``bbox`` or ahead of it (``SRID=25832;POLYGON ((...))``).
     geometric_error : float, optional
         Of 3D Tiles: tiles of at most this error [m] are not refined further; the finest by default.
+    place : sequence of str
+        ``LAYER=X,Y[,Z][,AZIMUTH]``: the layer's own origin comes to x, y, z [m] of the other
+        layers' coordinates, its y axis at this azimuth [degrees, clockwise from the plan's north].
+        Where these are in a CRS, two numbers that can be are latitude and longitude. Without Z
+        (``X,Y,,AZIMUTH``) its lowest point stands on the ground of the others. A layer whose file
+        states a site that lies among layers in a CRS is placed by it without being asked.
+    lift : sequence of str
+        ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
+    move : sequence of str
+        ``LAYER=DX,DY[,DZ]``, by which the layer is moved [m].
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
@@ -137,6 +151,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         name_column,
         crs=named_crs,
         geometric_error=_check_error(geometric_error),
+        placings=read_placings(place, lift, move),
         region=make_region(bbox, area, named_crs),
         allow_outside=read_flag("allow_outside", allow_outside),
         budget=_make_budget(max_memory),
@@ -146,6 +161,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         named = name_layers(paths)
         for _, path in named:
             _check_there(path)  # check all names before reading the first file
+        check_placings(choices.placings, [name for name, _ in named])
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, _load(path)) for name, path in named]
         for _, content in files:
@@ -175,22 +191,28 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
     layers: list[FileLayer] = []
     sources: list[Source] = []
     named: list[str | None] = []
+    placings = {placing.layer: placing for placing in choices.placings}
     for name, content in files:
-        path = content.path
+        path, placing = content.path, placings.get(name)
+        is_placed = placing is not None and placing.at is not None
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
-        model, source = _read_one(content, replace(choices, crowns=crowns))
+        region = None if is_placed else choices.region
+        options = replace(choices, crowns=crowns, region=region, is_placed=is_placed)
+        model, source = _read_one(content, options)
         named.append(model.crs)
-        model = assume_crs(model, choices.crs)
-        if choices.region is not None:
+        model = leave_crs(model) if is_placed else assume_crs(model, choices.crs)
+        # A file that its site may bring into the region is judged when all CRSs are known.
+        is_later = is_placed or (len(files) > 1 and model.is_sited)
+        if choices.region is not None and not is_later:
             choices = replace(choices, region=choices.region.settle(model.crs))
             model = _keep_inside(model, choices.region, path)
-        layers.append(FileLayer(name, path, model))
+        layers.append(FileLayer(name, path, model, placing))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     if unused := tell_unused_crs(named, choices.crs):
         model = layers[0].model
         layers[0] = replace(layers[0], model=replace(model, notes=(*model.notes, *unused)))
     if choices.region is not None:
-        layers = _drop_empty(layers, choices.region)
+        layers = _drop_empty(_judge_sited(layers, choices.region), choices.region)
     return layers, tuple(sources)
 
 
@@ -202,6 +224,18 @@ def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileMod
     outside += model.outside
     note = f"{show_name(path)}: objects outside {region.shown} left out: {outside}"
     return replace(model, notes=(*model.notes, note)) if outside else model
+
+
+def _judge_sited(layers: list[FileLayer], region: Region) -> list[FileLayer]:
+    """Keep what meets the region of files with a site, or all where a CRS may bring them there."""
+    has_crs = any(layer.model.crs is not None for layer in layers)
+    judged = []
+    for layer in layers:
+        if len(layers) > 1 and layer.model.is_sited and not layer.is_placed:
+            model = _keep_inside(layer.model, region, layer.path)
+            layer = replace(layer, model=model if model.parts or not has_crs else layer.model)  # noqa: PLW2901
+        judged.append(layer)
+    return judged
 
 
 def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
@@ -277,10 +311,13 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     notes = [note for layer in layers for note in layer.model.notes]
     places = {show_name(layer.path): layer.model.place for layer in layers}
     with damage_of(", ".join(str(layer.path) for layer in layers)):
-        parts, lights, crs, remarks = combine(layers)
+        whole = combine(layers)
+        frames = {name: tuple(matrix.ravel().tolist()) for name, matrix in whole.frames.items()}
+        sources = tuple(replace(one, frame=frames.get(one.name, ())) for one in sources)
         layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
-            parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
+            whole.parts, crs=whole.crs, sources=sources, notes=(*notes, *whole.notes),
+            lights=whole.lights,
         )  # fmt: skip
         bounds = scene.bounds()
         found = settle(locate_bounds(scene, bounds), places)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.georeference import find_on_plan, is_in_degrees, show_crs, swap_on_plan
 
-__all__ = ["FilePlan", "check_apart", "make_crs_error"]
+__all__ = ["BESIDE", "FilePlan", "check_apart", "find_site_among", "make_crs_error"]
 
 FAR = 10_000.0
 """A file without a CRS that lies farther from all others is in other coordinates [m]."""
@@ -20,7 +20,9 @@ SWAPPED = (
     "its latitude and longitude are swapped: with the longitude first it lies there; swap the two "
     "numbers of every corner"
 )
-_BESIDE = 1_000.0  # a site at most so far outside the files' bounds is theirs [m]
+PLACED = 2_000.0
+"""A file that the caller placed lies no farther from all others [m]."""
+BESIDE = 1_000.0  # a site at most so far outside the files' bounds is theirs [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,9 @@ class FilePlan:
         That the file names.
     latitude, longitude : float, optional
         Of the site that the file states [degrees].
+    layer : str
+    is_placed : bool
+        Whether the caller placed it.
     """
 
     name: str
@@ -44,13 +49,15 @@ class FilePlan:
     crs: str | None = None
     latitude: float | None = None
     longitude: float | None = None
+    layer: str = ""
+    is_placed: bool = False
 
 
 def make_crs_error(one: str | Path, other: str | Path, crs: tuple[str, str]) -> InputError:
     """Return the error of two files whose CRSs cannot be brought together."""
     msg = (
         f"{one} is in {show_crs(crs[0])} but {other} is in {show_crs(crs[1])}; convert them to one "
-        "coordinate reference system"
+        "coordinate reference system, or place one of them by hand: place='LAYER=X,Y'"
     )
     return InputError(msg, crs=crs)
 
@@ -79,9 +86,12 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     """
     low, high = (np.array([one.bounds[k] for one in files]) for k in (0, 1))
     is_known = np.array([one.crs is not None for one in files])
-    first = int(np.argmax(is_known))  # the first file, if none names a CRS
+    is_placed = np.array([one.is_placed for one in files])
+    # The first file that names a CRS, or that was not placed, or of all.
+    first = int(np.argmax(2 * (is_known & ~is_placed) + ~is_placed))
     gaps = _find_gaps(low, high, first)
-    near = _spread(low, high, np.where(is_known, FARTHEST, FAR), first)
+    reach = np.where(is_placed, PLACED, np.where(is_known, FARTHEST, FAR))
+    near = _spread(low, high, reach, first)
     if near.all():
         close = _spread(low, high, np.full(len(files), FAR), first)
         return [] if close.all() else [_tell_far(files, gaps, ~close, first)]
@@ -90,7 +100,7 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     nearest = _find_gaps(low, high, int(apart[0]))
     neighbour = int(np.argmin(np.where(near, nearest, np.inf)))
     distance = float(nearest[neighbour])
-    place = _find_site(other, low[near], high[near], crs)
+    place = find_site_among(other, low[near], high[near], crs)
     middle = other.bounds.mean(0)
     swapped = swap_on_plan(crs, middle) if crs and is_in_degrees(other.crs or "") else None
     is_swapped = _lies_among(swapped, low[near], high[near])
@@ -138,7 +148,7 @@ def _tell_far(
     )
 
 
-def _find_site(
+def find_site_among(
     file: FilePlan, low: NDArray[np.float64], high: NDArray[np.float64], crs: str | None
 ) -> tuple[float, float] | None:
     """Return where a file's site lies among the others; None if it lies elsewhere."""
@@ -155,19 +165,31 @@ def _lies_among(
 ) -> bool:
     if place is None:
         return False
-    return bool(((place >= low - _BESIDE) & (place <= high + _BESIDE)).all(1).any())
+    return bool(((place >= low - BESIDE) & (place <= high + BESIDE)).all(1).any())
 
 
 def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | None) -> str:
+    by_hand = f"place='{file.layer or 'LAYER'}=X,Y'"
+    if file.is_placed:
+        (x, y), (right, top) = neighbour.bounds
+        return (
+            f"it was placed there: {by_hand} takes x and y of the other layers, which lie at "
+            f"x {x:.0f} to {right:.0f}, y {y:.0f} to {top:.0f}, or latitude, longitude"
+        )
     if place is not None and file.latitude is not None and file.longitude is not None:
         return (
             f"its site, latitude {file.latitude:.5f}°, longitude {file.longitude:.5f}°, lies "
-            f"there, at x {place[0]:.0f}, y {place[1]:.0f}: move the model to it before export"
+            f"there, at x {place[0]:.0f}, y {place[1]:.0f}: place it with {by_hand}"
         )
     if file.crs is not None and neighbour.crs is not None:
         return "read one place with bbox=, or study each alone"
     remedy = f"export it in the coordinates of {neighbour.name}"
-    return f"{remedy}, name the CRS that it is in with crs=, or study each alone"
+    own = "name the CRS that it is in with crs="
+    site = ""
+    if file.latitude is not None and file.longitude is not None:
+        stated = f"latitude {file.latitude:.5f}°, longitude {file.longitude:.5f}°"
+        site = f"its site, {stated}, is not there; "
+    return f"{site}place it with {by_hand}, {remedy}, {own}, or study each alone"
 
 
 def _tell_crs(file: FilePlan) -> str:

@@ -85,18 +85,16 @@ def _name(polygons: list[list[list[Any]]], layers: list[str], space: Any) -> lis
     for text in space.query("TEXT MTEXT"):
         plain = text.plain_text() if text.dxftype() == "MTEXT" else text.dxf.text
         words.append((tuple(text.dxf.insert)[:2], " ".join(str(plain).split())))
-    unique, names = UniqueNames(), []
     sizes = [abs(_measure(np.array(loops[0]))) for loops in polygons]
-    loops_of = [Loop(loops[0]) for loops in polygons]
-    for k, layer in enumerate(layers):
-        # Of nested outlines the smallest has the text.
-        own = [
-            word
-            for place, word in words
-            if word and min(
-                (size, n) for n, (size, loop) in enumerate(zip(sizes, loops_of, strict=True))
-                if loop.contains_point(place)
-            ) == (sizes[k], k)
-        ] if any(loops_of[k].contains_point(place) for place, _ in words) else []  # fmt: skip
-        names.append(unique.add(own[0] if own else layer))
-    return names
+    places = np.array([place for place, _ in words], np.float64).reshape(-1, 2)
+    # Of nested outlines the smallest has the text.
+    owners = np.full(len(words), -1)
+    for k in np.argsort(sizes, kind="stable").tolist():
+        left = np.flatnonzero(owners < 0)
+        owners[left[Loop(polygons[k][0]).contains_points(places[left])]] = k
+    own: dict[int, str] = {}
+    for owner, (_, word) in zip(owners.tolist(), words, strict=True):
+        if word:
+            own.setdefault(owner, word)
+    unique = UniqueNames()
+    return [unique.add(own.get(k, layer)) for k, layer in enumerate(layers)]

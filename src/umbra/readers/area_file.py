@@ -98,7 +98,7 @@ def load_areas(path: Path | str) -> AreaFile:
     try:
         content = FileContent(file)
     except (OSError, ValueError) as error:  # ValueError: a name with a null byte
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        reason = (getattr(error, "strerror", None) or "").lower() or str(error)
         msg = f"{file}: {reason}; name a file of areas ({_FORMS})"
         raise InputError(msg, option="areas", path=file) from None
     with errors_of(f"{file}: ", option="areas", path=file):

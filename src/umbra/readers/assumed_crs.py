@@ -6,7 +6,7 @@ from umbra.errors import InputError, show_value
 from umbra.readers.georeference import is_known_crs, name_crs, show_crs
 from umbra.readers.model import NO_CRS, FileModel
 
-__all__ = ["assume_crs", "check_crs", "tell_unused_crs"]
+__all__ = ["assume_crs", "check_crs", "leave_crs", "tell_unused_crs"]
 
 
 def check_crs(crs: str | None) -> str | None:
@@ -26,6 +26,12 @@ def assume_crs(model: FileModel, crs: str | None) -> FileModel:
         return model
     notes = tuple(note for note in model.notes if not note.endswith(NO_CRS))
     return replace(model, crs=crs, notes=notes)
+
+
+def leave_crs(model: FileModel) -> FileModel:
+    """Return a file's model in its own coordinates, for one that the caller places."""
+    notes = tuple(note for note in model.notes if not note.endswith(NO_CRS))
+    return replace(model, crs=None, notes=notes)
 
 
 def tell_unused_crs(own: list[str | None], crs: str | None) -> list[str]:

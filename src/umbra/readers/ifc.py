@@ -87,6 +87,8 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         for number in sorted(found.shapes)
         for part in _make_parts(facts.elements[number], found.shapes[number])
     )
+    if choices.is_placed:
+        facts = replace(facts, matrix=None, crs=None)
     place, crs = facts.place, facts.crs
     if facts.matrix is not None and crs is not None:
         # The map's plan may be in feet; heights are metres.

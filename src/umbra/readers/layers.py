@@ -2,7 +2,7 @@
 Several files, each a layer, in one scene: names, coordinates, heights.
 
 The first CRS named by a file is the scene's; other files are converted to it. Files without
-one are assumed to use it.
+one are assumed to use it, unless they are placed: by the caller, or by the site that they state.
 """
 
 import os
@@ -13,6 +13,7 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.apart import FilePlan, check_apart, make_crs_error
@@ -27,6 +28,8 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import FileModel, UniqueNames
+from umbra.readers.placing import Placing, move_light, place_parts
+from umbra.readers.sited import find_by_site
 from umbra.readers.terrain import (
     find_gaps,
     find_overlaps,
@@ -50,6 +53,12 @@ class FileLayer:
     name: str
     path: Path
     model: FileModel
+    placing: Placing | None = None  # that the caller wants
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether the caller says where its origin is."""
+        return self.placing is not None and self.placing.at is not None
 
 
 def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path]]:
@@ -82,17 +91,27 @@ def show_name(path: Path) -> str:
     return os.fsencode(path.name).decode("utf-8", "replace")
 
 
-def combine(
-    layers: Sequence[FileLayer],
-) -> tuple[Iterator[Part], tuple[Light, ...], str | None, list[str]]:
+@dataclass(frozen=True, eq=False)
+class Combined:
     """
-    Convert layers to one CRS and set them on the terrain among them.
+    Layers in one plan.
 
-    Returns the parts, each with its layer, in metres if the CRS is known; the lights, the CRS,
-    and notes on parts converted, set on a terrain, or misplaced.
+    ``parts``, each with its layer, are in metres if the CRS is known; ``frames`` (4, 4) are those
+    of files that were placed, by name; ``notes`` tell of parts converted, placed or misplaced.
     """
+
+    parts: Iterator[Part]
+    lights: tuple[Light, ...]
+    crs: str | None
+    frames: dict[str, NDArray[np.float64]]
+    notes: list[str]
+
+
+def combine(layers: Sequence[FileLayer]) -> Combined:
+    """Convert layers to one CRS, place them, and set them on the terrain among them."""
     notes: list[str] = []
     moved, crs = _bring_together(layers, notes)
+    frames = _place(layers, moved, crs, notes)
     if len(layers) > 1:
         notes += check_apart([_lay_out(*one) for one in zip(layers, moved)], crs)
     # The first raster is the terrain: another may be trees, or roofs.
@@ -110,8 +129,50 @@ def combine(
             notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
         notes += _check_together(layers, moved)
-    lights = tuple(light for layer in layers for light in layer.model.lights)
-    return chain.from_iterable(moved), lights, crs, notes
+    lights = tuple(
+        move_light(light, frames[show_name(layer.path)])
+        if show_name(layer.path) in frames
+        else light
+        for layer in layers
+        for light in layer.model.lights
+    )
+    return Combined(chain.from_iterable(moved), lights, crs, frames, notes)
+
+
+def _place(
+    layers: Sequence[FileLayer], moved: list[tuple[Part, ...]], crs: str | None, notes: list[str]
+) -> dict[str, NDArray[np.float64]]:
+    """Place layers as the caller or their site says; return how, by the name of the file."""
+    wanted = [layer.placing for layer in layers]
+    if len(layers) > 1 and crs is not None:
+        plans = [_lay_out(*one) for one in zip(layers, moved)]
+        for k, layer in enumerate(layers):
+            if wanted[k] is None:
+                rest = [plan for i, plan in enumerate(plans) if i != k and wanted[i] is None]
+                wanted[k] = find_by_site(layer.name, plans[k], layer.model.place, rest, crs)
+    frames = {}
+    named = {one.layer for one in wanted if one}
+    has_raster = any(layer.model.is_terrain for layer in layers)
+    for k, (layer, placing) in enumerate(zip(layers, wanted)):
+        if placing is not None:
+            others = [
+                p for parts, one in zip(moved, layers) if one.name not in named for p in parts
+            ]
+            placed = place_parts(
+                moved[k], others or _list_others(layers, moved, layer.name), crs, placing,
+                is_afloat=layer.model.is_afloat and has_raster,
+            )  # fmt: skip
+            moved[k] = placed.parts
+            if placed.note not in notes:
+                notes.append(placed.note)
+            frames[show_name(layer.path)] = placed.matrix
+    return frames
+
+
+def _list_others(
+    layers: Sequence[FileLayer], moved: Sequence[tuple[Part, ...]], name: str
+) -> list[Part]:
+    return [part for layer, parts in zip(layers, moved) if layer.name != name for part in parts]
 
 
 def _bring_together(
@@ -162,8 +223,9 @@ def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
     model = layer.model
     bounds = Scene(tuple(parts), np.zeros(3)).bounds()[:, :2]
     return FilePlan(
-        show_name(layer.path), bounds, model.crs, model.place.latitude, model.place.longitude
-    )
+        show_name(layer.path), bounds, model.crs, model.place.latitude, model.place.longitude,
+        layer=layer.name, is_placed=layer.is_placed,
+    )  # fmt: skip
 
 
 def _check_together(

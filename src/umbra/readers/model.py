@@ -21,6 +21,7 @@ from umbra.scene import Light, Part, Scene, Source
 from umbra.scene.making import move_parts
 
 if TYPE_CHECKING:
+    from umbra.readers.placing import Placing
     from umbra.readers.region import Region
 
 __all__ = [
@@ -96,6 +97,8 @@ class ReadChoices:
     crowns: Crowns | None = None  # which rasters are canopies
     crs: str | None = None  # of files that name none
     geometric_error: float | None = None  # of 3D Tiles that are fine enough [m]
+    placings: "tuple[Placing, ...]" = ()  # where layers are wanted
+    is_placed: bool = False  # whether a file is to be read in its own coordinates, not on its map
     region: "Region | None" = None  # only objects whose bounds meet it are wanted
     allow_outside: bool = False  # whether a model may name files outside its own folder
     # What the whole reading may take
@@ -145,6 +148,11 @@ class FileModel:
     # Of a canopy, whose one part is remade when the ground is known
     crowns: CrownRaster | None = None
     outside: int = 0  # objects that the reader left out, as they do not meet the region
+
+    @property
+    def is_sited(self) -> bool:
+        """Whether the file states a site and no CRS."""
+        return self.crs is None and self.place.latitude is not None
 
 
 class UniqueNames:

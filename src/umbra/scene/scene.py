@@ -31,7 +31,8 @@ class Source:
     A file that was read: its name and the SHA-256 of its bytes, in hex.
 
     ``is_companion``: a file that belongs to a named one and holds a piece of it. ``path`` and
-    ``layer``: where it was read, and the layer of its parts.
+    ``layer``: where it was read, and the layer of its parts. ``frame``: the matrix, row by row, by
+    which a file's own coordinates were brought to their place, if they were.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Source:
     is_companion: bool = False
     path: str = field(default="", compare=False, repr=False)
     layer: str = field(default="", compare=False, repr=False)
+    frame: tuple[float, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

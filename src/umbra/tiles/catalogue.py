@@ -150,6 +150,10 @@ def make_catalogue(
         reference systems.
     """
     options = {"cache": True, **(reading or {})}
+    for option in ("place", "lift", "move"):
+        if options.get(option):
+            msg = f"{option}= is not for tiles, whose files are read alone; study without tiles="
+            raise InputError(msg, option=option)
     named = name_layers(list_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []

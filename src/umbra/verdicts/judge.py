@@ -17,10 +17,11 @@ from umbra.verdicts.outcome import (
     judge_value,
     tell_limit,
 )
+from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import SunlightOf
 from umbra.verdicts.values import measure
 
-__all__ = ["Finding", "RuleVerdict", "judge_rules", "spell_out"]
+__all__ = ["Finding", "RuleVerdict", "choose_asked", "judge_rules", "spell_out"]
 
 NO_PROPOSAL = "what stood before is not known; name the proposal's parts with proposed="
 
@@ -187,7 +188,7 @@ def _judge_requirement(
         return [_judge_share(rule, requirement, _judge_all(found, requirement, model.proposed))]
     findings: list[Finding] = []
     for sunlight in found:
-        asked = _choose(sunlight, requirement)
+        asked = choose_asked(sunlight.subjects, requirement)
         left = len(sunlight.subjects) - len(asked)
         if left:
             notes.append(f"{left:,} of {len(sunlight.subjects):,} {sunlight.subjects.kind} are not "
@@ -229,9 +230,8 @@ def _tell_choice(requirement: Requirement) -> str:
     return " and ".join(words)
 
 
-def _choose(sunlight: SunlightOf, requirement: Requirement) -> list[int]:
-    """Return the receivers that the rule asks of."""
-    subjects = sunlight.subjects
+def choose_asked(subjects: Subjects, requirement: Requirement) -> list[int]:
+    """Return the indices of the receivers that a rule asks of."""
     kept = list(range(len(subjects)))
     if subjects.kind != "windows":
         return kept

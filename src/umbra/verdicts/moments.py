@@ -1,8 +1,8 @@
 """
 Moments of rules: days that astronomy names, and times by the sun or by a clock without summer time.
 
-The sun's longitude and the equation of time are of Meeus, Astronomical Algorithms, chapters 25
-and 28: right to 0.01 degrees and some seconds from 1950 to 2100.
+Days are those of `umbra.sun.terms`. The equation of time is of Meeus, Astronomical Algorithms,
+chapters 25 and 28: right to some seconds from 1950 to 2100.
 """
 
 import datetime as dt
@@ -15,16 +15,11 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.rules.record import Condition
-from umbra.sun import Site, find_sun
+from umbra.sun import Site, find_sun, terms
 from umbra.sun.clock import parse_duration
 
 __all__ = ["find_term", "find_windows", "follows_clock"]
 
-LONGITUDES = {
-    "spring-equinox": 0.0, "summer-solstice": 90.0, "autumn-equinox": 180.0,
-    "winter-solstice": 270.0, "great-cold": 300.0,
-}  # fmt: skip
-"""Ecliptic longitude of the sun at a term [degrees]."""
 RIM = -0.833
 """Altitude of the sun's middle at sunrise and sunset, without air [degrees]."""
 _CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}))?")
@@ -38,14 +33,7 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
     if term == "equinox":
         return [day for name in ("spring-equinox", "autumn-equinox")
                 for day in find_term(name, year, zone)]  # fmt: skip
-    wanted = LONGITUDES[term]
-    days = np.arange(0.0, 366.0, 1 / 1440)
-    begin = dt.datetime(year, 1, 1, tzinfo=dt.UTC)
-    longitude, _ = _find_sun(_count_centuries(begin.timestamp() + 86400 * days))
-    past = (longitude - wanted + 180) % 360 - 180
-    first = int(np.flatnonzero((past[:-1] < 0) & (past[1:] >= 0))[0]) + 1
-    moment = begin + dt.timedelta(days=float(days[first]))
-    return [moment.astimezone(zoneinfo.ZoneInfo(zone)).date()]
+    return [terms.find_term(f"{year}-{term}", zone)]
 
 
 def _count_centuries(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -53,8 +41,8 @@ def _count_centuries(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return ((seconds + 69.0) / 86400 + 2440587.5 - 2451545.0) / 36525
 
 
-def _find_sun(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sun's apparent longitude [degrees] and the equation of time [minutes]."""
+def _find_equation(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the equation of time [minutes]."""
     mean = 280.46646 + 36000.76983 * t + 0.0003032 * t * t
     anomaly = np.radians(357.52911 + 35999.05029 * t - 0.0001537 * t * t)
     centre = (
@@ -68,8 +56,7 @@ def _find_sun(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.f
     along = np.radians(longitude)
     ascension = np.degrees(np.arctan2(np.cos(tilt) * np.sin(along), np.cos(along)))
     nutation = -0.00478 * np.sin(node) * np.cos(tilt)
-    minutes = 4 * ((mean - 0.0057183 - ascension + nutation + 180) % 360 - 180)
-    return longitude % 360, minutes
+    return 4 * ((mean - 0.0057183 - ascension + nutation + 180) % 360 - 180)
 
 
 def follows_clock(condition: Condition) -> bool:
@@ -128,7 +115,7 @@ def _read_clock(day: dt.date, past: int, clock: str, site: Site) -> int:
     if clock == "solar":
         guess = seconds - 240 * site.longitude
         for _ in range(2):
-            _, minutes = _find_sun(_count_centuries(np.array([guess])))
+            minutes = _find_equation(_count_centuries(np.array([guess])))
             guess = seconds - 240 * site.longitude - 60 * float(minutes[0])
         return round(guess * 1e6)
     zone = zoneinfo.ZoneInfo(site.zone)

@@ -333,7 +333,7 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     if bare is not None:
         swatches.append(Swatch(bare.nothing_name, str(MISSING)))
     if any(plan.looks_through for plan in plans):
-        swatches.append(Swatch("proposed, looked through", "white", PROPOSED, "\\\\\\"))
+        swatches.append(Swatch("proposed, see-through", "white", PROPOSED, "\\\\\\"))
     appearances = [plan.appearance for plan in plans if plan.appearance is not None]
     if any(
         appearance.sky is not None and (appearance.sky > 127).any() for appearance in appearances

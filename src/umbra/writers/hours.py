@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.area_outlines import draw_areas
 from umbra.writers.contours import (
     PROPOSED,
     draw_contours,
@@ -208,6 +209,7 @@ def fill_map(
     outline_covers(panel)
     if plan.proposed is not None and not plan.looks_through:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
+    draw_areas(panel)
     if is_missing.all():
         panel.write_over(words)
 

@@ -19,6 +19,7 @@ __all__ = [
     "Appearance",
     "DayMap",
     "DayShadows",
+    "OutlinedArea",
     "Plan",
     "Show",
     "cover_with_roofs",
@@ -94,6 +95,15 @@ def draw_appearance(
 
 
 @dataclass(frozen=True, eq=False)
+class OutlinedArea:
+    """A named area that is outlined on a map, in the model's own coordinates [m]."""
+
+    name: str
+    rings: tuple[NDArray[np.float64], ...]  # closed, each (n, 2); of polygons and of holes
+    middle: tuple[float, float]  # a place inside
+
+
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A raster, seen from above or otherwise, and the words around it."""
 
@@ -127,6 +137,7 @@ class Plan:
     canopy_name: str = "canopies"  # in the key
     # whether roofs are drawn over the receivers, as over the ground; else outlined
     roofs_cover: bool = True
+    areas: tuple[OutlinedArea, ...] = ()  # of a plan: outlined with their names
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):

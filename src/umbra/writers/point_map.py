@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
+from umbra.writers.area_outlines import draw_areas
 from umbra.writers.contours import PROPOSED, trace
 from umbra.writers.hours import OUTLINE, draw_hours_key, list_dark, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure_text
@@ -117,6 +118,7 @@ def fill_points(
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     panel.fill([place + disc for place in spread], colors, INK, 0.6)
+    draw_areas(panel)
     if n <= FEW:
         named = names or range(1, n + 1)
         labels = [": ".join(filter(None, (f"{named[k]}", texts[k]))) for k in range(n)]

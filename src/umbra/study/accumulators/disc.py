@@ -60,9 +60,7 @@ class DiscHours(HourSums):
         hours = np.zeros(len(places.points))
         directions = np.ascontiguousarray(lights.directions[:, :3])
         middles = (lights.starts + lights.ends) // 2
-        joined = np.append(lights.starts[1:] == lights.ends[:-1], False)
-        after = np.where(joined, np.append(middles[1:], 0), lights.ends)
-        before = np.where(np.roll(joined, 1), np.roll(middles, 1), lights.starts)
+        before, after = self._find_dark(lights, middles)
         for first in range(0, len(lights), _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
             free = find_free_disc(
@@ -76,6 +74,25 @@ class DiscHours(HourSums):
                 self._last[:, seen] = np.array([[after[k]], [middles[k]]])
             progress(len(free))
         return hours.reshape(run.shape).astype(np.float32), np.zeros(run.shape, np.float32)
+
+    def _find_dark(
+        self, lights: Lights, middles: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """
+        Return times before and after each light between which its contacts lie, (n,) [us].
+
+        They are the neighbours' middles, and beyond the first and the last sun of a day those of
+        the asked hours: the rim rises before the middle, and sets after it.
+        """
+        period = self.arrays.period
+        starts, ends = period.starts, period.ends
+        breaks = np.flatnonzero(starts[1:] != ends[:-1]) + 1
+        firsts, lasts = np.append(0, breaks), np.append(breaks, len(starts)) - 1
+        block = np.searchsorted(firsts, lights.step, "right") - 1
+        joined = np.append(lights.starts[1:] == lights.ends[:-1], False)
+        after = np.where(joined, np.append(middles[1:], 0), ends[lasts[block]])
+        before = np.where(np.roll(joined, 1), np.roll(middles, 1), starts[firsts[block]])
+        return before, after
 
     def _solve(
         self, tile: Tile, dark: NDArray[np.int64], lit: NDArray[np.int64]

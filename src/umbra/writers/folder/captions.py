@@ -4,6 +4,7 @@ Captions of a study's pictures: site, dates, method, accuracy, casters.
 A picture has one map for each date, or all dates together as a mean or a sum.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,10 +17,10 @@ from umbra.receivers.view import Elevation
 from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import guard
-from umbra.sun import find_daylight
+from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import is_of_the_sun
 from umbra.writers.folder import FolderJob
-from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.plan import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
     "Scale",
@@ -36,7 +37,9 @@ __all__ = [
     "list_few",
     "name_dates",
     "name_files",
+    "name_model",
     "name_shown",
+    "outline_areas",
     "place_elevation",
     "tell_cut",
     "tell_daylight",
@@ -147,7 +150,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
-        title=outputs.title or name_files(job.scene) + view,
+        title=outputs.title or name_model(job.scene) + view + _name_sun(study, which),
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
@@ -160,8 +163,26 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         nothing=nothing if nothing.any() else None,
         nothing_name=_name_nothing(study, options),
         canopies=canopies if canopies is not None and canopies.any() else None,
-        canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, looked through",
+        canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
+        areas=outline_areas(study) if study.kind.is_plan else (),
     )
+
+
+def outline_areas(study: Study) -> tuple[OutlinedArea, ...]:
+    """Return a study's named areas as a plan outlines them."""
+    if study.areas is None:
+        return ()
+    import shapely  # noqa: PLC0415  (areas need it)
+
+    found = []
+    for area in study.areas.laid.records:
+        edges = shapely.get_parts(shapely.boundary(shapely.get_parts(area.polygon)))
+        middle = area.polygon.centroid
+        if not area.polygon.contains(middle):
+            middle = area.polygon.representative_point()
+        rings = tuple(shapely.get_coordinates(edge) for edge in edges)
+        found.append(OutlinedArea(area.name, rings, (middle.x, middle.y)))
+    return tuple(found)
 
 
 def _name_nothing(study: Study, options: StudyOptions) -> str:
@@ -228,6 +249,30 @@ def name_files(scene: Scene) -> str:
     """Name the first three files of a scene."""
     named = [Path(source.name).name for source in scene.sources if not source.is_companion]
     return join_names(named)
+
+
+def name_model(scene: Scene) -> str:
+    """Name a model for a title by its files: ``city_block.city.json`` is City block."""
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    stems = [name.lstrip(".").partition(".")[0].replace("_", " ").strip() for name in named]
+    return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
+
+
+def _name_sun(study: Study, which: range) -> str:
+    """Name the dates of a picture's sun, for its title; nothing of measures without dates."""
+    days = study.period.days[which.start : which.stop]
+    if not days:
+        return ""
+    if len(days) > FEW:
+        return f" · sun on {len(days)} days"
+    *others, last = map(name_date, days)
+    listed = f"{', '.join(others)} and {last}" if others else last
+    return f" · sun on {listed}"
+
+
+def _space(duration: object) -> str:
+    """Write a duration with a space before its unit."""
+    return re.sub(r"(?<=[0-9.])(?=[a-z])", " ", str(duration))
 
 
 def join_names(names: Sequence[str]) -> str:
@@ -300,7 +345,7 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
     else:
         half = float(study.period.hours.max()) * 30
-        notes = [f"midpoints of {options.every} steps"]
+        notes = [f"sun every {_space(options.every)}, at the middle of each step"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
     if study.has_hours:

@@ -40,8 +40,9 @@ from umbra.writers.folder.captions import (
     find_maps,
     find_together,
     list_few,
-    name_files,
+    name_model,
     name_shown,
+    outline_areas,
     tell_daylight,
     tell_place,
     tell_times,
@@ -339,6 +340,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
+        areas=outline_areas(study),
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
 
@@ -374,14 +376,14 @@ def describe_points(job: FolderJob) -> Plan:
     """Describe surfaces or points for a report."""
     study, options, outputs = job.study, job.options, job.outputs
     what = study.kind.name
-    spot = f"{len(study.shadow_hours):,} {what}"
+    spot = f"{len(study.shadow_hours):,} {'squares of areas' if what == 'areas' else what}"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
     nowhere = np.zeros(1)
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_files(job.scene)}, {what}",
+        title=outputs.title or f"{name_model(job.scene)}, {what}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=tell_times(study, options, range(len(study.period.days))),

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from umbra.study import Study, split_dates, tell_dates
+from umbra.study.area_table import name_share
 from umbra.study.measures import Quantity
 from umbra.study.rules.measure import say_hours
 from umbra.sun import find_daylight, name_date
@@ -16,6 +17,8 @@ __all__ = ["sum_up", "tell_answers"]
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
 
+_MOST_AREAS = 8
+"""Lines that tell of named areas."""
 _MOST = 4
 """Casters that a line tells."""
 _MOST_NAMES = 2
@@ -61,10 +64,10 @@ def sum_up(study: Study) -> dict[str, Any]:
 
 def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
     """
-    Tell what a study found: a line for the hours of each date, and one for each measure.
+    Tell what a study found: named areas first, then the hours of each date, and each measure.
 
-    Each names the area that its figures are of. ``proposed`` are the patterns of the proposal's
-    parts; what it takes is told before the hours that are left.
+    Each line names the area that its figures are of. ``proposed`` are the patterns of the
+    proposal's parts; what it takes is told before the hours that are left.
     """
     taker = _name_proposal(study, proposed)
     counted, lines = study.kind.find_counted(study), []
@@ -73,6 +76,7 @@ def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
         lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one, taker)]
         if len(dates) > _MOST_DATES:
             lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
+    lines = _tell_areas(study) + lines
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:
@@ -87,6 +91,36 @@ def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
             f"{one.long_name}: {mean} in the mean of {counted.tell_whole()} "
             f"({counted.name}), from {least} to {most}"
         )
+    return lines
+
+
+def _tell_areas(study: Study) -> list[str]:
+    """Tell the share of each named area with sun for long enough; of many lines the worst."""
+    table = study.areas
+    if table is None or table.study.groups is None:
+        return []
+    least = table.study.groups.least
+    share, rows = name_share(least), table.list_rows()
+    is_cut = len(rows) > _MOST_AREAS
+    if is_cut:  # each area on its worst date
+        worst: dict[str, dict[str, Any]] = {}
+        for row in rows:
+            if row["name"] not in worst or row[share] < worst[row["name"]][share]:
+                worst[row["name"]] = row
+        rows = sorted(worst.values(), key=lambda row: float(row[share]))
+    date = f"its worst of {len(table.dates)} dates" if is_cut and len(table.dates) > 1 else ""
+    lines = []
+    for row in rows[:_MOST_AREAS]:
+        before = row.get(f"{share}_before")
+        told = "" if before is None else f"{100 * before:.1f} % before"
+        remark = "; ".join(filter(None, (date, told)))
+        remark = remark and f" ({remark})"
+        lines.append(
+            f"{row['name']}: {100 * row[share]:.1f} % of {row['area_m2']:,.0f} m² has at least "
+            f"{least:g} h of sun on {row['date']}{remark}"
+        )
+    if len(rows) > _MOST_AREAS:
+        lines.append(f"and {len(rows) - _MOST_AREAS} more areas, in areas.csv")
     return lines
 
 

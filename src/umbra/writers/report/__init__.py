@@ -34,6 +34,7 @@ from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
 from umbra.writers.live import find_face_surfaces, make_study_config
 from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.report.area_rows import list_areas
 from umbra.writers.report.data import (
     make_model_data,
     make_plan_data,
@@ -202,7 +203,9 @@ def _fill_page(
     """Put all into the page."""
     areas = find_sun_areas(study)
     by_date = list_dates(study)
+    named = list_areas(study)
     shown = [
+        *([named] if named else []),
         *tables,
         *([by_date] if by_date else []),
         *find_comparisons(study),

@@ -1,0 +1,198 @@
+"""
+Which pieces of sun to keep: a search for the heights of greatest volume.
+
+A cell's height is the least over the kept pieces that cross it. What a receiver's pieces cost is
+what they lower: a submodular cover problem, which is hard in general. A receiver's best pieces
+beside all others are found greedily by the volume that they cost per hour; receivers take turns
+until none improves, from four starts, one of them the prices of the bound. Then some that bind one
+place are taken out together and put back in another order, which is kept where it is no worse.
+Where nothing may be given up there is no choice, and the result is the exact upper envelope.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.massing.bounds import take_cheapest
+from umbra.massing.filling import fill_up
+from umbra.massing.needs import SLACK, SUM, Needs
+from umbra.massing.picks import settle
+
+__all__ = ["choose_pieces"]
+
+_ROUNDS = 24
+"""Most turns of all receivers."""
+_AGAIN = 4
+"""Most times that the found heights begin the search again."""
+_TIMES = 8  # that members of a group are weighed
+_WORK, _EACH = 3e9, 3e4  # crossings that exchanges may look at, and what a member takes of them
+_CHANCES = 64  # random numbers of each exchange
+
+
+def choose_pieces(
+    needs: Needs, top: NDArray[np.float64], prices: NDArray[np.float64], rounds: int
+) -> NDArray[np.float64]:
+    """
+    Choose the pieces to keep, and return the heights that they leave.
+
+    Parameters
+    ----------
+    needs : Needs
+    top : (n_cells,) float64
+        Height that no cell may exceed [m].
+    prices : (n_pieces,) float64
+        Of the bound: what each piece takes at least.
+    rounds : int
+        Number of times that some receivers are taken out and put back.
+
+    Returns
+    -------
+    heights : (n_cells,) float64
+        Of the tops; none can be raised alone [m].
+    """
+    chance = np.random.default_rng(1)
+    groups, pieces = len(needs.wanted), len(needs.hours)
+    none = np.zeros(pieces, np.bool_)
+    if len(needs.limit) < 2 or _is_fixed(needs):
+        kept = none.copy()
+        return fill_up(needs, _take_turns(needs, top, np.arange(groups), kept, True, _ROUNDS), top)
+    found = []
+    orders = (np.arange(groups), np.arange(groups)[::-1].copy(), chance.permutation(groups))
+    for order in orders[: min(groups, 3)]:
+        kept = none.copy()
+        found.append(_take_turns(needs, top, order, kept, True, _ROUNDS))
+    kept = take_cheapest(needs, prices)
+    found.append(_take_turns(needs, top, np.arange(groups), kept, False, _ROUNDS))
+    heights = max((fill_up(needs, some, top) for some in found), key=np.sum)
+    some = min(rounds, _count_rounds(needs))
+    for _ in range(_AGAIN):
+        kept, before = none.copy(), float(heights.sum())
+        tried = _settle_all(needs, heights.copy(), kept)
+        _exchange(needs, top, kept, tried, chance.random((some, _CHANCES)))
+        tried = fill_up(needs, tried, top)
+        if tried.sum() <= before + 1e-6:
+            break
+        heights = tried
+    return heights
+
+
+def _count_rounds(needs: Needs) -> int:
+    """Return how many exchanges take some seconds: few where groups have many members."""
+    crossings = float(needs.crossings.start[-1])
+    members = np.diff(needs.group)
+    weighed = float((members * np.minimum(members, _TIMES)).mean())
+    return max(int(_WORK / (8 * crossings * (1 + weighed / members.sum()) + _EACH * weighed)), 2)
+
+
+def _is_fixed(needs: Needs) -> bool:
+    """Return whether no piece may be given up: then there is nothing to choose."""
+    if len(needs.wanted) < len(needs.limit) or (needs.measure != SUM).any():
+        return False
+    pieces = np.diff(needs.start)
+    some = pieces > 0
+    if not some.any():
+        return True
+    first = needs.start[:-1][some]
+    total = np.add.reduceat(needs.hours, first)
+    least = np.minimum.reduceat(needs.hours, first)
+    return bool((total - least < needs.limit[some] - SLACK).all())
+
+
+@njit(cache=True, nogil=True)
+def find_heights(needs, top, kept, without=-1):
+    """Return the heights (n_cells,) that the kept pieces leave, without those of one group."""
+    heights = top.copy()
+    crossings = needs.crossings
+    for g in range(needs.wanted.size):
+        if g == without:
+            continue
+        first, last = needs.start[needs.group[g]], needs.start[needs.group[g + 1]]
+        for u in range(first, last):
+            if kept[u]:
+                for i in range(crossings.start[u], crossings.start[u + 1]):
+                    c = crossings.cell[i]
+                    heights[c] = min(heights[c], crossings.clear[i])
+    return heights
+
+
+@njit(cache=True, nogil=True)
+def _settle_all(needs, heights, kept):
+    """Let each group choose its pieces among what given heights leave; return these."""
+    for g in range(needs.wanted.size):
+        settle(needs, g, heights, kept)
+    return heights
+
+
+@njit(cache=True, nogil=True)
+def _take_turns(needs, top, order, kept, begin, rounds):
+    """Let each group choose its pieces beside those of all others, until none improves."""
+    heights = top.copy()
+    if begin:
+        for g in order:
+            settle(needs, g, heights, kept)
+    else:
+        heights = find_heights(needs, top, kept)
+    volume = heights.sum()
+    for _ in range(rounds):
+        for g in order:
+            others = find_heights(needs, top, kept, g)
+            settle(needs, g, others, kept)
+        heights = find_heights(needs, top, kept)
+        if heights.sum() <= volume + 1e-6:
+            break
+        volume = heights.sum()
+    return heights
+
+
+@njit(cache=True, nogil=True)
+def _exchange(needs, top, kept, heights, chances):
+    """
+    Take out groups that bind one place, put them back in another order; keep what is better.
+
+    ``chances`` (rounds, n) from 0 to 1 choose the places and groups.
+    """
+    groups = needs.wanted.size
+    dear = np.ones(needs.limit.size)
+    for number, chance in enumerate(chances):
+        lowered = np.flatnonzero(heights < top - 1e-9)
+        if lowered.size == 0:
+            return
+        at = lowered[int(chance[0] * lowered.size)]
+        reach = heights[at] + (top[at] - heights[at]) * chance[1] * chance[1]
+        most = 2 + int(chance[2] * 7)
+        binding = np.zeros(groups, np.bool_)
+        for g in range(groups):
+            binding[g] = _binds(needs, g, kept, at, reach)
+        some = np.flatnonzero(binding)
+        for k in range(some.size):  # a few of them, in an order of chance
+            other = k + int(chance[3 + k % (chance.size - 3)] * (some.size - k))
+            some[k], some[other] = some[other], some[k]
+        some = some[:most]
+        before = kept.copy()
+        for g in some:
+            kept[needs.start[needs.group[g]] : needs.start[needs.group[g + 1]]] = False
+        tried = find_heights(needs, top, kept)
+        for need in range(dear.size):  # every other time members of a group are chosen by chance
+            dear[need] = 1.0 + (number % 2) * 2.0 * chance[(7 * need + 3) % chance.size]
+        for g in some:
+            settle(needs, g, tried, kept, dear)
+        for g in some:
+            others = find_heights(needs, top, kept, g)
+            settle(needs, g, others, kept, dear)
+        tried = find_heights(needs, top, kept)
+        if tried.sum() >= heights.sum() - 1e-9:
+            heights[:] = tried
+        else:
+            kept[:] = before
+
+
+@njit(cache=True, nogil=True)
+def _binds(needs, g, kept, cell, height):
+    """Return whether a kept piece of a group limits a cell to a height at most."""
+    crossings = needs.crossings
+    for u in range(needs.start[needs.group[g]], needs.start[needs.group[g + 1]]):
+        if kept[u]:
+            for i in range(crossings.start[u], crossings.start[u + 1]):
+                if crossings.cell[i] == cell and crossings.clear[i] <= height:
+                    return True
+    return False

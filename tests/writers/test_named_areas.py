@@ -1,0 +1,77 @@
+"""Named areas come first: in the lines at a study's end and in the report's tables."""
+
+import pytest
+import shapely
+from support.shapes import box
+
+import umbra
+from umbra.scene import Mesh, Part, make_scene
+from umbra.writers.folder.summary import tell_answers
+from umbra.writers.report.area_rows import list_areas
+
+VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
+DATES = ["2026-03-21", "2026-12-21"]
+GARDENS = {"north": shapely.box(-10, 2, 10, 22), "far": shapely.box(30, -40, 50, -30)}
+
+
+def study(dates=DATES, gardens=GARDENS):
+    tower = Part("tower", "", Mesh(*box((-8, -10, 0), (8, 0, 25))))
+    return umbra.shadow_study(
+        make_scene([tower]), VIENNA, date=dates, start="08:00", end="17:00", every="30min",
+        receivers="areas", areas=gardens, proposed="tower", ground=0.0, cell=2.0,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found():
+    return study()
+
+
+def test_the_lines_begin_with_each_area_and_date(found):
+    lines = tell_answers(found.result, ["tower"])
+    shares = found.result.areas.columns["share_2h"]
+    before = found.result.areas.columns["share_2h_before"]
+    assert shares[0].max() < before[0].min()
+    expected = [
+        f"{name}: {100 * shares[k, d]:.1f} % of {size} m² has at least 2 h of sun on {date} "
+        f"({100 * before[k, d]:.1f} % before)"
+        for k, (name, size) in enumerate((("north", 400), ("far", 200)))
+        for d, date in enumerate(DATES)
+    ]
+    assert lines[:4] == expected
+    assert len(lines) > 4
+
+
+def test_of_many_areas_the_worst_are_told_on_their_worst_date():
+    gardens = {f"g{k}": shapely.box(-10 + 6 * k, 2, -5 + 6 * k, 7) for k in range(10)}
+    some = study(gardens=gardens)
+    lines = tell_answers(some.result)
+    worst = some.result.areas.columns["share_2h"].min(1)
+    told = [float(line.split(": ")[1].split(" %")[0]) for line in lines[:8]]
+    assert told == pytest.approx(sorted(100 * worst)[:8], abs=0.051)
+    assert lines[8].startswith("and 2 more areas")
+
+
+def test_the_table_has_each_figure_before_and_after(found):
+    table, areas = list_areas(found.result), found.result.areas
+    assert [row[:3] for row in table.rows] == [
+        (name, date, size) for name, size in (("north", 400.0), ("far", 200.0)) for date in DATES
+    ]
+    columns = areas.columns
+    for k in range(2):
+        for d in range(2):
+            row = table.rows[2 * k + d]
+            figures = [round(100 * float(columns[f"share_2h{end}"][k, d]), 1)
+                       for end in ("_before", "")]  # fmt: skip
+            for name in ("mean", "least", "most"):
+                for end in ("_before", ""):
+                    figures.append(round(float(columns[f"{name}_sun_hours{end}"][k, d]), 2))
+            assert list(row[3:11]) == figures
+            assert len(row) == len(table.columns) == 15
+    first = columns["first_sun"][1, 0].astype("datetime64[m]").item()  # UTC; the clock is CET
+    assert table.rows[2][12] == f"{first.hour + 1:02}:{first.minute:02}"
+
+
+def test_the_report_lists_areas_before_other_tables(found, tmp_path):
+    page = found.report(tmp_path / "report.html").read_text("utf-8")
+    assert 0 < page.find("Named areas") < page.find("Before and after")
