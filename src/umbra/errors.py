@@ -71,7 +71,8 @@ measure method min_spell name_column near no_cast on points proposed receivers r
 rules albedo samples shadows sheet size sky_directions soft spacing spells style sunshine target
 threads transmissivity transparent trunk under up who weather write end latitude lights longitude
 spots start true_north zone formats memory min_altitude pictures scheduler show subtitle tiles
-title workers windows plot year areas areas_on reveal highest keep max_height place lift move horizon
+title workers windows plot year areas areas_on reveal highest keep max_height place lift move
+horizon
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """Options that messages may name."""

@@ -115,6 +115,11 @@ class Period:
         north = 0.0 if self.site is None else self.site.true_north
         return self.horizon.covers(directions, north)
 
+    @property
+    def land_hours(self) -> float:
+        """Time for which the sun is up behind the land, by whole steps [h]."""
+        return float(self.hours[self.sun.is_up & self.meets_land(self.sun.direction)].sum())
+
     def pick(self, day: int) -> "Period":
         """Return the period of one day alone."""
         mine, sun = self.day_of_step == day, self.sun

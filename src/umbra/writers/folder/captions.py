@@ -297,6 +297,8 @@ def describe_making(study: Study, options: StudyOptions) -> str:
         shown.append(f"hours of {list_few(options.on)} alone")
     elif options.on:  # without a word a shadow of what is not drawn looks like a wall
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
+    if study.period.horizon is not None:
+        shown.append("the land around casts shadows")
     return " · ".join([version, cells, *ground, *shown, *describe_method(study, options)])
 
 
@@ -305,9 +307,9 @@ def tell_cut(study: Any) -> str:
     if not study.is_plan or not study.has_hours:
         return ""
     shown = np.isfinite(study.shadow_hours) & study.kind.find_open(study) & ~study.laid.is_built
-    hours = np.where(shown, study.shadow_hours, 0)
+    hours = np.where(shown, study.shadow_hours - study.period.land_hours, 0)
     most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
-    if not most > 0:
+    if not round(most, 3) > 0:  # of hours in float32
         return ""
     told = f", where they last up to {most:.3g} h" if len(study.period.days) == 1 else ""
     return f"the frame cuts shadows{told}"

@@ -234,7 +234,7 @@ def _tell_facts(job: FolderJob) -> None:
 
 def note_cut(job: FolderJob) -> None:
     """Report shadows that run on beyond a plan whose extent was not stated."""
-    hours = job.study.shadow_hours
+    hours = job.study.shadow_hours - np.float32(job.study.period.land_hours)
     for told in tell_long_shadows((hours[0], hours[-1], hours[:, 0], hours[:, -1])):
         job.say(f"note: {told}")
 
