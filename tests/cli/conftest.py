@@ -99,6 +99,9 @@ class StandIn:
         assert len(arrangement.corners) == len(maps)
         self.leave(path)
 
+    def draw_who(self, path, *args, **options):
+        self.leave(path)
+
     def leave(self, path):
         for ending in self.endings:
             Path(path).with_suffix(f".{ending}").write_bytes(PICTURE)

@@ -395,7 +395,7 @@ def test_a_terminal_shows_stages_and_stdout_holds_results_only(tower, tmp_path):
         assert what in rest, (what, shown)
         rest = rest.partition(what)[2]
     _, _, answer = rest.rpartition("\x1b[2K")  # the bar is gone
-    assert answer.startswith("2026-09-18: ")
+    assert answer.startswith("18 September 2026: ")
     assert answer.count("\n") == 1
     assert "\x1b[?25l" not in shown  # and the cursor never was
     assert out.splitlines() == [

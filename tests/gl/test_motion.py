@@ -157,7 +157,7 @@ def test_instances_that_keep_their_place_under_the_light_keep_their_sides(
         found.append(int(wanted.sum()))
         return original(volumes, wanted)
 
-    monkeypatch.setattr("umbra.gl.volumes.make_sides", spy)
+    monkeypatch.setattr("umbra.gl.volumes.make_shell_sides", spy)
     shift = np.eye(4)
     shift[0, 3] = 1.5
     first, second, crate = still.parts

@@ -211,7 +211,7 @@ def test_normals_that_lean_inward_are_turned(device, turned, mirror):
     lights = [LIGHTS["sun"]]
     with Renderer(scene, 0.0, device=device) as renderer:
         ours = renderer.render(CAMERA, lights)
-        sound = sum(batch.count for batch in renderer.surfaces._batches if batch.is_sound)
+        sound = sum(batch.count for batch in renderer.surfaces.batches if batch.is_sound)
     total = len(ball.faces)
     assert sound == (total if (turned, mirror) == ("none", 1.0) else 0) or turned == "some"
     assert turned != "some" or mirror < 0 or 0 < sound < total

@@ -11,9 +11,10 @@ cell: along an edge between them the ray's height is convex, and within a minute
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import run_shared, take_next
 from umbra.massing.plot import Plot
 
 __all__ = ["Crossings", "Pieces", "cross_cells"]
@@ -90,19 +91,24 @@ def cross_cells(
     counts = np.zeros(len(pieces.hours) + 1, np.int64)
     none_cell, none = np.zeros(0, np.int32), np.zeros(0)
     where = (pieces.receiver, pieces.first, pieces.last)
-    _cross(*where, points, toward, corner, plot.index, counts, none_cell, none, none, False)
+    given = where, points, toward, corner, plot.index
+    run_shared(len(where[0]), _cross, *given, counts, none_cell, none, none, False)
     start = np.cumsum(counts)
     cell = np.zeros(start[-1], np.int32)
     clear, dark = np.zeros((2, start[-1]))
-    _cross(*where, points, toward, corner, plot.index, start, cell, clear, dark, True)
+    run_shared(len(where[0]), _cross, *given, start, cell, clear, dark, True)
     return Crossings(start, cell, clear, dark)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _cross(receiver, first, last, points, toward, corner, index, start, cell, clear, dark, fill):
+@njit(cache=True, nogil=True)
+def _cross(pieces, points, toward, corner, index, start, cell, clear, dark, fill, taken):
     """Count the crossings of each piece, one place later; or fill them in."""
+    receiver, first, last = pieces
     rows, cols = index.shape
-    for u in prange(receiver.size):
+    while True:
+        u = take_next(taken)
+        if u >= receiver.size:
+            return
         rays = last[u] - first[u] + 1
         room = 64 + rays * 3 * (rows + cols + 2)
         at = np.empty(room, np.int64)

@@ -182,7 +182,10 @@ def make_areas(shapely: Any, table: FootprintTable) -> tuple[Area, ...]:
 
 
 def check_polygon(shapely: Any, name: str, polygon: Any) -> None:
-    """Refuse a polygon that crosses itself, or has no area."""
+    """Refuse what is no polygon, one that crosses itself, or has no area."""
+    if getattr(polygon, "geom_type", None) not in ("Polygon", "MultiPolygon"):
+        msg = f"the area '{name}' is no polygon; give shapely's Polygon or MultiPolygon"
+        raise InputError(msg, option="areas", area=name)
     if not shapely.is_valid(polygon):
         reason = find_reason(Exception(shapely.is_valid_reason(polygon)))
         msg = (

@@ -141,9 +141,6 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
         given, crs = list(asked), None
     names = set()
     for area in given:
-        if shapely.get_type_id(area.polygon) not in (3, 6):
-            msg = f"the area '{area.name}' is no polygon; give shapely's Polygon or MultiPolygon"
-            raise InputError(msg, option="areas", area=area.name)
         check_polygon(shapely, area.name, area.polygon)
         if area.name in names:
             msg = f"2 areas are called '{area.name}'; give each a name of its own"

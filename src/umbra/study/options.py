@@ -146,7 +146,8 @@ class StudyOptions(ReceiverOptions):
 
         if self.areas is None:
             for name, default in (("areas_on", "ground"), ("least", "2h")):
-                if getattr(self, name) != default:
+                given = getattr(self, name)
+                if not isinstance(given, str) or given != default:
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
                     raise InputError(msg, option=name)
             return

@@ -53,8 +53,11 @@ def judge_study(study: Study, options: StudyOptions, rules: Sequence[Rule]) -> l
     Raises
     ------
     InputError
-        If the study has no site, which rules of the sun need.
+        If a rule is none, or the study has no site, which rules of the sun need.
     """
+    if not all(isinstance(one, Rule) for one in rules):
+        msg = "rules= is the name of a cited rule, a file, or what umbra.read_rule returns"
+        raise InputError(msg, option="rules")
     if study.site is None:
         msg = "rules= of the sun need a place; give latitude and longitude with site="
         raise InputError(msg, option="rules")
