@@ -58,22 +58,3 @@ def test_a_band_north_of_a_square_plot_makes_a_slope(field, tmp_path):
     assert rows == pytest.approx(expected, abs=0.01)
     assert np.ptp(found.heights[:, 1:-1], axis=1).max() < 0.05  # the same along each row
     assert not found.violations
-
-
-def test_the_shipped_rule_of_bands_is_kept(field):
-    plot = shapely.box(-8, -8, 8, 8)
-    found = umbra.envelope(
-        field, SITE, plot=plot, rules="japan-56-2:4m-4h", cell=4.0, highest=30.0, year=2026
-    )
-    assert not found.violations
-    assert found.bound_m3 >= found.volume_m3 > 16 * 16 * 4.0  # up to the plane is always allowed
-    asks = found.found.problem.asks
-    assert len(asks) == 2
-    for ask, hours, most in zip(asks, found.found.hours, (4.0, 2.5), strict=True):
-        whole = ask.lights.lengths.sum() / 3.6e9
-        assert whole == pytest.approx(8.0, abs=0.01)  # the equation of time moves
-        assert np.all(whole - hours <= most + 1e-3)
-    lower = umbra.envelope(
-        field, SITE, plot=plot, rules="japan-56-2:4m-3h", cell=4.0, highest=30.0, year=2026
-    )
-    assert lower.volume_m3 <= found.volume_m3

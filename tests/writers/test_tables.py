@@ -81,6 +81,12 @@ def test_shadows_that_the_edge_of_a_default_plan_cuts_are_told(cell, told):
     hours = np.zeros((4, 5), np.float32)
     hours[cell] = 0.5
     said = []
-    note_cut(SimpleNamespace(study=SimpleNamespace(shadow_hours=hours), say=said.append))
+    study = SimpleNamespace(shadow_hours=hours, period=SimpleNamespace(land_hours=0.0))
+    note_cut(SimpleNamespace(study=study, say=said.append))
     assert len(said) == told
     assert all("0.5 h" in line and "extent=" in line for line in said)
+    # While the sun is behind the land all is dark, and no frame cuts it.
+    study.period.land_hours = 0.5
+    said.clear()
+    note_cut(SimpleNamespace(study=study, say=said.append))
+    assert said == []
