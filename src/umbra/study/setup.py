@@ -27,6 +27,7 @@ from umbra.study.accumulators.measured import FindParts, MeasureSums
 from umbra.study.accumulators.named import GroupDays, NamedDays
 from umbra.study.compare import read_hours
 from umbra.study.engine import Progress, count_each_tile, run_on_device
+from umbra.study.land import settle_land
 from umbra.study.loop import Accumulator, TileRun, pass_lights
 from umbra.study.measures import Asked, Measure, guard
 from umbra.study.options import StudyOptions
@@ -172,6 +173,7 @@ class Setup:
         threads = check_device(options.device, options.threads)
         if site is None and options.needs_site:
             raise _ask_for_site()
+        options = settle_land(options, scene.model_bounds(), site)
         period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)
         canopies = Canopy.of(
@@ -379,7 +381,8 @@ class Setup:
         if land is None:
             return {}
         told = f"{land.name} sha256:{land.sha256}"
-        return {"horizon": told, "horizon_highest_deg": land.highest}
+        facts = {"horizon": told, "horizon_highest_deg": land.highest}
+        return facts | ({"horizon_land": "; ".join(land.told)} if land.told else {})
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""
