@@ -45,7 +45,11 @@ def write_live_page(app, error):
     subprocess.run([sys.executable, script, quarter], check=True, stdout=subprocess.DEVNULL)
     scene = umbra.read(quarter)
     umbra.show(
-        scene, umbra.find_site(scene), date="2026-03-21", at="09:00", out=quarter.with_name("quarter.html")
+        scene,
+        umbra.find_site(scene),
+        date="2026-03-21",
+        at="09:00",
+        out=quarter.with_name("quarter.html"),
     )
 
 
