@@ -53,6 +53,13 @@ class Horizon:
         """The highest elevation [degrees]."""
         return float(self.elevation.max())
 
+    @property
+    def facts(self) -> dict[str, object]:
+        """Attributes of a result that counts it."""
+        told = {"horizon_land": "; ".join(self.told)} if self.told else {}
+        named = f"{self.name} sha256:{self.sha256}"
+        return {"horizon": named, "horizon_highest_deg": self.highest, **told}
+
     def find_edge(self, azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the land's elevation at azimuths from true north, of any shape [degrees]."""
         return np.interp(azimuth, self.azimuth, self.elevation, period=360.0)

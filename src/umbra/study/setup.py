@@ -363,7 +363,7 @@ class Setup:
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
             "sun_disc_deg": RADIUS if self.options.disc else None,
-            **self._describe_land(),
+            **(self.period.horizon.facts if self.period.horizon else {}),
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),
@@ -374,15 +374,6 @@ class Setup:
             "count_seconds": seconds,
         }
         return {name: fact for name, fact in facts.items() if fact is not None}
-
-    def _describe_land(self) -> dict[str, object]:
-        """Return attributes of the horizon, if there is one."""
-        land = self.period.horizon
-        if land is None:
-            return {}
-        told = f"{land.name} sha256:{land.sha256}"
-        facts = {"horizon": told, "horizon_highest_deg": land.highest}
-        return facts | ({"horizon_land": "; ".join(land.told)} if land.told else {})
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""
