@@ -39,145 +39,165 @@ export const lookAround = (model, eye, objectOf, cast, size) => {
   const { faces, facePart, faceStarts, places, shells, shellCount } = model;
   const hit = new Int32Array(3 * size * size),
     nearness = new Float32Array(3 * size * size);
-  const corners = new Float64Array(9);
+  const [x, y, z] = [eye[0], eye[1], eye[2]];
   for (let shell = 0; shell < shellCount; shell++) {
-    if (shells[6 * shell + 5] <= eye[2]) continue;
+    if (shells[6 * shell + 5] <= z) continue;
     for (let f = faceStarts[shell]; f < faceStarts[shell + 1]; f++) {
       if (cast && !cast[facePart[f]]) continue;
-      for (let k = 0; k < 9; k++) {
-        corners[k] = places[3 * faces[3 * f + Math.floor(k / 3)] + (k % 3)] - eye[k % 3];
+      for (let k = 0; k < 3; k++) {
+        const at = 3 * faces[3 * f + k];
+        corners[3 * k] = places[at] - x;
+        corners[3 * k + 1] = places[at + 1] - y;
+        corners[3 * k + 2] = places[at + 2] - z;
       }
       if (corners[2] <= 0 && corners[5] <= 0 && corners[8] <= 0) continue;
-      drawFace(corners, objectOf[facePart[f]] + 1, size, hit, nearness);
+      drawFace(objectOf[facePart[f]] + 1, size, hit, nearness);
     }
   }
   return { size, hit };
 };
 
-const polygon = new Float64Array(3 * 8),
+// What the loops below work on: they allocate nothing.
+const corners = new Float64Array(9), // of a triangle, from the eye
+  normal = new Float64Array(3),
+  plane = new Float64Array(3), // nearness (1 over the depth) of a texel (u, v, 1)
+  polygon = new Float64Array(3 * 8), // across, up, deep
   clipped = new Float64Array(3 * 8);
+let lefts = new Float64Array(0),
+  rights = new Float64Array(0);
 
 /**
- * Draw a triangle on the faces of the cube that it may lie on.
- * @param {Float64Array} corners (3, 3) from the eye
+ * Draw the triangle `corners` on the faces of the cube that it may lie on.
  * @param {number} value
  * @param {number} size
  * @param {Int32Array} hit
  * @param {Float32Array} nearness
  */
-const drawFace = (corners, value, size, hit, nearness) => {
-  const [ax, ay, az, bx, by, bz, cx, cy, cz] = corners;
-  const normal = [
-    (by - ay) * (cz - az) - (bz - az) * (cy - ay),
-    (bz - az) * (cx - ax) - (bx - ax) * (cz - az),
-    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax),
-  ];
-  const reach = normal[0] * ax + normal[1] * ay + normal[2] * az;
-  if (!(Math.abs(reach) > EDGE_ON * Math.hypot(normal[0], normal[1], normal[2]))) return;
+const drawFace = (value, size, hit, nearness) => {
+  for (let k = 0; k < 3; k++) {
+    const i = (k + 1) % 3,
+      j = (k + 2) % 3;
+    normal[k] =
+      (corners[3 + i] - corners[i]) * (corners[6 + j] - corners[j]) -
+      (corners[3 + j] - corners[j]) * (corners[6 + i] - corners[i]);
+  }
+  const reach = normal[0] * corners[0] + normal[1] * corners[1] + normal[2] * corners[2];
+  const length = Math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2);
+  if (!(Math.abs(reach) > EDGE_ON * length)) return;
   for (let side = 0; side < 5; side++) {
-    const [u, v, w, su, sv, sw] = AXES[side];
-    let [all, any] = [15, 0];
-    for (let k = 0; k < 3; k++) {
-      const across = su * corners[3 * k + u],
-        up = sv * corners[3 * k + v],
-        deep = sw * corners[3 * k + w];
-      const out =
-        (across > deep ? 1 : 0) |
-        (-across > deep ? 2 : 0) |
-        (up > deep ? 4 : 0) |
-        ((side ? up < 0 : -up > deep) ? 8 : 0);
+    const axes = AXES[side],
+      u = axes[0],
+      v = axes[1],
+      w = axes[2];
+    let all = 15,
+      any = 0;
+    for (let k = 0; k < 9; k += 3) {
+      const across = axes[3] * corners[k + u],
+        up = axes[4] * corners[k + v],
+        deep = axes[5] * corners[k + w];
+      let out = (across > deep ? 1 : 0) | (-across > deep ? 2 : 0) | (up > deep ? 4 : 0);
+      if (side ? up < 0 : -up > deep) out |= 8;
       all &= out;
       any |= out;
-      polygon[3 * k] = across;
-      polygon[3 * k + 1] = up;
-      polygon[3 * k + 2] = deep;
+      polygon[k] = across;
+      polygon[k + 1] = up;
+      polygon[k + 2] = deep;
     }
     if (all) continue;
     const count = any ? clip(any, side > 0) : 3;
     if (count < 3) continue;
-    const plane = [(su * normal[u]) / reach, (sv * normal[v]) / reach, (sw * normal[w]) / reach];
-    fillPolygon(count, plane, side, value, size, hit, nearness);
+    plane[0] = (axes[3] * normal[u]) / reach;
+    plane[1] = (axes[4] * normal[v]) / reach;
+    plane[2] = (axes[5] * normal[w]) / reach;
+    fillPolygon(count, side, value, size, hit, nearness);
   }
+};
+
+/**
+ * How far a corner of `polygon` lies within one of the planes that bound a face of the cube.
+ * @param {number} bound @param {number} at of the corner @param {boolean} isSide
+ */
+const findInside = (bound, at, isSide) => {
+  if (bound === 3) return isSide ? polygon[at + 1] : polygon[at + 2] + polygon[at + 1];
+  if (bound === 2) return polygon[at + 2] - polygon[at + 1];
+  return polygon[at + 2] + (bound ? polygon[at] : -polygon[at]);
 };
 
 /**
  * Cut `polygon` to what one face of the cube shows; return its corners' number.
- * @param {number} planes which of the four, as bits
+ * @param {number} bounds which of the four planes, as bits
  * @param {boolean} isSide whether the lowest is the horizon
  */
-const clip = (planes, isSide) => {
+const clip = (bounds, isSide) => {
   let count = 3;
-  for (let plane = 0; plane < 4; plane++) {
-    if (!(planes & (1 << plane))) continue;
-    const inside = (/** @type {number} */ k) => {
-      const [across, up, deep] = [polygon[3 * k], polygon[3 * k + 1], polygon[3 * k + 2]];
-      if (plane === 3) return isSide ? up : deep + up;
-      return plane === 0 ? deep - across : plane === 1 ? deep + across : deep - up;
-    };
+  for (let bound = 0; bound < 4 && count > 2; bound++) {
+    if (!(bounds & (1 << bound))) continue;
     let kept = 0;
     for (let k = 0; k < count; k++) {
-      const next = (k + 1) % count,
-        here = inside(k),
-        there = inside(next);
-      if (here >= 0) clipped.set(polygon.subarray(3 * k, 3 * k + 3), 3 * kept++);
+      const from = 3 * k,
+        to = 3 * ((k + 1) % count),
+        here = findInside(bound, from, isSide),
+        there = findInside(bound, to, isSide);
+      if (here >= 0) {
+        for (let axis = 0; axis < 3; axis++) clipped[kept + axis] = polygon[from + axis];
+        kept += 3;
+      }
       if (here >= 0 === there >= 0) continue;
       const share = here / (here - there);
       for (let axis = 0; axis < 3; axis++) {
-        const from = polygon[3 * k + axis];
-        clipped[3 * kept + axis] = from + share * (polygon[3 * next + axis] - from);
+        clipped[kept + axis] = polygon[from + axis] + share * (polygon[to + axis] - polygon[from + axis]);
       }
-      kept++;
+      kept += 3;
     }
-    count = kept;
-    polygon.set(clipped.subarray(0, 3 * kept));
-    if (count < 3) return 0;
+    for (let k = 0; k < kept; k++) polygon[k] = clipped[k];
+    count = kept / 3;
   }
   return count;
 };
 
-let lefts = new Float64Array(0),
-  rights = new Float64Array(0);
-
 /**
  * Fill the texels whose middles lie in `polygon`, where it is the nearest so far.
  * @param {number} count corners
- * @param {number[]} plane nearness (1 over the depth) of a texel (u, v, 1)
  * @param {number} side
  * @param {number} value
  * @param {number} size
  * @param {Int32Array} hit
  * @param {Float32Array} nearness
  */
-const fillPolygon = (count, plane, side, value, size, hit, nearness) => {
-  if (lefts.length < size) [lefts, rights] = [new Float64Array(size), new Float64Array(size)];
+const fillPolygon = (count, side, value, size, hit, nearness) => {
+  if (lefts.length < size) {
+    lefts = new Float64Array(size);
+    rights = new Float64Array(size);
+  }
   const half = size / 2,
     rows = side ? half : size,
     base = side ? size * size + (side - 1) * size * half : 0;
-  let [first, last] = [rows, -1];
-  for (let k = 0; k < count; k++) {
-    const row = polygon[3 * k + 1] / polygon[3 * k + 2];
-    const y = (side ? row : row + 1) * half;
-    polygon[3 * k] = (polygon[3 * k] / polygon[3 * k + 2] + 1) * half;
-    polygon[3 * k + 1] = y;
+  let first = rows,
+    last = -1;
+  for (let k = 0; k < 3 * count; k += 3) {
+    const up = polygon[k + 1] / polygon[k + 2],
+      y = (side ? up : up + 1) * half;
+    polygon[k] = (polygon[k] / polygon[k + 2] + 1) * half;
+    polygon[k + 1] = y;
     first = Math.min(first, Math.ceil(y - 0.5));
     last = Math.max(last, Math.ceil(y - 0.5) - 1);
   }
   first = Math.max(0, first);
   last = Math.min(rows - 1, last);
   if (!(first <= last)) return;
-  lefts.fill(Infinity, first, last + 1);
-  rights.fill(-Infinity, first, last + 1);
+  for (let row = first; row <= last; row++) {
+    lefts[row] = Infinity;
+    rights[row] = -Infinity;
+  }
   for (let k = 0; k < count; k++) {
-    const next = (k + 1) % count;
-    let [x, y, endX, endY] = [
-      polygon[3 * k],
-      polygon[3 * k + 1],
-      polygon[3 * next],
-      polygon[3 * next + 1],
-    ];
-    if (y > endY) [x, y, endX, endY] = [endX, endY, x, y];
-    const slope = (endX - x) / (endY - y);
-    const end = Math.min(last, Math.ceil(endY - 0.5) - 1);
+    const next = (k + 1) % count,
+      isRising = polygon[3 * k + 1] <= polygon[3 * next + 1],
+      low = 3 * (isRising ? k : next),
+      high = 3 * (isRising ? next : k);
+    const x = polygon[low],
+      y = polygon[low + 1];
+    const slope = (polygon[high] - x) / (polygon[high + 1] - y),
+      end = Math.min(last, Math.ceil(polygon[high + 1] - 0.5) - 1);
     for (let row = Math.max(first, Math.ceil(y - 0.5)); row <= end; row++) {
       const at = x + (row + 0.5 - y) * slope;
       if (at < lefts[row]) lefts[row] = at;
@@ -186,11 +206,11 @@ const fillPolygon = (count, plane, side, value, size, hit, nearness) => {
   }
   for (let row = first; row <= last; row++) {
     const begin = Math.max(0, Math.ceil(lefts[row] - 0.5)),
-      end = Math.min(size, Math.ceil(rights[row] - 0.5));
-    const up = (row + 0.5) / half - (side ? 0 : 1);
-    const step = plane[0] / half;
+      end = base + row * size + Math.min(size, Math.ceil(rights[row] - 0.5));
+    const up = (row + 0.5) / half - (side ? 0 : 1),
+      step = plane[0] / half;
     let near = plane[0] * ((begin + 0.5) / half - 1) + plane[1] * up + plane[2];
-    for (let i = base + row * size + begin; i < base + row * size + end; i++) {
+    for (let i = base + row * size + begin; i < end; i++) {
       if (near > nearness[i]) {
         nearness[i] = near;
         hit[i] = value;
@@ -206,18 +226,26 @@ const fillPolygon = (count, plane, side, value, size, hit, nearness) => {
  * @param {number} x @param {number} y @param {number} z
  */
 export const findHit = ({ size, hit }, x, y, z) => {
-  const [wide, deep] = [Math.abs(x), Math.abs(y)];
-  let [side, across, up] = [0, x / z, y / z + 1];
-  if (z < wide || z < deep) {
-    if (deep >= wide) [side, across] = y > 0 ? [1, x / deep] : [3, -x / deep];
-    else [side, across] = x > 0 ? [2, -y / wide] : [4, y / wide];
-    up = z / Math.max(wide, deep);
+  const wide = Math.abs(x),
+    deep = Math.abs(y),
+    half = size / 2;
+  if (z >= wide && z >= deep) {
+    const column = Math.min(size - 1, Math.floor((x / z + 1) * half)),
+      row = Math.min(size - 1, Math.floor((y / z + 1) * half));
+    return hit[row * size + column];
   }
-  const half = size / 2,
-    rows = side ? half : size;
-  const column = Math.min(size - 1, Math.max(0, Math.floor((across + 1) * half))),
-    row = Math.min(rows - 1, Math.max(0, Math.floor(up * half)));
-  return hit[(side ? size * size + (side - 1) * size * half : 0) + row * size + column];
+  let side = 0,
+    across = 0;
+  if (deep >= wide) {
+    side = y > 0 ? 0 : 2;
+    across = x / y;
+  } else {
+    side = x > 0 ? 1 : 3;
+    across = -y / x;
+  }
+  const column = Math.min(size - 1, Math.floor((across + 1) * half)),
+    row = Math.max(0, Math.floor((z / Math.max(wide, deep)) * half));
+  return hit[size * size + (side * half + row) * size + column];
 };
 
 /**
