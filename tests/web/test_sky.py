@@ -73,7 +73,7 @@ def test_a_place_has_the_numbers_names_and_spells_of_the_exact_sky(page, written
         assert len(shown["times"]) == len(spells)
         for spell, times, ends in zip(spells, shown["times"], shown["ends"], strict=True):
             for clock, when in zip(times.split("–"), (spell.start, spell.end), strict=True):
-                read = datetime.strptime(clock, "%H:%M:%S")  # noqa: DTZ007 - both are local
+                read = datetime.strptime(clock, "%H:%M:%S")
                 off = read - when.replace(tzinfo=None, year=1900, month=1, day=1)
                 assert abs(off.total_seconds()) <= 12  # the page's shorter series of the sun
             names = [end.removeprefix("the ").removeprefix("its ")
