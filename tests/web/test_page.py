@@ -370,16 +370,25 @@ def test_distances_and_sections_are_kept_by_a_link(live, written):
     assert live.ask("umbra.plane[3]") == pytest.approx(low + 22.5, abs=0.01)
 
 
+def test_a_link_plays_the_day(page, written):
+    page.send("Page.navigate", url="about:blank")
+    page.send("Page.navigate", url=written.as_uri() + "#at=2026-06-21T600&play=day")
+    page.wait("location.protocol == 'file:' && window.umbra?.state?.minutes > 600")
+    assert page.ask("umbra.state.playing") == "day"
+    page.ask("umbra.set({playing: null})")
+    settle(page)
+
+
 @pytest.mark.parametrize(
     "link",
-    ["#look=1,2&at=x&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
+    ["#look=1,2&at=x&play=night&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
      "#look=0,0,0,0,0,-1,45&show=2&compare=x,9", "#" + "a=&" * 500],
 )  # fmt: skip
 def test_damaged_links_do_no_harm(page, written, link):
     page.resize(800, 600)
     page.send("Page.navigate", url=written.as_uri() + link)
     page.wait(f"location.protocol == 'file:' && {READY}")
-    assert page.ask("umbra.state.date") == "2026-06-21"
+    assert page.ask("[umbra.state.date, umbra.state.playing]") == ["2026-06-21", None]
 
 
 def test_a_saved_view_opens_in_umbra(live):
