@@ -1,7 +1,7 @@
 // Words and marks over the picture: hours of the sun's path, winds, the sun, places, distances.
 
 import { tellMinutes } from "./clock.js";
-import { drawLegend } from "./legend.js";
+import { drawLegend, LEGEND } from "./legend.js";
 import { isUp } from "./paths.js";
 import { measure, move } from "./vectors.js";
 import { project } from "./viewpoint.js";
@@ -67,8 +67,10 @@ export class SignPainter {
     if (signs.begun) this.#drawDot(signs.begun, LINE);
     if (signs.hasCross) this.#drawCross();
     if (signs.legend) {
-      const isNarrow = this.wide < 560; // the buttons of the view are below
-      drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, this.high - (isNarrow ? 60 : 14));
+      // On a phone the view's buttons and the sky of a place are below.
+      const isNarrow = this.wide < 560,
+        top = signs.place ? 66 : 8;
+      drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, isNarrow ? top + LEGEND.high : this.high - 14);
     }
   }
 
