@@ -269,12 +269,12 @@ def make_preview(
     )  # fmt: skip
 
 
-FINEST = 800
-"""Cells along the longer side, for tracing a picture's contours."""
 FACE = 75
 """Work per sun and casting face, relative to that per cell. Measured."""
-FREE = 250_000_000
-"""Work that is always allowed: 0.15 to 0.6 s of one core, less than drawing takes."""
+PIXEL = 20
+"""Work per sun and pixel of a view, relative to that per cell of a plan. Measured."""
+FREE = 1_000_000_000
+"""Work that is always allowed: up to half a second of one core, less than drawing takes."""
 LEAST = 60_000_000
 """Least length of a cut step [us]."""
 
@@ -282,7 +282,7 @@ LEAST = 60_000_000
 @dataclass(frozen=True, eq=False)
 class FinerHours:
     """
-    Hours of one date, on the cells that contours are traced on.
+    Hours of one date in finer steps, from which pictures and lines are drawn.
 
     Parameters
     ----------
@@ -292,16 +292,47 @@ class FinerHours:
         Time with the sun up, by these steps [h].
     seconds : float
         Length of a step [s].
+    tile : Tile
+        Its cells.
+    lights : Lights
+        The sun at the middle of each step, with its length as weight.
     """
 
     shadow_hours: NDArray[np.float32]
     up_hours: float
     seconds: float
+    tile: Any
+    lights: Lights
+
+    def find_lost(self, others: Sequence[int]) -> NDArray[np.float32]:
+        """
+        Count the hours of sun that fall away with all casters beside some parts.
+
+        Parameters
+        ----------
+        others : sequence of int
+            Parts that cast before.
+
+        Returns
+        -------
+        lost : (rows, cols) float32
+            NaN where nothing receives.
+        """
+        before = self.tile.with_casters(others)
+        run = make_tile_run(before, None)
+        found = add_up(run.counters[0], before.shape, self.lights)[0]
+        return cast("NDArray[np.float32]", self.shadow_hours - found)
 
 
-def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
+def count_finer(
+    study: Study,
+    pictures: int = 1,
+    longest: int | None = LONGEST,
+    *,
+    like: FinerHours | None = None,
+) -> FinerHours | None:
     """
-    Count one date of a plan in finer steps, with at most as much work as the study took.
+    Count one date of a plan or view in finer steps, with at most as much work as the study took.
 
     Small studies may take more, ``FREE``, still less than drawing. Work is the number of suns
     times cells and faces, not time, so that a study has the same picture on every machine.
@@ -312,31 +343,33 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
         Of one date.
     pictures : int
         Number of dates that share ``FREE``.
+    longest : int, optional
+        Most cells along a side; the study's own cells if None.
+    like : FinerHours, optional
+        Of another date of the study, whose tile is taken.
 
     Returns
     -------
     finer : FinerHours or None
         None if the work does not allow finer steps, and for nights, several dates together,
-        views, canopies, and studies that solve instants exactly.
+        views of some parts, canopies, the sun's disc, and studies that solve instants exactly.
     """
     facts, period = study.facts, study.period
     if (
-        not study.is_plan
+        not (study.kind.is_raster and study.kind.counts_cells)
+        or getattr(study.model, "shown", None)  # takes rays
         or len(period.days) > 1
         or not period.sun.is_up.any()
-        or "exact_tolerance_seconds" in facts
-        or "canopy_transmissivity" in facts
+        or not facts.keys().isdisjoint(_OTHERWISE)
     ):
         return None
-    grid = study.grid.coarser(FINEST)
-    faces = FACE * len(study.model.caster.faces)
+    grid = study.grid.coarser(longest) if longest else study.grid
     suns = int(period.sun.is_up.sum())
-    own = suns * (study.grid.rows * study.grid.cols + faces)
-    each = grid.rows * grid.cols + faces
-    parts = _choose_parts(period, int(max(own, FREE / pictures) / (each * max(suns, 1))))
+    most = max(_find_work(study, study.grid, suns), FREE / pictures)
+    parts = _choose_parts(period, int(most / _find_work(study, grid, suns)))
     if parts == 1:
         return None
-    tile = study.model.make_tile(grid)
+    tile = study.model.make_tile(grid) if like is None else like.tile
     hours, starts = period.hours, period.starts
     part = (period.ends - starts) / parts
     middles = starts[:, None] + part[:, None] * (np.arange(parts) + 0.5)
@@ -349,7 +382,12 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
     run = make_tile_run(tile, None).behind_land(period)
     total = add_up(run.counters[0], tile.shape, lights)[0]
     total[tile.nothing] = np.nan
-    return FinerHours(total, float(length[path.is_up].sum()), 3600 * float(length[0]))
+    up_hours, seconds = float(length[path.is_up].sum()), 3600 * float(length[0])
+    return FinerHours(total, up_hours, seconds, tile, lights)
+
+
+_OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity", "sun_disc_deg"}
+"""Attributes of studies whose hours are no sums of steps of a point sun through solids."""
 
 
 SMOOTH = 1_200_000
@@ -374,13 +412,19 @@ def refine_preview(
     rows, cols = preview.heights.shape
     stamps = len((steps or study.steps).stamps)
     times = min(longest // max(rows, cols), math.isqrt(SMOOTH // (rows * cols)))
-    faces = FACE * len(study.model.caster.faces)
-    own = int(study.period.sun.is_up.sum()) * (len(study.y) * len(study.x) + faces)
     takes_rays = "canopy_transmissivity" in study.facts or getattr(study.model, "shown", None)
-    is_much = stamps * (times * times * rows * cols + faces) > max(own, FREE)
-    if times <= 1 or rows < len(study.y) or takes_rays or is_much:
+    if times <= 1 or rows < len(study.y) or takes_rays:
+        return preview
+    own = _find_work(study, study.grid, int(study.period.sun.is_up.sum()))
+    if _find_work(study, preview.cells.grid.finer(times), stamps) > max(own, FREE):
         return preview
     return make_preview(study, longest, steps, finer=times, like=like)
+
+
+def _find_work(study: Study, grid: Grid, suns: int) -> int:
+    """Return the work of counting some suns on a raster."""
+    cells = grid.rows * grid.cols + FACE * len(study.model.caster.faces)
+    return suns * cells * (1 if study.is_plan else PIXEL)
 
 
 def _choose_parts(period: Period, most: int) -> int:
