@@ -5,7 +5,7 @@ import pytest
 from support.shapes import box
 
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import count_finer, make_preview, preview, refine_preview, run_study
+from umbra.study import count_finer, finer, make_preview, refine_preview, run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.folder.captions import describe_smooth
@@ -82,7 +82,7 @@ def test_finer_losses_are_nearer_to_exact_ones(tmp_path):
 
 def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     study, small = study_tower(cell=0.25), study_tower()
-    face = preview.FACE * 12
+    face = finer.FACE * 12
     done = []
     tile = type(study.model.make_tile(study.grid.coarser(8)))
     make = tile.make_counter
@@ -101,15 +101,15 @@ def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     monkeypatch.setattr(tile, "make_counter", watch)
     own = 32 * (study.grid.rows * study.grid.cols + face)
     seconds = []
-    for free in (3 * own, 5 * own, preview.FREE):
+    for free in (3 * own, 5 * own, finer.FREE):
         done.clear()
-        monkeypatch.setattr(preview, "FREE", free)
+        monkeypatch.setattr(finer, "FREE", free)
         seconds.append(count_finer(study).seconds)
         assert sum(done) <= max(own, free)
     assert seconds == [300, 180, 60]
-    monkeypatch.setattr(preview, "FREE", 0)
+    monkeypatch.setattr(finer, "FREE", 0)
     assert count_finer(small) is None
-    monkeypatch.setattr(preview, "FREE", 12 * own)
+    monkeypatch.setattr(finer, "FREE", 12 * own)
     assert count_finer(study, pictures=4).seconds == 300  # which share what is free
 
 
@@ -185,6 +185,6 @@ def test_the_profile_tells_the_size_of_its_cells():
 def test_a_profile_is_counted_anew_only_where_it_shows_and_costs_little(options, work, monkeypatch):
     study = study_tower(**{**LOW, "every": "1h", **options})
     if work is not None:
-        monkeypatch.setattr(preview, "FREE", work)
+        monkeypatch.setattr(finer, "FREE", work)
     coarse = make_preview(study)
     assert refine_preview(study, coarse) is coarse

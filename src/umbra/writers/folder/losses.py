@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
-from umbra.study.preview import LONGEST
+from umbra.study.finer import LONGEST
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     describe_finer,

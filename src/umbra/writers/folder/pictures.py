@@ -19,7 +19,8 @@ from umbra.study import (
     show_samples,
     split_dates,
 )
-from umbra.study.preview import LONGEST, choose_stamps
+from umbra.study.finer import LONGEST
+from umbra.study.preview import choose_stamps
 from umbra.sun import find_daylight
 from umbra.sun.clock import Stamps
 from umbra.writers.folder import FolderJob
