@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.geometry import Geometry
-from umbra.gl.ground import RINGS, draw_ground
+from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.ground import RINGS, draw_ground
+from umbra.gl.geometry import RINGS, draw_ground
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
