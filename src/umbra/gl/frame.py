@@ -32,7 +32,7 @@ from umbra.gl.transmission import SheerSurfaces, TransmitterTables
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.edge_on import find_edge_on, recount_edge_on
+from umbra.rays.holding import find_edge_on, recount_edge_on
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight

@@ -28,8 +28,7 @@ from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.coverage import make_coverage_planes
-from umbra.soft.wedges import map_to_unit_light
+from umbra.soft.wedges import make_coverage_planes, map_to_unit_light
 
 __all__ = ["Keys", "WedgePainter", "Wedges"]
 
