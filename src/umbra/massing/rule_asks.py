@@ -19,7 +19,7 @@ from umbra.massing.asks import Ask, measure_pieces
 from umbra.massing.planes import LONGEST, SPELLS, SUM
 from umbra.massing.problem import Group
 from umbra.rules import Alternative, Condition, Requirement, Rule
-from umbra.rules.words import MEASURES
+from umbra.rules.words import MEASURES, tell_interval
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
 from umbra.study.setup import find_period
@@ -281,10 +281,8 @@ class _Clauses:
         period = find_period(StudyOptions(**time), model.site)
         days = f"{period.days[0]}" if period.days else ""
         days += f" to {period.days[-1]}" if len(period.days) > 1 else ""
-        clock = {"local": "local clock", "standard": "standard time", "solar": "true solar time"}
-        self.asked.times.append(
-            f"{days}, {condition.start} to {condition.end}, {clock[condition.clock]}"
-        )
+        counted = tell_interval(condition.start, condition.end, condition.clock)
+        self.asked.times.append(f"{days}, {counted}")
         for day in range(len(period.days)):
             yield period.pick(day)
 
