@@ -280,7 +280,7 @@ def refine_preview(
     Count shadows in cells as fine as a picture's pixels where the study's are larger.
 
     Outlines of long shadows would be the staircases of large cells. Takes at most as much work as
-    the study, or what is free; rays, which canopies and views of some parts need, take more than that.
+    the study, or what is free; canopies and views of some parts need rays, which take more.
     Parameters and result as of ``make_preview``, which made ``preview``.
     """
     rows, cols = preview.heights.shape
