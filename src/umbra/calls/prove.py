@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from umbra.calls.prove_options import ProofOptions, take_study_options
 from umbra.errors import InputError, check_type
+from umbra.lights import Horizon
 from umbra.rules.read import read_rule
 from umbra.rules.record import Rule
 from umbra.scene import Scene
+from umbra.study.land import settle_land
 from umbra.study.setup import settle_ground
 from umbra.sun import Site
 from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
@@ -117,8 +119,8 @@ def prove(
     **options
         ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``,
         ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``,
-        ``sunshine``, ``threads``; and of the sheet ``title``, ``project``, ``author``,
-        ``number``, ``logo``, ``paper``.
+        ``horizon``, ``horizon_from``, ``sunshine``, ``threads``; and of the sheet ``title``,
+        ``project``, ``author``, ``number``, ``logo``, ``paper``.
 
     Returns
     -------
@@ -161,7 +163,8 @@ def make_proof(
     if rules is None:
         rules = read_rules_of(options)
     logo = None if options.logo is None else _read_logo(options.logo)  # before all that takes time
-    study = take_study_options(options)
+    study = settle_land(take_study_options(options), scene.model_bounds(), site)
+    land = () if study.horizon is None else study.horizon.told
     ground = settle_ground(scene, study)
     model = Model(
         scene=scene, site=site, year=int(options.year or 0), options=study,
@@ -174,7 +177,7 @@ def make_proof(
         areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
-    notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes))))
+    notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes, *land))))
     return Proof(verdicts, gathered, options, notes, spell, logo)
 
 
@@ -238,11 +241,20 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
         ("ground", proof.spell(str(described.get("assumption", ground.name)))),
         ("casters", "; ".join(casters) or "all parts of the model"),
+        *([("land", _tell_land(model.options.horizon))] if model.options.horizon else []),
         ("not in it", "light reflected, glass, frames, and whatever the files do not have"),
         *([("notes", "\n".join(proof.notes))] if proof.notes else []),
         ("files", "\n".join(files) or "none"),
         ("made by", f"umbra {__version__}"),
     ]
+
+
+def _tell_land(land: Horizon) -> str:
+    """Describe the land around, which hides the sun and the sky."""
+    return (
+        f"{land.name} hides the sun and the sky, up to {land.highest:.1f}° above the horizon; not "
+        "from what the proposal alone shades"
+    )
 
 
 def _tell_angle(degrees: float) -> str:
@@ -257,6 +269,7 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
     found = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
     options = proof.options
     named = [options.areas, options.windows, options.plot, options.sunshine, *options.rules]
+    named.append(options.horizon)
     for one in named:
         path = Path(str(one)) if isinstance(one, (str, Path)) else None
         if path is not None and path.is_file():

@@ -187,6 +187,8 @@ class SunlightOf:
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
+        if which != "proposed":  # what the proposal alone shades, it shades without land, too
+            kept["horizon"] = options.horizon
         casters, scene = model.choose_casters(which), model.scene
         if not scene.select(casters["cast"], casters["no_cast"]):
             scene, casters, kept = _make_empty(given.points), {}, {"threads": options.threads}
