@@ -94,7 +94,7 @@ def test_each_date_has_its_row_and_variables_are_by_name_and_date(scene, tmp_pat
     frame = study.areas
     assert list(frame.columns) == [
         "name", "date", "area_m2", "share_90min", "mean_sun_hours", "least_sun_hours",
-        "most_sun_hours", "first_sun", "last_sun",
+        "most_sun_hours", "first_sun", "last_sun", "from", "to",
     ]  # fmt: skip
     assert [str(day.date()) for day in frame["date"]] == ["2026-03-21", "2026-06-21"] * 2
     study.write(tmp_path)
@@ -106,7 +106,7 @@ def test_each_date_has_its_row_and_variables_are_by_name_and_date(scene, tmp_pat
     lines = (tmp_path / "areas.csv").read_text().splitlines()
     assert lines[0] == ",".join(frame.columns)
     assert len(lines) == 5
-    assert dt.datetime.fromisoformat(lines[1].split(",")[-1]).utcoffset() == dt.timedelta(hours=1)
+    assert lines[1].split(",")[-2:] == ["2026-03-21T00:00:00+01:00", "2026-03-22T00:00:00+01:00"]
 
 
 def test_before_is_without_the_proposal_and_ratios_are_of_it():
