@@ -47,6 +47,7 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.frame import find_window
 from umbra.writers.folder.who import draw_who
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
@@ -90,7 +91,8 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     where: Any = ...
     if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
-        where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
+        matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
+        where = find_window(matters, plan)
         plan = plan.crop(where)
         if plan.appearance is not None:
             from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
@@ -136,17 +138,6 @@ def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float
 
 def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
     return _fit(mask.astype(np.float32), shape) > HALF
-
-
-def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the window around some cells, with a margin of a quarter of its length."""
-    window = []
-    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
-    for axis in (1, 0):
-        found = np.flatnonzero(is_shown.any(axis))
-        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
-        window.append(slice(max(int(found[0]) - room, 0), end))
-    return window[0], window[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,6 +332,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
         areas=outline_areas(study),
+        fills_areas=study.kind.name == "areas",
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
 
