@@ -9,7 +9,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.receivers import find_kind
 from umbra.receivers.lattice import choose_side, cut_polygon
-from umbra.scene.area import Area
+from umbra.scene.named_places import Area
 from umbra.study import StudyOptions, run
 from umbra.writers.folder import Outputs
 
