@@ -12,6 +12,7 @@ from umbra.errors import InputError, check_type
 from umbra.options import option, record
 from umbra.scene import Scene
 from umbra.signatures import takes
+from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
 from umbra.study.study import run
@@ -86,8 +87,9 @@ def shadow_study(scene: Scene, site: Site | None = None, *, options: ChunkOption
     check_type("scene", scene, Scene)
     if site is not None:
         check_type("site", site, Site)
+    settled = settle_land(options, scene.model_bounds(), site)
     moved = () if site is None else tell_moved(scene, site)
-    for note in (*moved, *tell_request(scene, options, site)):
+    for note in (*moved, *tell_request(scene, settled, site)):
         warnings.warn(note, stacklevel=3)
     if options.chunks is not None:
         if site is None or options.measures or options.areas is not None:
@@ -96,8 +98,8 @@ def shadow_study(scene: Scene, site: Site | None = None, *, options: ChunkOption
                 "out"
             )
             raise InputError(msg, option="chunks")
-        return ChunkedStudy(scene, site, options, options.chunks)
-    study = run(scene, site, options)
+        return ChunkedStudy(scene, site, settled, options.chunks)
+    study = run(scene, site, settled)
     if "device_note" in study.facts:
         warnings.warn(str(study.facts["device_note"]), stacklevel=3)
-    return ShadowStudy(study, options)
+    return ShadowStudy(study, settled)

@@ -55,11 +55,19 @@ class TimeOptions(Options):
         "choice", "The sun's apparent position (standard), or its position without air (none).",
         default="standard", choices=("standard", "none"), attribute="refraction",
     )  # fmt: skip
-    horizon: Given[str | Path | None, Any] = _time(
-        "table", "Land far away, which blocks the sun and the sky below it: a file "
-        "azimuth,elevation from true north [degrees], PVGIS' horizon profile, or elevations that "
-        "umbra sky writes (write='horizon').", more="It is the same from every receiver.",
+    horizon: Given[str | Path | Any | None, Any] = _time(
+        "table", "Land up to 100 km away, which blocks the sun and the sky below it: a raster of "
+        "heights (GeoTIFF), or a table azimuth,elevation from true north [degrees], PVGIS' horizon "
+        "profile (text, JSON), or elevations that umbra sky writes (write='horizon').",
+        more="Or elevations by azimuth as ``pvlib.iotools.get_pvgis_horizon`` returns them. A "
+        "raster is seen from the ground at the model's middle; the horizon is the same from every "
+        "receiver.",
         metavar="FILE",
+    )  # fmt: skip
+    horizon_from: Given[float | str | None, float | None] = _time(
+        "length", "Distance from which the land of a raster counts; what is nearer is the model's; "
+        "default: as far as the model reaches from its middle.",
+        unit="m", metavar="M",
     )  # fmt: skip
     measure: Sequence[str] = _measures(
         "texts", "What is measured, one or several by commas: sun_hours and shadow_hours "
