@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.options import check_types, option, read_path, read_text
+from umbra.options import Options, check_types, option, read_path, read_text, record
 from umbra.packages import require
 from umbra.writers.formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
@@ -36,8 +36,8 @@ _pictures = partial(option, heading="Pictures")
 _files = partial(option, heading="Further files")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outputs:
+@record
+class Outputs(Options):
     """
     Files of a study, and the appearance of its pictures.
 
@@ -146,10 +146,12 @@ class Outputs:
             there = "all files are"
             if kind.formats:
                 there = f"{', '.join(kind.formats)} can be, the others are"
-            msg = (
-                f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for "
-                "plans; leave it out, or choose receivers='ground' or 'top'"
-            )
+            told = f"{there} for plans; leave it out, or choose receivers='ground' or 'top'"
+            if kind.own_table:
+                told = (
+                    f"{kind.own_table} and study.nc hold all of its results, always; leave it out"
+                )
+            msg = f"write='{','.join(refused)}' is not for receivers='{receivers}': {told}"
             raise InputError(msg, option="write", formats=refused)
         if self.rules:
             kind.check_judged(receivers)
