@@ -61,10 +61,21 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
         "palette": make_palette(),
         "hours": hours,
+        "land": _find_land(study),
         "hasLink": True,
         "takesWheel": True,
         "poster": "",
     }
+
+
+def _find_land(study: Study | None) -> dict[str, object] | None:
+    """Return the land far away of a study, as ``Land`` of ``umbra/web/land.js``."""
+    land = None if study is None else study.period.horizon
+    if land is None:
+        return None
+    return {
+        "azimuth": land.azimuth.round(3).tolist(), "elevation": land.elevation.round(3).tolist()
+    }  # fmt: skip
 
 
 def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
@@ -75,6 +86,12 @@ def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
         what = "1 part is" if len(glass) == 1 else f"{len(glass):,} parts are"
         notes.append(
             f"{what} drawn transparent (first: '{glass[0]}'), and cast shadows as opaque ones do"
+        )
+    if study is not None and study.period.horizon is not None:
+        land = study.period.horizon
+        notes.append(
+            f"the land of {land.name}, up to {land.highest:.1f}° high, hides the sun; it is not "
+            "drawn, and dusk stands for it"
         )
     if study is not None and "canopy_transmissivity" in study.facts:
         notes.append(

@@ -88,7 +88,7 @@ def command(
         stages.show_scene(scene)
         stages.begin(what := _name_drawing(scene, lens))
         find_once = cache(lambda: find_model_site(scene))
-        shining = lights.make(find_once)
+        shining = lights.make(scene, find_once)
         if lights.date is not None and not options.caption:
             options = replace(options, caption=lights.tell_sun(find_once()))
         view = scene, lens.make(scene), shining, options
@@ -150,6 +150,9 @@ def _check_site(lights: LightOptions) -> None:
     if lights.date is None and given:
         msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
         raise InputError(msg)
+    if lights.date is None and lights.horizon is not None:
+        msg = "horizon= hides the sun; give date= and at=, too, or leave it out"
+        raise InputError(msg, option="horizon")
 
 
 def _tell(message: str) -> None:

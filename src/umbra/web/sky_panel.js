@@ -16,7 +16,7 @@ const SMALL = 104; // and of that in the model's picture [CSS pixels]
  */
 export const makeSkyPanel = (app, findDays) => {
   const scene = {
-    model: app.model, names: app.things.map((thing) => thing.label), objectOf: app.thingOf,
+    model: app.model, names: [...app.things.map((thing) => thing.label), "land"], objectOf: app.thingOf,
     daylight: app.daylight, north: app.north,
   }; // prettier-ignore
   const dialog = makeSkyDialog(scene);

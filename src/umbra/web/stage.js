@@ -106,9 +106,10 @@ export class Stage {
       fov: viewpoint.fov,
       near,
     };
-    renderer.lights = app.sun.altitude > 0 ? [{ direction: app.sun.direction }] : [];
+    const { altitude, direction, isBehind } = app.sun;
+    renderer.lights = altitude > 0 && !isBehind ? [{ direction }] : [];
     renderer.setStyle({
-      ...(state.hasSunHours ? DAY : findColors(app.sun.altitude)),
+      ...(state.hasSunHours ? DAY : findColors(isBehind ? 0 : altitude)),
       edges: state.hasEdges,
     });
     renderer.clip = app.plane;
