@@ -319,6 +319,14 @@ class ViewOptions:
         "patterns",
         "Parts of a proposal, which a page compares, before and after; repeatable.", default=(),
     )  # fmt: skip
+    replace: Sequence[str] = _casters(
+        "patterns", "Parts that the proposal replaces, which a page shows before; repeatable.",
+        default=(),
+    )  # fmt: skip
+    replace_in: Any = _casters(
+        "any", "Polygons of a plot, a file: what stands in them with half of its plan or more is "
+        "replaced.", metavar="FILE",
+    )  # fmt: skip
     study: Any = option("any", flag=None)
     animation: int | str | None = option("any", flag=None)
     time: float | None = option("number", unit="s", flag=None)

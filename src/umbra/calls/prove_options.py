@@ -73,6 +73,17 @@ class ProofOptions:
         "Parts of the proposal: names, kinds or layers; what is there without them is before.",
         default=(),
     )
+    replace: Sequence[str] = _casters(
+        "patterns",
+        "Parts that the proposal replaces: they stand before, and are gone after; repeatable.",
+        default=(),
+    )
+    replace_in: Any = _casters(
+        "table",
+        "Polygons of a plot, a file as of --areas: the proposal replaces what stands in them with "
+        "half of its plan or more.",
+        metavar="FILE",
+    )  # fmt: skip
     cast: Sequence[str] = _casters(
         "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
     )
@@ -117,8 +128,8 @@ class ProofOptions:
 def take_study_options(options: ProofOptions) -> StudyOptions:
     """Return the options of the studies that a proof runs."""
     taken = (
-        "proposed", "cast", "no_cast", "canopy", "transmissivity", "leaf_on", "ground", "sunshine",
-        "threads",
+        "proposed", "replace", "replace_in", "cast", "no_cast", "canopy", "transmissivity",
+        "leaf_on", "ground", "sunshine", "threads",
     )  # fmt: skip
     given = {name: getattr(options, name) for name in taken}
     if options.sunshine is not None:

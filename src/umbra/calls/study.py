@@ -69,6 +69,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     by: Literal["part", "kind", "layer"] | None = None,
     who: str | Sequence[str] = (),
     proposed: str | Sequence[str] = (),
+    replace: str | Sequence[str] = (),
+    replace_in: Any = None,
     under: str | float | dt.timedelta | None = None,
     spells: bool = False,
     exact: bool | float = False,
@@ -122,6 +124,12 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Find the hours due to each part, kind or layer, of all or of those in ``who``.
     proposed : sequence of str
         Shell patterns of the proposed parts: find the sun that they take from the others.
+    replace : sequence of str
+        Shell patterns of what the proposal replaces: it stands before, and is gone after; where
+        it stood there was no receiver before. Ground and terrain stay.
+    replace_in : path or polygons, optional
+        The plot, a file as of ``areas`` or shapely's polygons in the model's own coordinates:
+        objects with at least half of their plan in it are replaced.
     under : str or float
         Find where ``proposed`` reduces the hours of sun below this limit.
     horizon : path, optional

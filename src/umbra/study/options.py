@@ -60,6 +60,17 @@ class StudyOptions(ReceiverOptions):
         "repeatable.",
         default=(),
     )
+    replace: Sequence[str] = _results(
+        "patterns",
+        "Parts that the proposal replaces: they stand before, and are gone after; repeatable.",
+        default=(),
+    )
+    replace_in: Any = _results(
+        "table",
+        "Polygons of a plot, a file as of --areas: the proposal replaces what stands in them with "
+        "half of its plan or more.",
+        metavar="FILE",
+    )  # fmt: skip
     under: str | float | dt.timedelta | None = _results(
         "any",
         "With --proposed: find where fewer hours of sun are left than this, but were not "
@@ -229,7 +240,12 @@ class StudyOptions(ReceiverOptions):
                 raise InputError(msg, option="date")
         if self.asks_hours:
             return
-        taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
+        taken = {
+            "proposed",
+            "replace",
+            "replace_in",
+            *["exact"] * any(one.has_exact for one in self.measures),
+        }
         taken |= {name for one in self.measures for name in one.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
@@ -264,6 +280,10 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
+        for name in ("replace", "replace_in"):
+            if getattr(self, name) not in (None, ()) and not self.proposed:
+                msg = f"{name}= is what a proposal replaces; name its parts with proposed="
+                raise InputError(msg, option=name)
         self._check_disc()
         self._check_horizon()
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)

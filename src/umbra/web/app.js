@@ -29,6 +29,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {boolean} isFramed whether the first view shows the whole model
  * @property {number | null} ground in the model's own coordinates [m]
  * @property {number[]} proposed parts of the proposal
+ * @property {number[]} removed parts that it replaces
  * @property {string[]} notes
  * @property {Hours | null} hours
  * @property {boolean} hasLink whether the page's address keeps the view

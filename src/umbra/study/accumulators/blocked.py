@@ -11,7 +11,8 @@ from umbra.rays.nearest_hits import add_taken
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups
-from umbra.study.accumulators.measured import FindParts, compare_measured, level_normals
+from umbra.study.accumulators.measured import compare_measured, level_normals
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure
 
@@ -37,8 +38,7 @@ class BlockedSky(Accumulator):
     attribution : AttributionOptions
         With the groups.
     casters : sequence of int
-    find_proposed, find_rest : callable, optional
-        As of ``MeasureSums``.
+    proposal : Proposal, optional
     """
 
     is_streamed = False
@@ -51,20 +51,19 @@ class BlockedSky(Accumulator):
         laid: Receivers,
         attribution: AttributionOptions,
         casters: Sequence[int],
-        find_proposed: FindParts | None = None,
-        find_rest: FindParts | None = None,
+        proposal: Proposal | None = None,
     ) -> None:
         self.measure, self.asked, self._casters = measure, asked, casters
         self._groups = cast("Groups", attribution.groups)
         self._member = self._groups.member[: attribution.shown]
-        self._find_proposed, self._find_rest = find_proposed, find_rest
+        self._proposal = proposal
         self.lights: Lights = asked.make_lights(measure)
-        times = 1 if find_proposed is None else 2
+        times = 1 if proposal is None else 2
         self.own_lights = times * len(self.lights)
         count = 1 + attribution.shown
         self._after = np.zeros((count, *laid.shape))
-        self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
-        ends = ("", "_before", "_lost", "_ratio") if find_proposed else ("",)
+        self._before = np.zeros((count, *laid.shape)) if proposal is not None else None
+        ends = ("", "_before", "_lost", "_ratio") if proposal else ("",)
         names = [one.name + end for one in measure.quantities for end in ends]
         self.of_any_date = frozenset(["caster", *names])
 
@@ -73,10 +72,10 @@ class BlockedSky(Accumulator):
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         tile = run.tiles[0]
         self._after[:, *where] = self._find_shares(tile, self._casters, progress)
-        if self._before is None or self._find_rest is None or self._find_proposed is None:
+        if self._before is None or self._proposal is None:
             return
-        before = self._find_shares(tile, self._find_rest(tile), progress)
-        before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
+        before = self._find_shares(tile, self._proposal.find_before(tile), progress)
+        before[:, self._proposal.find_absent(tile)] = np.nan
         self._before[:, *where] = before
 
     def _find_shares(
@@ -85,6 +84,8 @@ class BlockedSky(Accumulator):
         """Return the shares of all casters and of each group (1 + groups, ...) [%]."""
         casting = set(parts)
         pieces = [[part for part in piece if part in casting] for piece in self._groups.pieces]
+        if replaced := sorted(casting.difference(*pieces)):  # by a proposal
+            pieces.append(replaced)
         points, normals = tile.places.points, tile.places.normals
         facing = level_normals(normals)
         solve = self._make_exact if self.asked.options.exact else self._make_counter
@@ -97,7 +98,8 @@ class BlockedSky(Accumulator):
             now = works * min(first + _AT_ONCE, len(points)) // len(points)
             progress(now - done)
             done = now
-        shares = np.stack([taken.sum(1), *(taken[:, is_in].sum(1) for is_in in self._member)])
+        of_groups = taken[:, : len(self._groups.pieces)]
+        shares = np.stack([taken.sum(1), *(of_groups[:, is_in].sum(1) for is_in in self._member)])
         return 100 * shares.reshape(-1, *tile.shape)
 
     def _make_exact(self, tile: Tile, parts: Sequence[int], pieces: Sequence[Sequence[int]]) -> Any:
@@ -105,7 +107,7 @@ class BlockedSky(Accumulator):
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
         from umbra.sky.points import measure_sky  # noqa: PLC0415
 
-        scene, threads = tile.casting.scene, tile.casting.threads
+        scene, threads = tile.casting.scene.whole, tile.casting.threads
         owner = np.zeros(len(scene.parts), np.int32)
         for k, piece in enumerate(pieces):
             owner[list(piece)] = k

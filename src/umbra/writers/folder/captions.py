@@ -360,7 +360,9 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
     if options.canopy:
         notes.append(_describe_canopy(options.canopy, facts))
     if options.proposed:
-        notes.append(f"proposed: {list_few(options.proposed)}")
+        gone = list_few(list(dict.fromkeys(one.name for one in study.model.scene.replaced)))
+        instead = f" instead of {gone}, which is there before" if gone else ""
+        notes.append(f"proposed: {list_few(options.proposed)}{instead}")
     return notes
 
 
