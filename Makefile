@@ -127,7 +127,10 @@ pictures: study
 	  --quiet --out $(OUT)/tower
 	$(UMBRA) envelope $(BLOCK) --plot examples/envelope/plot.geojson --points examples/envelope/windows.csv \
 	  --rules examples/envelope/three_of_seven.yaml --year 2026 --max 40 --quiet --out $(OUT)/envelope
+	$(UMBRA) sky $(BLOCK) --at 2713,340080,172 --date 2026-03-21 --out $(OUT)/sky
+	$(UMBRA) sky $(BLOCK) --at 2713,340080,172,0,-1,0 --date 2026-03-21 --projection waldram --out $(OUT)/waldram
 	cp $(OUT)/above/hours.png $(OUT)/above.png
+	cp $(OUT)/waldram/sky.png $(OUT)/sky_waldram.png
 	cp $(OUT)/seasons/profile.png $(OUT)/seasons.png
 	$(PY) examples/draw_diagrams.py docs/pictures
 	$(PY) examples/count_in_a_frame.py $(OUT)
@@ -138,7 +141,8 @@ pictures: study
 	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
 	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/frame_by_pass.png $(OUT)/table.png $(OUT)/table_count.png \
 	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png $(OUT)/sheet/sheet.png $(OUT)/above.png \
-	  $(OUT)/seasons.png $(OUT)/tower/hours_lost.png $(OUT)/envelope/envelope.png docs/pictures
+	  $(OUT)/seasons.png $(OUT)/tower/hours_lost.png $(OUT)/envelope/envelope.png \
+	  $(OUT)/sky/sky.png $(OUT)/sky_waldram.png docs/pictures
 	$(UMBRA) view $(BLOCK) --date 2026-03-21 --proposed Tower --out $(OUT)/scene.html
 	$(PY) docs/film_page.py $(OUT)/scene.html docs/pictures/live.webp
 	cp $(OUT)/hall_soft.png docs/pictures  # in 256 colours its penumbrae would band

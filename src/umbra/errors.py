@@ -72,7 +72,7 @@ rules albedo samples shadows sheet size sky_directions soft spacing spells style
 threads transmissivity transparent trunk under up who weather write end latitude lights longitude
 spots start true_north zone formats memory min_altitude pictures scheduler show subtitle tiles
 title workers windows plot year areas areas_on reveal highest keep max_height place lift move
-horizon replace replace_in
+horizon horizon_from replace replace_in
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """Options that messages may name."""

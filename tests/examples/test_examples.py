@@ -74,6 +74,19 @@ def test_study_in_python(tmp_path):
     assert hours["with trees"] > hours["without trees"] > 0
 
 
+def test_an_offices_case(quarter, tmp_path):
+    said = run("office_case.py", quarter, tmp_path, 2700, 340090, "--windows", 30)
+    assert said.startswith("4 gardens and 30 windows")
+    scene = umbra.read(quarter)
+    study = umbra.shadow_study(
+        scene, umbra.find_site(scene), measure="sky_view_factor", receivers="windows",
+        windows=tmp_path / "windows.csv", areas=tmp_path / "gardens.geojson",
+    )  # fmt: skip
+    assert len(study.areas) == 4
+    assert study.windows["sky_view_factor"].max() > 0.2  # none lies in its wall
+    assert study.windows["sky_view_factor"].min() > 0
+
+
 def test_shadow_of_a_pole():
     assert "10.00 m due north" in run("shadow_of_a_pole.py")
 

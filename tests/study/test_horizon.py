@@ -1,9 +1,11 @@
 """Land far away: suns and directions of the sky below a horizon reach no receiver."""
 
+import json
 import math
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.shapes import box
 from support.weather_files import make_values, save_epw
@@ -175,7 +177,13 @@ def test_read_formats(tmp_path):
     head = "Latitude (decimal degrees):\t48.2\nLongitude (decimal degrees):\t16.4\n\n"
     pvgis = tmp_path / "pvgis.csv"
     pvgis.write_text(f"{head}A\tH_hor\tA_sun(w)\tH_sun(w)\n" + "\n".join(rows) + "\n\nA: Azimuth\n")
-    for path in (bare, pvgis):
+    profile = [{"A": turn - 180, "H_hor": high} for turn, high in zip(turns, heights, strict=True)]
+    profile.append({"A": 180.0, "H_hor": heights[0]})
+    spoken = tmp_path / "pvgis.json"
+    spoken.write_text(json.dumps({"inputs": {}, "outputs": {"horizon_profile": profile}}))
+    series = pd.Series(heights, index=pd.Index(turns, name="horizon_azimuth"))
+    series.rename("horizon_elevation").to_csv(tmp_path / "pvlib.csv")
+    for path in (bare, pvgis, spoken, series, tmp_path / "pvlib.csv"):
         found = read_horizon(path)
         assert np.array_equal(found.azimuth, table.azimuth)
         assert np.array_equal(found.elevation, table.elevation)
@@ -222,6 +230,9 @@ FAULTS = {
     "turn": "azimuth,elevation\n-10,1\n",
     "empty": "",
     "head alone": "azimuth,elevation\n",
+    "another object": '{"type": "FeatureCollection"}',
+    "broken object": '{"outputs": {"horizon_profile": [{"A": 0}]}}',
+    "grid": "ncols 4\nnrows 4\n",
 }
 
 

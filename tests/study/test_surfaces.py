@@ -1,5 +1,6 @@
 """Walls and roofs in their own planes, and points from a table."""
 
+import pickle
 from dataclasses import replace
 from fractions import Fraction
 
@@ -73,6 +74,38 @@ def test_samples_cover_slopes_and_odd_shapes_once():
     assert len(np.unique(samples.points.round(6), axis=0)) == len(samples.points)
     normals = samples.surface_normal[samples.surface]
     np.testing.assert_allclose(np.einsum("ij,ij->i", normals, samples.normals), 1)
+
+
+def test_pieces_hold_the_samples_of_the_whole(block):
+    samples = sample_surfaces(block, 0.9)
+    for begin, end in ((0, 1), (3, 50), (50, 51), (17, samples.count)):
+        piece = samples.piece(slice(begin, end))
+        assert piece.count == end - begin
+        for name in ("points", "normals", "area"):
+            np.testing.assert_array_equal(
+                getattr(piece, name), getattr(samples, name)[begin:end], err_msg=name
+            )
+        np.testing.assert_array_equal(
+            piece.surface + samples.surface[begin], samples.surface[begin:end]
+        )
+        np.testing.assert_array_equal(
+            piece.corners[piece.triangle], samples.corners[samples.triangle[begin:end]]
+        )
+
+
+def test_positions_take_no_memory_until_they_are_asked_for(monkeypatch):
+    monkeypatch.setattr("umbra.study.result._SMALL", 0)
+    monkeypatch.setattr(points_module, "_CHUNK_OF_SURFACES", 4096)
+    block = make_scene(*make_block())
+    study = run(block, every="30min", masks=False)  # by patches
+    assert "points" not in vars(study.result.samples)
+    positions = study.dataset.position
+    assert "points" not in vars(study.result.samples)
+    np.testing.assert_array_equal(positions[2:7], study.result.samples.points[2:7] + block.origin)
+    assert pickle.loads(pickle.dumps(study.dataset)).identical(study.dataset)
+    study.dataset.position.values[0] = 7.0
+    assert (study.dataset.position[0] == 7.0).all()
+    assert not (study.result.samples.points == 7.0).any()
 
 
 def test_what_is_smaller_than_a_square_has_one_sample():

@@ -142,7 +142,7 @@ class Page:
     def press(self, key, code=None, text=None, modifiers=0):
         codes = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, " ": 32,
                  "Enter": 13, "Home": 36, "End": 35,
-                 "PageUp": 33, "PageDown": 34}  # fmt: skip
+                 "PageUp": 33, "PageDown": 34, "Escape": 27}  # fmt: skip
         more = {"text": text} if text else {}
         for kind in ("keyDown", "keyUp"):
             self.send(

@@ -112,3 +112,36 @@ def test_zurich_does_not_apply_to_low_buildings():
     verdict = judge(model, "zurich-abv", areas={"land": rectangle(-2, 7, 2, 9)})
     assert verdict.verdict == "pass"
     assert "24.0 m" in verdict.findings[0].outcome.needs
+
+
+OLD = {"old": ((-1000, -1, 0), (1000, 0, 5.6))}
+
+
+def find_ratio(new):
+    """Return the outcomes of the share and of the ratio to before, with one more building."""
+    model = make_model(OLD | {"new": new}, proposed=("new",))
+    (finding,) = judge(model, "bre-209-gardens", areas=GARDEN).findings
+    return finding.outcome.parts
+
+
+def test_a_ratio_is_sure_where_nothing_changes():
+    share, ratio = find_ratio(((900, 500, 0), (901, 501, 1)))
+    assert share.off > 1  # of what is before and after alike
+    assert (ratio.value, ratio.off, ratio.is_close) == (1.0, 0.0, False)
+    assert ratio.before == ratio.after == share.value
+
+
+def test_a_ratio_may_be_off_by_what_the_proposal_changes():
+    tower = ((-10.5, 0, 0), (-10.0, 10, 30))  # at the garden's west end
+    _, ratio = find_ratio(tower)
+    spots = [(x, y, 0.0) for x in -10 + (np.arange(50) + 0.5) / 2.5
+             for y in (np.arange(25) + 0.5) / 2.5]  # fmt: skip
+    directions, hours, _, _ = find_suns(LONDON, "2026-03-21", "00:00", "24:00", "2min")
+
+    def share_of(boxes):
+        lit = [find_lit(boxes.values(), np.array(spot), directions) for spot in spots]
+        return np.mean(np.array(lit) @ hours >= 2 - 1e-4)
+
+    expected = share_of(OLD | {"new": tower}) / share_of(OLD)
+    assert ratio.value != pytest.approx(expected, abs=0.01)
+    assert abs(ratio.value - expected) <= ratio.off < 0.1

@@ -90,7 +90,7 @@ def test_the_page_is_small_whole_and_does_nothing_that_files_command(live, writt
     assert written.stat().st_size < 400_000
     assert live.ask("document.title") == "Scene"
     assert live.ask("document.images.length") == 0
-    live.ask(f"{DETAILS}[1].open = true")
+    live.ask(f"{DETAILS}[2].open = true")
     live.wait("document.querySelectorAll('.things .label').length")
     labels = "[...document.querySelectorAll('.things .label')]"
     assert live.ask(f"{labels}.map((e) => e.firstChild.data)") == ["tower", HOSTILE, "house"]
@@ -261,7 +261,7 @@ def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
 
 def test_an_object_that_is_switched_off_casts_nothing(live):
     live.ask(f"umbra.set({{place: {place_at(2, 15)}, minutes: 13 * 60 + 30, compare: 'after'}})")
-    live.ask(f"{DETAILS}[1].open = true")
+    live.ask(f"{DETAILS}[2].open = true")
     live.wait("document.querySelectorAll('.things select').length")
     put(live, ".things select", "off")
     assert live.ask(NOW) == ["Now in the sun."]
@@ -353,7 +353,7 @@ def test_distances_and_sections_are_kept_by_a_link(live, written):
         settle(live)
     ends = live.ask("umbra.state.distances[0]")
     length = float(np.linalg.norm(np.subtract(*ends)))
-    assert f"{length:.2f} m" in live.ask(f"{DETAILS}[2].textContent")
+    assert f"{length:.2f} m" in live.ask(f"{DETAILS}[3].textContent")
     live.ask("umbra.set({section: {axis: 'level', at: 0.5, flipped: false}, minutes: 615})")
     live.ask("umbra.set({compare: 'before'})")
     live.wait("location.hash.includes('cut=level') && location.hash.includes('compare=before')")
@@ -370,16 +370,25 @@ def test_distances_and_sections_are_kept_by_a_link(live, written):
     assert live.ask("umbra.plane[3]") == pytest.approx(low + 22.5, abs=0.01)
 
 
+def test_a_link_plays_the_day(page, written):
+    page.send("Page.navigate", url="about:blank")
+    page.send("Page.navigate", url=written.as_uri() + "#at=2026-06-21T600&play=day")
+    page.wait("location.protocol == 'file:' && window.umbra?.state?.minutes > 600")
+    assert page.ask("umbra.state.playing") == "day"
+    page.ask("umbra.set({playing: null})")
+    settle(page)
+
+
 @pytest.mark.parametrize(
     "link",
-    ["#look=1,2&at=x&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
+    ["#look=1,2&at=x&play=night&p=99999999-0&cut=up&place=1,,,,,,9&far=1;2&r=1-999999999",
      "#look=0,0,0,0,0,-1,45&show=2&compare=x,9", "#" + "a=&" * 500],
 )  # fmt: skip
 def test_damaged_links_do_no_harm(page, written, link):
     page.resize(800, 600)
     page.send("Page.navigate", url=written.as_uri() + link)
     page.wait(f"location.protocol == 'file:' && {READY}")
-    assert page.ask("umbra.state.date") == "2026-06-21"
+    assert page.ask("[umbra.state.date, umbra.state.playing]") == ["2026-06-21", None]
 
 
 def test_a_saved_view_opens_in_umbra(live):

@@ -34,6 +34,7 @@ def test_the_lines_begin_with_each_area_and_date(found):
     assert shares[0].max() < before[0].min()
     expected = [
         f"{name}: {100 * shares[k, d]:.1f} % of {size} m² has at least 2 h of sun on {date} "
+        f"from 08:00 to 17:00 "
         f"({100 * before[k, d]:.1f} % before)"
         for k, (name, size) in enumerate((("north", 400), ("far", 200)))
         for d, date in enumerate(DATES)
@@ -54,8 +55,10 @@ def test_of_many_areas_the_worst_are_told_on_their_worst_date():
 
 def test_the_table_has_each_figure_before_and_after(found):
     table, areas = list_areas(found.result), found.result.areas
-    assert [row[:3] for row in table.rows] == [
-        (name, date, size) for name, size in (("north", 400.0), ("far", 200.0)) for date in DATES
+    assert [row[:4] for row in table.rows] == [
+        (name, date, "08:00 to 17:00", size)
+        for name, size in (("north", 400.0), ("far", 200.0))
+        for date in DATES
     ]
     columns = areas.columns
     for k in range(2):
@@ -66,10 +69,10 @@ def test_the_table_has_each_figure_before_and_after(found):
             for name in ("mean", "least", "most"):
                 for end in ("_before", ""):
                     figures.append(round(float(columns[f"{name}_sun_hours{end}"][k, d]), 2))
-            assert list(row[3:11]) == figures
-            assert len(row) == len(table.columns) == 15
+            assert list(row[4:12]) == figures
+            assert len(row) == len(table.columns) == 16
     first = columns["first_sun"][1, 0].astype("datetime64[m]").item()  # UTC; the clock is CET
-    assert table.rows[2][12] == f"{first.hour + 1:02}:{first.minute:02}"
+    assert table.rows[2][13] == f"{first.hour + 1:02}:{first.minute:02}"
 
 
 def test_the_report_lists_areas_before_other_tables(found, tmp_path):

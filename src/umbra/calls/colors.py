@@ -13,9 +13,8 @@ from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device
 from umbra.drawing import SeenModel
-from umbra.drawing.about import list_losses, tell_scale
 from umbra.drawing.overlay import Ring
-from umbra.drawing.page import DrawnPart, Fill, Hatching, Page
+from umbra.drawing.page import DrawnPart, Fill, Hatching, Page, list_losses, tell_scale
 from umbra.drawing.regions import PlanarRegions
 from umbra.drawing.surfaces import VisibleRegion
 from umbra.machine import choose_threads

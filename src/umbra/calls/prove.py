@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from umbra.calls.prove_options import ProofOptions, take_study_options
 from umbra.errors import InputError, check_type
 from umbra.rules.read import read_rule
@@ -36,6 +39,7 @@ class Proof:
     options: ProofOptions
     notes: tuple[str, ...] = ()
     spell: Callable[[str], str] = str
+    logo: NDArray[np.uint8] | None = None
 
     @property
     def verdict(self) -> str:
@@ -89,8 +93,9 @@ class Proof:
         options, model = self.options, self.gathered.model
         sheet = ProofSheet(
             title=options.title or name_files(model.scene), project=options.project or "",
-            author=options.author or "", number=options.number or "", logo=options.logo,
-            paper=options.paper, facts=tuple(_list_facts(self)),
+            author=options.author or "", number=options.number or "",
+            logo=self.logo, paper=options.paper,
+            basis=tuple(_list_basis(self)), facts=tuple(_list_facts(self)),
         )  # fmt: skip
         return write_proof(folder, self.gathered, self.verdicts, sheet)
 
@@ -156,6 +161,7 @@ def make_proof(
     """Judge a model by rules, with the options of a record; ``spell`` writes options' names."""
     if rules is None:
         rules = read_rules_of(options)
+    logo = None if options.logo is None else _read_logo(options.logo)  # before all that takes time
     study = take_study_options(options)
     ground = settle_ground(scene, study)
     told = tell_proposal(scene, study) if options.proposed else []
@@ -171,7 +177,13 @@ def make_proof(
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
     notes = tuple(dict.fromkeys(map(spell, (*told, *gathered.notes, *ground.notes))))
-    return Proof(verdicts, gathered, options, notes, spell)
+    return Proof(verdicts, gathered, options, notes, spell, logo)
+
+
+def _read_logo(path: Path) -> NDArray[np.uint8]:
+    from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
+
+    return read_logo(path)
 
 
 def read_rules_of(options: ProofOptions) -> list[list[Rule]]:
@@ -188,6 +200,21 @@ def _split(text: str) -> list[str]:
     if Path(text).exists() or "=" in text:
         return [text]
     return [word for word in text.split(",") if word]
+
+
+def _list_basis(proof: Proof) -> list[tuple[str, str]]:
+    """Return the facts of a sheet's first page."""
+    options, model = proof.options, proof.gathered.model
+    ground = settle_ground(model.scene, model.options)
+    assumed = proof.spell(str(ground.describe().get("assumption", ground.name)))
+    names = [Path(name).name for name, _ in _list_sources(proof)]
+    return [
+        ("place", f"{model.site.show()}, {model.site.zone}"),
+        ("dates", f"of {options.year}, where a rule names no year"),
+        ("times", f"of the local clock, {model.site.zone}, where no other is named"),
+        ("ground", assumed.partition(";")[0]),
+        ("files", ", ".join(names) or "none"),
+    ]
 
 
 def _list_facts(proof: Proof) -> list[tuple[str, str]]:
@@ -208,7 +235,10 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         casters.append(f"there before the proposal alone: {', '.join(gone)}")
     files = [f"{name}  SHA-256 {digest}" for name, digest in _list_files(proof)]
     return [
-        ("place", f"{site.show()}, {site.zone}; true north at {site.true_north:g}° in the plan"),
+        (
+            "place",
+            f"{site.show()}, {site.zone}; true north at {_tell_angle(site.true_north)} in the plan",
+        ),
         ("dates", f"those without a year are of {options.year}; times are of the local clock"),
         ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
         ("ground", proof.spell(str(described.get("assumption", ground.name)))),
@@ -218,6 +248,11 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         ("files", "\n".join(files) or "none"),
         ("made by", f"umbra {__version__}"),
     ]
+
+
+def _tell_angle(degrees: float) -> str:
+    """Describe an angle to a hundredth of a degree, far below what a plan can show."""
+    return f"{round(degrees, 2) or 0.0:g}°"
 
 
 def _list_files(proof: Proof) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError, check_type
 from umbra.scene import Scene
+from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
 from umbra.study.study import check_names, run
@@ -37,7 +38,8 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     every_days: int = 1,
     by_day: bool | None = None,
     refraction: Refraction = "standard",
-    horizon: str | Path | None = None,
+    horizon: Any = None,
+    horizon_from: float | str | None = None,
     measure: str | Sequence[str] = (),
     sky_directions: int | str = 4096,
     weather: str | Path | None = None,
@@ -132,10 +134,16 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         objects with at least half of their plan in it are replaced.
     under : str or float
         Find where ``proposed`` reduces the hours of sun below this limit.
-    horizon : path, optional
-        The land far away, the same from every receiver: a table ``azimuth,elevation`` from true
-        north clockwise, PVGIS' horizon profile, or bare elevations as ``umbra sky --write horizon``
-        writes them [degrees]. Suns and directions of the sky below it reach no receiver.
+    horizon : path or pandas.Series, optional
+        The land up to 100 km away, the same from every receiver: a raster of heights (GeoTIFF in
+        any reference system), seen from the ground at the model's middle; or a table
+        ``azimuth,elevation`` from true north clockwise, PVGIS' horizon profile (text or JSON), or
+        bare elevations as ``umbra sky --write horizon`` writes them [degrees]; or elevations by
+        azimuth as ``pvlib.iotools.get_pvgis_horizon`` returns them. Suns and directions of the sky
+        below it reach no receiver.
+    horizon_from : float, optional
+        Distance from which the land of a raster counts; what is nearer is the model's. By default
+        as far as the model reaches from its middle [m].
     measure : str or sequence of str
         What is measured: ``'sun_hours'`` and ``'shadow_hours'`` (default), ``'sky_view_factor'``,
         ``'sky_component'``; of a year of suns ``'probable_sun_hours'`` with both shares
@@ -252,6 +260,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     if site is not None:
         check_type("site", site, Site)
     options = StudyOptions(**given)
+    options = settle_land(options, scene.model_bounds(), site)
     moved = () if site is None else tell_moved(scene, site)
     for note in (*moved, *tell_request(scene, options, site)):
         warnings.warn(note, stacklevel=2)

@@ -89,6 +89,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         options = take_record(StudyOptions, given)
         outputs.check_receivers(options.receivers, has_hours=options.asks_hours)
         from umbra.study import run  # noqa: PLC0415
+        from umbra.study.land import settle_land  # noqa: PLC0415
         from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
         from umbra.writers.folder.summary import sum_up, tell_answers  # noqa: PLC0415
         from umbra.writers.folder.write import fill_folder, note_earlier, raise_failures  # noqa: PLC0415
@@ -99,6 +100,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             say(f"note: {note}")
         weather = None if options.weather is None else options.weather_year
         site = find_any_site(scene, say, is_needed=options.needs_site, weather=weather)
+        look = partial(stages.advance, what="reading the land", unit="blocks")
+        options = settle_land(options, scene.model_bounds(), site, look)
         told = tell_request(scene, options, site)
         for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")

@@ -31,12 +31,10 @@ _OFF = 1e-5  # largest offset of a sample from its square's centre [squares]
 
 
 class PatchSource(Protocol):
-    """Fields of ``umbra.receivers.samples.Samples``; see there."""
+    """Fields of ``umbra.receivers.surface_samples.Samples``; see there."""
 
     @property
     def points(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def normals(self) -> NDArray[np.float64]: ...  # noqa: D102
     @property
     def triangle(self) -> NDArray[np.int64]: ...  # noqa: D102
     @property
@@ -49,6 +47,9 @@ class PatchSource(Protocol):
     def start(self) -> NDArray[np.float64]: ...  # noqa: D102
     @property
     def spacing(self) -> float: ...  # noqa: D102
+    def pick_normals(  # noqa: D102
+        self, which: NDArray[np.integer]
+    ) -> NDArray[np.float64]: ...
 
 
 class Patches(NamedTuple):
@@ -161,9 +162,7 @@ def _lay_out(
 
     With ``some``, only these samples are laid out, and their places are left out.
     """
-    points, of_sample, out_of = (
-        each if some is None else each[some] for each in (s.points, s.triangle, s.normals)
-    )
+    points, of_sample = (each if some is None else each[some] for each in (s.points, s.triangle))
     largest = np.full(plane.max() + 1, -1)
     largest[plane[order[::-1]]] = order[::-1]
     there = np.flatnonzero(np.bincount(of_sample, minlength=len(plane)))
@@ -214,7 +213,7 @@ def _lay_out(
     return Patches(
         frame, place, size, first, cell, before, tau, graze, hull, cut_start, cuts, cut_face,
         mark_start, marks, mark_far, np.ascontiguousarray(points[where]),
-        np.ascontiguousarray(out_of[where]), where,
+        np.ascontiguousarray(s.pick_normals(where)), where,
     ), surface  # fmt: skip
 
 

@@ -12,9 +12,9 @@ from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
 from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.raster import Raster
-from umbra.receivers.samples import Samples
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
+from umbra.receivers.surface_samples import Samples
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
 from umbra.receivers.windows import WindowKind
 from umbra.registry import Registry

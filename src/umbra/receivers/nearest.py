@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.receivers.samples import Samples
+from umbra.receivers.surface_samples import Samples
 
 __all__ = ["find_nearest"]
 
@@ -33,7 +33,7 @@ def find_nearest(
     nearest : (n,) int64
         Index of the sample; -1 for points on no surface.
     """
-    square = np.zeros((len(samples.points), 2), np.int64)
+    square = np.zeros((samples.count, 2), np.int64)
     _find_squares(
         samples.points, samples.surface, samples.axes, samples.start, samples.spacing, square
     )

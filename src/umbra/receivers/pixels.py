@@ -55,6 +55,10 @@ class SeenPlanes:
     start: NDArray[np.float64]
     spacing: float
 
+    def pick_normals(self, which: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the normals of some pixels."""
+        return self.normals[which]
+
 
 def make_pixel_patches(
     places: Places,

@@ -6,22 +6,25 @@ Given points are windows, sensors or places in a garden, read from tables.
 
 import csv
 import io
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import Request, SampleKind, Variables
+from umbra.receivers.kind import ReceiverKind, Request, SampleKind, Variables
+from umbra.receivers.on_demand import OnDemand
 from umbra.receivers.placed import PlacedKind, PlacedSamples
-from umbra.receivers.samples import LEVEL, Samples, sample_surfaces
+from umbra.receivers.samples import LEVEL, sample_surfaces
 from umbra.receivers.single import DIMS, SingleReceivers, is_kept
+from umbra.receivers.surface_samples import SampledPlaces, Samples
 from umbra.scene import Scene
 from umbra.scene.derived import derive
-from umbra.scene.grid import Places
 from umbra.scene.numbers import read_array
 
 __all__ = [
@@ -59,11 +62,7 @@ class SampledSurfaces(SampleKind):
             scene, "samples", (spacing, tuple(on), None if left is None else tuple(left)),
             lambda: sample_surfaces(scene, spacing, on, left), most=1, fits=is_kept,
         )  # fmt: skip
-        return SurfaceSamples(
-            self, casting, samples.area.shape, DIMS, samples.area,
-            local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
-            samples=samples,
-        )  # fmt: skip
+        return SurfaceSamples.of(self, casting, samples)
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the sampled surfaces, and their outward side."""
@@ -88,11 +87,31 @@ class SampledSurfaces(SampleKind):
         return Counted(which, np.asarray(study.more["area"][1]), "m²", "sampled surfaces")
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, kw_only=True)
 class SurfaceSamples(SingleReceivers):
     """Samples of surfaces, with results of each surface and each part."""
 
-    samples: Samples = field(kw_only=True)
+    samples: Samples
+
+    @classmethod
+    def of(cls, kind: ReceiverKind, casting: Casting, samples: Samples) -> "SurfaceSamples":
+        """Return samples as receivers; what each has is found when it is asked for."""
+        shape = (samples.count,)
+        area: Any = OnDemand(shape, np.float64, lambda: samples.area)
+        part: Any = OnDemand(shape, np.int32, lambda: samples.part[samples.surface])
+        return cls(
+            kind, casting, shape, DIMS, area, local=SampledPlaces(samples), part=part,
+            samples=samples,
+        )  # fmt: skip
+
+    def variables(self) -> Variables:
+        """Return the position and normal of each."""
+        samples, origin, shape = self.samples, self.casting.scene.origin, self.shape
+        z: Any = OnDemand(shape, np.float64, lambda: samples.points[:, 2] + origin[2])
+        place: Any = OnDemand((*shape, 3), np.float64, lambda: samples.points + origin)
+        normal: Any = OnDemand((*shape, 3), np.float64, lambda: samples.normals)
+        axes = (*DIMS, "xyz")
+        return {"receiver_z": (DIMS, z), "position": (axes, place), "normal": (axes, normal)}
 
     def sum_up(self, study: Any) -> Variables:
         """Return the results of each surface and of each part."""
@@ -102,54 +121,73 @@ class SurfaceSamples(SingleReceivers):
         normal = samples.surface_normal
         turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - study.true_north
         level = np.hypot(normal[:, 0], normal[:, 1]) < LEVEL
-        one, part = ("surface",), ("part",)
+        one, part, area = ("surface",), ("part",), cast("Any", self.area)
+        surface: Any = OnDemand(self.shape, np.int32, lambda: np.array(samples.surface))
         found: Variables = {
-            # Copies: the samples stay with the scene, and results may be written to.
-            "area": (DIMS, samples.area.copy()),
-            "surface_of_sample": (DIMS, samples.surface.copy()),
+            "area": (DIMS, area),
+            "surface_of_sample": (DIMS, surface),
             "surface_part": (one, owner.astype(np.int32)),
             "surface_kind": (one, np.array([scene.parts[p].kind for p in samples.part])),
+            # A copy: the samples stay with the scene, and results may be written to.
             "surface_area": (one, samples.surface_area.copy()),
             "surface_azimuth": (one, np.where(level, np.nan, turn % 360)),
             "surface_tilt": (one, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
             "part": (part, labels),
         }
+        first = samples.surface_first
+
+        def weigh(values: ArrayLike) -> list[NDArray[np.float64]]:
+            nothing = [0.0, 0.0, np.inf, -np.inf]
+            sums = [np.tile(nothing, (count, 1)) for count in (len(first) - 1, len(labels))]
+            _weigh(first, owner, samples.share, np.asarray(values), *sums)
+            return sums
+
+        measured = {one.name: study.more[one.name][1] for one in study.quantities if not one.per}
+        if study.has_hours:
+            measured["sun_hours"] = study.sun_hours
+        each = {name: weigh(values) for name, values in measured.items()}
+        (_, whole), *_ = each.values() or [weigh(np.zeros(samples.count))]
         by_day = study.more.get("sun_hours_by_day")
-        first = np.searchsorted(samples.surface, np.arange(len(samples.part)))
-        for name, index, count in (
-            ("surface", samples.surface, len(samples.part)),
-            ("part", owner[samples.surface], len(labels)),
-        ):
-            total = np.bincount(index, samples.area, count)
-            of_surface = np.arange(count) if name == "surface" else owner
+        days = [] if by_day is None else [weigh(sun) for sun in by_day[1]]
+        for k, name in enumerate(("surface", "part")):
             if name == "part":
-                found["part_area"] = (part, total)
-
-            def weigh(
-                sun: NDArray[np.float32], index: Any = index, count: int = count,
-                total: Any = total, of_surface: Any = of_surface,
-            ) -> dict[str, NDArray[np.float32]]:  # fmt: skip
-                mean = np.bincount(index, samples.area * sun, count) / total
-                least, most = np.full(count, np.inf), np.full(count, -np.inf)
-                np.minimum.at(least, of_surface, np.minimum.reduceat(sun, first))
-                np.maximum.at(most, of_surface, np.maximum.reduceat(sun, first))
-                figures = {"mean": mean, "least": least, "most": most}
-                return {k: figure.astype(np.float32) for k, figure in figures.items()}
-
-            measured = {
-                one.name: study.more[one.name][1] for one in study.quantities if not one.per
-            }
-            if study.has_hours:
-                measured["sun_hours"] = study.sun_hours
-            for what, values in measured.items():
-                for which, figure in weigh(values).items():
+                found["part_area"] = (part, whole[:, 0].copy())
+            for what, sums in each.items():
+                for which, figure in _tell_figures(sums[k]).items():
                     found[f"{name}_{which}_{what}"] = ((name,), figure)
-            if by_day is not None:
-                each = [weigh(sun) for sun in by_day[1]]
-                for which in each[0]:
-                    values = np.array([day[which] for day in each])
+            if days:
+                of_days = [_tell_figures(sums[k]) for sums in days]
+                for which in of_days[0]:
+                    values = np.array([day[which] for day in of_days])
                     found[f"{name}_{which}_sun_hours_by_day"] = (("day", name), values)
         return found
+
+
+def _tell_figures(sums: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
+    """Return mean, least and most of the sums that ``_weigh`` finds."""
+    area, total, least, most = sums.T
+    figures = {"mean": total / area, "least": least, "most": most}
+    return {name: figure.astype(np.float32) for name, figure in figures.items()}
+
+
+@njit(cache=True, nogil=True)
+def _weigh(first, part, share, values, of_surface, of_part):
+    """
+    Add up the area of samples and their values times the area, and find the least and most value.
+
+    ``first`` (n + 1,) is the first sample of each surface, ``part`` (n,) its part, ``share`` (n,)
+    the area of its samples. ``of_surface`` and ``of_part`` have these four as columns.
+    """
+    for s in range(part.size):
+        for sums in (of_surface[s], of_part[part[s]]):
+            for k in range(first[s], first[s + 1]):
+                v = values[k]
+                sums[0] += share[s]
+                sums[1] += share[s] * v
+                if v < sums[2] or np.isnan(v):
+                    sums[2] = v
+                if v > sums[3] or np.isnan(v):
+                    sums[3] = v
 
 
 class GivenPoints(PlacedKind):

@@ -9,110 +9,23 @@ shares of its area.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.receivers.surface_samples import Samples, place_samples
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import make_caster, weld_vertices
 from umbra.volume.half_edges import find_roots
 
-__all__ = ["LEVEL", "Samples", "find_sources", "join_coplanar", "sample_surfaces"]
+__all__ = ["LEVEL", "find_sources", "join_coplanar", "sample_surfaces"]
 
 _COS = 1.0 - 1e-6  # triangles within 0.08 degrees are coplanar
 LEVEL = 1e-6
 """Largest horizontal part of a unit normal of a level surface."""
-_RIM = 1e-9  # distance from an edge, relative to the triangle's height, that counts as on it
 _MOST = 50_000_000
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """
-    Samples of surfaces.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        In the scene's local frame [m].
-    normals : (n, 3) float64
-        Outward unit normals.
-    surface : (n,) int32
-        Surface of each sample; ascending.
-    area : (n,) float64
-        Area of each sample [m2].
-    part : (n_surfaces,) int32
-        Part of each surface, in ``Scene.parts``.
-    surface_area : (n_surfaces,) float64
-        [m2]
-    surface_normal : (n_surfaces, 3) float64
-    corners : (n_triangles, 3, 3) float64
-        Sampled triangles, in order of surfaces; local frame [m].
-    owner : (n_triangles,) int64
-        Surface of each triangle.
-    source : (n_triangles,) int64
-        Its face in ``Scene.triangles()``.
-    triangle : (n,) int64
-        Triangle that holds each sample.
-    axes : (n_surfaces, 2, 3) float64
-        Horizontal and upward axis of each surface's squares.
-    start : (n_surfaces, 2) float64
-        The first square's centre along these axes [m].
-    cells : (n_surfaces, 2) int64
-        Number of squares along the axes.
-    spacing : float
-        Side of the squares [m].
-    """
-
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    surface: NDArray[np.int32]
-    area: NDArray[np.float64]
-    part: NDArray[np.int32]
-    surface_area: NDArray[np.float64]
-    surface_normal: NDArray[np.float64]
-    corners: NDArray[np.float64]
-    owner: NDArray[np.int64]
-    source: NDArray[np.int64]
-    triangle: NDArray[np.int64]
-    axes: NDArray[np.float64]
-    start: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    spacing: float
-
-    def piece(self, some: slice) -> "Samples":
-        """
-        Return some of the samples, with the surfaces and triangles on which they lie.
-
-        Parameters
-        ----------
-        some : slice
-            Of at least one sample.
-        """
-        surface = self.surface[some]
-        which = slice(int(surface[0]), int(surface[-1]) + 1)
-        first, end = np.searchsorted(self.owner, [which.start, which.stop])
-        return replace(
-            self,
-            points=self.points[some],
-            normals=self.normals[some],
-            surface=surface - surface[0],
-            area=self.area[some],
-            part=self.part[which],
-            surface_area=self.surface_area[which],
-            surface_normal=self.surface_normal[which],
-            corners=self.corners[first:end],
-            owner=self.owner[first:end] - which.start,
-            source=self.source[first:end],
-            triangle=self.triangle[some] - first,
-            axes=self.axes[which],
-            start=self.start[which],
-            cells=self.cells[which],
-        )
 
 
 def sample_surfaces(
@@ -183,32 +96,30 @@ def sample_surfaces(
     # Squares are centred on each surface.
     cells = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1)
     start = (low + high) / 2 - (cells - 1) / 2 * spacing
-    triangle, points = _find_samples(
-        flat, owner.astype(np.int64), is_border[order], start, spacing, corners
-    )
-    lone = largest[np.bincount(owner[triangle], minlength=len(first)) == 0]
-    triangle = np.concatenate([triangle, lone])
-    points = np.concatenate([points, (corners[lone] * (1 / 3)).sum(1)])
-    by_surface = np.argsort(owner[triangle], kind="stable")
-    triangle, points = triangle[by_surface], points[by_surface]
-    surface = owner[triangle].astype(np.int32)
-    each = surface_area / np.bincount(surface, minlength=len(first))
+    owner, is_border = owner.astype(np.int64), is_border[order]
+    counts, nothing = np.zeros(len(owner), np.int64), np.zeros((0, 3))
+    is_lone = np.zeros(len(first), np.bool_)
+    place_samples(flat, owner, is_border, start, spacing, corners, counts, is_lone, 0, nothing)
+    is_lone = np.add.reduceat(counts, first) == 0
+    counts[largest[is_lone]] = 1
     return Samples(
-        points,
-        normals[triangle],
-        surface,
-        each[surface],
-        part[order][first].astype(np.int32),
-        surface_area,
-        normals[largest],
-        corners,
-        owner.astype(np.int64),
-        find_sources(scene, soup.part)[kept][order],
-        triangle.astype(np.int64),
-        axes,
-        start,
-        cells.astype(np.int64),
-        float(spacing),
+        part=part[order][first].astype(np.int32),
+        surface_area=surface_area,
+        surface_normal=normals[largest],
+        share=surface_area / np.add.reduceat(counts, first),
+        corners=corners,
+        flat=flat,
+        is_border=is_border,
+        face_normals=normals,
+        owner=owner,
+        source=find_sources(scene, soup.part)[kept][order],
+        first=np.append(0, np.cumsum(counts)),
+        is_lone=is_lone,
+        axes=axes,
+        start=start,
+        cells=cells.astype(np.int64),
+        spacing=float(spacing),
+        count=int(counts.sum()),
     )
 
 
@@ -281,75 +192,3 @@ def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     along[level] = (1.0, 0.0, 0.0)
     along /= np.where(level, 1.0, length)[:, None]
     return np.stack([along, np.cross(normals, along)], 1)
-
-
-@njit(cache=True, nogil=True)
-def _find_samples(flat, owner, is_border, start, spacing, corners):
-    """
-    Find the triangle and the place of each square's centre.
-
-    Centres exactly on a surface's border are left out: they belong to two sides.
-    """
-    count = 0
-    at_left, at_right, weight = np.zeros((3, 3))
-    for write in range(2):
-        if write == 1:
-            triangle = np.empty(count, np.int64)
-            points = np.empty((count, 3))
-            count = 0
-        for f in range(flat.shape[0]):
-            p = flat[f]
-            s = start[owner[f]]
-            low = min(p[0, 1], p[1, 1], p[2, 1])
-            high = max(p[0, 1], p[1, 1], p[2, 1])
-            for r in range(
-                np.int64(np.ceil((low - s[1]) / spacing)) - 1,
-                np.int64(np.floor((high - s[1]) / spacing)) + 2,
-            ):
-                y = s[1] + r * spacing
-                # The row's half-open span in the triangle, from edges that neighbours share.
-                left = np.inf
-                right = -np.inf
-                for k in range(3):
-                    i, j = k, (k + 1) % 3
-                    if (p[i, 1] > y) == (p[j, 1] > y):
-                        continue
-                    if p[i, 1] > p[j, 1]:
-                        i, j = j, i
-                    t = (y - p[i, 1]) / (p[j, 1] - p[i, 1])
-                    x = p[i, 0] + t * (p[j, 0] - p[i, 0])
-                    if x < left:
-                        left = x
-                        at_left[:] = 0.0
-                        at_left[i], at_left[j] = 1.0 - t, t
-                    if x > right:
-                        right = x
-                        at_right[:] = 0.0
-                        at_right[i], at_right[j] = 1.0 - t, t
-                # Same comparison as in neighbours: a quotient may round to either side.
-                c = np.int64(np.ceil((left - s[0]) / spacing)) - 1 if left < right else 0
-                while left < right and s[0] + c * spacing < right:
-                    x = s[0] + c * spacing
-                    c += 1
-                    if x < left:
-                        continue
-                    # Clamped between two edges: rounding must not leave a needle.
-                    t = (x - left) / (right - left)
-                    for k in range(3):
-                        weight[k] = (1.0 - t) * at_left[k] + t * at_right[k]
-                    if (
-                        (is_border[f, 0] and weight[2] < _RIM)
-                        or (is_border[f, 1] and weight[0] < _RIM)
-                        or (is_border[f, 2] and weight[1] < _RIM)
-                    ):
-                        continue
-                    if write == 1:
-                        triangle[count] = f
-                        for k in range(3):
-                            points[count, k] = (
-                                weight[0] * corners[f, 0, k]
-                                + weight[1] * corners[f, 1, k]
-                                + weight[2] * corners[f, 2, k]
-                            )
-                    count += 1
-    return triangle, points

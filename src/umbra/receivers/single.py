@@ -20,7 +20,7 @@ from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import CounterByMasks
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
-from umbra.receivers.samples import Samples
+from umbra.receivers.surface_samples import SampledPlaces, Samples
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster
@@ -41,7 +41,7 @@ _BYTES = 300  # per point: position, normal, hours, and copies made in writing
 
 def is_kept(samples: Samples) -> bool:
     """Return whether samples are few enough to be kept, with their patches, for the next study."""
-    return len(samples.points) * _SAMPLE <= _SHARE * find_memory()
+    return samples.count * _SAMPLE <= _SHARE * find_memory()
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +123,9 @@ class PointTile(CounterByMasks):
         samples, casting = cast("Samples", self.samples), self.casting
         if self.whole is None or not is_kept(self.whole):
             return make_patches(samples, casting.tree)
-        tiles = -(-len(self.whole.points) // len(samples.points))
+        tiles = -(-self.whole.count // samples.count)
         return derive(
-            self.whole, "patches", (casting.caster, self.first, len(samples.points)),
+            self.whole, "patches", (casting.caster, self.first, samples.count),
             lambda: make_patches(samples, casting.tree), most=tiles,
         )  # fmt: skip
 
@@ -227,10 +227,12 @@ class SingleReceivers(Receivers):
         return [(some, partial(self._make_tile, samples, some, shared)) for some in pieces]
 
     def _make_tile(self, samples: Samples | None, some: slice, shared: SharedEdges) -> PointTile:
-        piece = None if samples is None else samples.piece(some)
+        if samples is None:
+            return PointTile(self.casting, self.local.pick(some), self.part[some], shared=shared)
+        piece = samples.piece(some)
         return PointTile(
-            self.casting, self.local.pick(some), self.part[some], piece, shared,
-            None if piece is None else self.samples, some.start,
+            self.casting, SampledPlaces(piece), piece.part[piece.surface], piece, shared,
+            self.samples, some.start,
         )  # fmt: skip
 
     def variables(self) -> Variables:

@@ -13,8 +13,8 @@ from umbra.ground.choice import find_ground
 from umbra.ground.level import has_terrain
 from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.layout import Skyline, lay_out
-from umbra.receivers.samples import Samples
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
+from umbra.receivers.surface_samples import Samples
 from umbra.scene import Camera, Scene
 from umbra.scene.grid import Grid
 

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 from umbra.errors import InputError
 from umbra.sun.clock import parse_duration
+from umbra.sun.day_times import CLOCKS
 
 __all__ = [
     "MEASURES", "STANDINGS", "TERMS", "Quantity", "check_date", "check_time", "read_amount",
-    "tell_amount", "tell_hours",
+    "tell_amount", "tell_hours", "tell_interval",
 ]  # fmt: skip
 
 
@@ -115,6 +116,14 @@ def tell_hours(hours: float) -> str:
     hour, minute = divmod(minutes, 60)
     words = f"{hour:,} h" if hour or not minute else ""
     return words + (f" {minute} min" if hour and minute else f"{minute} min" if minute else "")
+
+
+def tell_interval(start: str, end: str, clock: str) -> str:
+    """Describe hours of the day and their clock: ``08:00 to 16:00, true solar time``."""
+    if (start, end) == ("00:00", "24:00"):
+        return "sunrise to sunset"
+    plain = ":" in start.replace("altitude:", "") or ":" in end.replace("altitude:", "")
+    return f"{start} to {end}" + (f", {CLOCKS[clock]}" if plain else "")
 
 
 def tell_amount(value: float, unit: str) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers.kind import Variables
 from umbra.receivers.named import NamedReceivers
+from umbra.sun.clock import Stamps
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,14 +90,32 @@ class AreaTable:
             found[free(column)] = ((name, date)[: values.ndim], values)
         return found
 
+    def find_interval(self, day: int) -> tuple[np.datetime64, np.datetime64]:
+        """Return the instants [UTC] between which the hours of a date count."""
+        stamps = self.study.period.steps[day].stamps
+        return stamps[0].astype("datetime64[us]"), stamps[-1].astype("datetime64[us]")
+
+    def tell_interval(self, row: dict[str, Any]) -> str:
+        """Return the local times between which a row's hours count: ``09:00 to 17:00``."""
+        site = self.study.site
+        stamps = np.array([row["from"], row["to"]])
+        start, end = Stamps(stamps=stamps, zone="UTC" if site is None else site.zone).labels()
+        return f"{start} to {'24:00' if end == '00:00' else end}"
+
     def list_rows(self) -> list[dict[str, Any]]:
-        """Return a row for each area and date, in this order, with the contract's columns."""
+        """
+        Return a row for each area and date, in this order, with the contract's columns.
+
+        ``from`` and ``to`` are the instants [UTC] between which its hours count.
+        """
         rows = []
         for k, name in enumerate(self.names):
             for day, date in enumerate(self.dates or (None,)):
                 row: dict[str, Any] = {"name": name, "date": date}
                 for column, values in self.columns.items():
                     row[column] = values[k] if values.ndim == 1 else values[k, day]
+                if date is not None and self.study.groups is not None:
+                    row["from"], row["to"] = self.find_interval(day)
                 rows.append(row)
         return rows
 

@@ -215,8 +215,11 @@ class StudyOptions(ReceiverOptions):
 
     @property
     def needs_site(self) -> bool:
-        """Whether a measure is of suns, so that a site is needed."""
-        return self.needs_sun or any(one.needs_site for one in self.measures)
+        """Whether a measure is of suns, or land is a raster, so that a site is needed."""
+        from umbra.land.settle import is_raster  # noqa: PLC0415
+
+        is_of_suns = self.needs_sun or any(one.needs_site for one in self.measures)
+        return is_of_suns or is_raster(self.horizon)
 
     @cached_property
     def weather_year(self) -> "Weather":
@@ -291,10 +294,16 @@ class StudyOptions(ReceiverOptions):
     def _check_horizon(self) -> None:
         """Read the horizon; refuse what does not know the land."""
         if self.horizon is None:
+            if self.horizon_from is not None:
+                msg = "horizon_from= is of a raster of heights; give horizon='FILE.tif', or leave "
+                raise InputError(msg + "it out", option="horizon_from")
             return
-        from umbra.lights import read_horizon  # noqa: PLC0415  (the help needs none)
+        from umbra.land.settle import check_nearest  # noqa: PLC0415  (the help needs none)
+        from umbra.lights import Horizon, read_horizon  # noqa: PLC0415
 
+        is_settled = isinstance(self.horizon, Horizon)
         object.__setattr__(self, "horizon", read_horizon(self.horizon))
+        check_nearest(self.horizon, self.horizon_from, is_settled=is_settled)
         wrong = next((name for name in ("exact", "disc") if getattr(self, name)), None)
         if wrong is not None:
             msg = f"horizon= blocks suns and directions of the sky whole; leave {wrong}= or it out"

@@ -62,6 +62,7 @@ def tell_request(scene: Scene, options: StudyOptions, site: Site | None = None) 
     """
     notes = [*take_notes(), *(tell_skipped(options.date) if options.date is not None else ())]
     notes += tell_sources(options, site)
+    notes += options.horizon.told if options.horizon is not None else ()
     is_other = options.device not in {"auto", DEFAULT}
     if options.canopy and is_other:
         notes.append(

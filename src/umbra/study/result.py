@@ -12,6 +12,7 @@ from umbra.lights import Period, Refraction
 from umbra.machine import find_memory, name_memory
 from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
+from umbra.receivers.on_demand import OnDemand
 from umbra.study.accumulators.arrays import find_shaded_share
 from umbra.study.accumulators.hours import Masks
 from umbra.study.attributes import find_attributes
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "Variables", "split_dates", "tell_dates"]
 
+_SMALL = 1_000_000  # values that a dataset holds at once, to show them
 _LAID_OUT = ("x", "y", "grid", "heights", "ground", "places", "samples")
 
 
@@ -222,6 +224,8 @@ def make_dataset(
     """
     import xarray as xr  # noqa: PLC0415  (half a second, saved by scripts that only count)
 
+    from umbra.study.lazy_arrays import wrap_lazily  # noqa: PLC0415  (imports xarray, too)
+
     packed = sum(array.size for _, array in variables.values() if isinstance(array, Masks))
     if packed > find_memory():
         msg = (
@@ -233,6 +237,10 @@ def make_dataset(
 
     arrays, dates = {}, int(str(facts.get("days", 1)))
     for name, (dims, packed_array) in variables.items():
+        if isinstance(packed_array, OnDemand) and packed_array.size > _SMALL:
+            wrapped = wrap_lazily(packed_array)
+            arrays[name] = (dims, wrapped, find_attributes(name, dates, quantities))
+            continue
         array = np.asarray(packed_array)
         if not array.flags.writeable:
             array = array.copy()

@@ -27,6 +27,7 @@ from umbra.study.accumulators.named import GroupDays, NamedDays
 from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import read_hours
 from umbra.study.engine import Progress, count_each_tile, run_on_device
+from umbra.study.land import settle_land
 from umbra.study.loop import Accumulator, TileRun, pass_lights
 from umbra.study.measures import Asked, Measure, guard
 from umbra.study.options import StudyOptions
@@ -164,6 +165,7 @@ class Setup:
         threads = check_device(options.device, options.threads)
         if site is None and options.needs_site:
             raise _ask_for_site()
+        options = settle_land(options, scene.model_bounds(), site)
         period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)
         canopies = Canopy.of(
@@ -354,7 +356,7 @@ class Setup:
             "true_north_deg": getattr(site, "true_north", None),
             "sun_disc_deg": RADIUS if self.options.disc else None,
             "replaced": ", ".join(dict.fromkeys(part.name for part in scene.replaced)) or None,
-            **self._describe_land(),
+            **(self.period.horizon.facts if self.period.horizon else {}),
             **self._describe_measures(),
             **self.options.attributes,
             **(self._describe_period() if self.period.days else {"refraction": None}),
@@ -365,14 +367,6 @@ class Setup:
             "count_seconds": seconds,
         }
         return {name: fact for name, fact in facts.items() if fact is not None}
-
-    def _describe_land(self) -> dict[str, object]:
-        """Return attributes of the horizon, if there is one."""
-        land = self.period.horizon
-        if land is None:
-            return {}
-        told = f"{land.name} sha256:{land.sha256}"
-        return {"horizon": told, "horizon_highest_deg": land.highest}
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""

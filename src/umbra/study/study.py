@@ -29,6 +29,7 @@ from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
 from umbra.study.area_table import tabulate
 from umbra.study.engine import HiddenSums, Progress, count_each_tile, run_on_device
+from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.study.settled import settle_ground
@@ -59,6 +60,7 @@ def run(
     kind : ReceiverKind, optional
         By default that of the options' receivers.
     """
+    options = settle_land(options, scene.model_bounds(), site)
     ground = settle_ground(scene, options)
     scene = ground.scene
     kind = kind or find_kind(options.receivers, scene, options.ground)

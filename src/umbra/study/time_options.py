@@ -69,9 +69,15 @@ class TimeOptions:
     )  # fmt: skip
     horizon: Any = _time(
         "table",
-        "Land far away, which blocks the sun and the sky below it: a file azimuth,elevation from "
-        "true north [degrees], PVGIS' horizon profile, or elevations of --write horizon.",
+        "Land up to 100 km away, which blocks the sun and the sky below it: a raster of heights "
+        "(GeoTIFF), or a table azimuth,elevation from true north [degrees], PVGIS' horizon profile "
+        "(text, JSON), or elevations of --write horizon.",
         metavar="FILE",
+    )  # fmt: skip
+    horizon_from: Any = _time(
+        "length", "Distance from which the land of a raster counts; what is nearer is the model's; "
+        "default: as far as the model reaches from its middle.",
+        unit="m", metavar="M",
     )  # fmt: skip
     measure: Sequence[str] = _measures(
         "texts",

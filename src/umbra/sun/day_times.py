@@ -21,9 +21,11 @@ from umbra.sun.local_time import find_instant
 from umbra.sun.position import Daylight, find_daylight, find_sun
 from umbra.sun.site import Site
 
-__all__ = ["Clock", "DayClock", "find_solar_time", "is_of_the_sun"]
+__all__ = ["CLOCKS", "Clock", "DayClock", "find_solar_time", "is_of_the_sun"]
 
 Clock = Literal["local", "standard", "solar"]
+CLOCKS = {"local": "local clock", "standard": "standard time", "solar": "true solar time"}
+"""The clocks in words."""
 _EVENT = re.compile(r"(sunrise|sunset)\s*(?:([+-])\s*(\S.*))?|altitude\s*:\s*(-?\d+(?:\.\d+)?)")
 _STEP = dt.timedelta(minutes=4)  # at which the sun's height is looked at
 _UTC = ZoneInfo("UTC")

@@ -17,9 +17,9 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.receivers.kind import Request
 from umbra.receivers.points import SurfaceSamples
-from umbra.receivers.samples import Samples, sample_surfaces
+from umbra.receivers.samples import sample_surfaces
 from umbra.receivers.single import DIMS
-from umbra.scene.grid import Places
+from umbra.receivers.surface_samples import Samples
 from umbra.study.compare import NeighbourSums
 from umbra.tiles.casters import make_tile_casters
 from umbra.tiles.job import Workplace
@@ -161,11 +161,7 @@ def _count_batch(
             return None
         caster, canopy, soup = make_tile_casters(place, scene)
         casting = Casting(scene, soup, caster, place.job.threads, canopy=canopy)
-        return SurfaceSamples(
-            place.kind, casting, samples.area.shape, DIMS, samples.area,
-            local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
-            samples=samples,
-        )  # fmt: skip
+        return SurfaceSamples.of(place.kind, casting, samples)
 
     def cut(laid: SurfaceSamples | None) -> Tiles:
         assert laid is not None

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.rules.record import Alternative, Condition
-from umbra.rules.words import MEASURES, tell_amount, tell_hours
+from umbra.rules.words import MEASURES, tell_amount, tell_hours, tell_interval
+from umbra.verdicts.doubt import bound_ratio
 from umbra.verdicts.values import SLACK, Values
 
 __all__ = [
@@ -19,6 +21,7 @@ __all__ = [
     "join_any",
     "join_levels",
     "judge_value",
+    "tell_counted",
 ]
 
 PASS, FAIL, UNKNOWN = "pass", "fail", "unknown"
@@ -35,8 +38,13 @@ class Outcome:
     wanted : str
         The limit, in words.
     measure, unit : str
-    value, limit, margin, off, before : float, optional
-        The margin is positive where the limit is kept; ``off`` is what the value may be off by.
+    value, limit, margin, off : float, optional
+        What is compared with the limit; the margin is positive where it is kept; ``off`` is what
+        the value may be off by.
+    before, after : float, optional
+        The measure without and with the proposal: the value is theirs, or their ratio, or loss.
+    counted : str
+        Hours of the day that count, and their clock.
     date : datetime.date, optional
     first, last : numpy.datetime64, optional
         UTC.
@@ -58,6 +66,8 @@ class Outcome:
     margin: float | None = None
     off: float = 0.0
     before: float | None = None
+    after: float | None = None
+    counted: str = ""
     date: dt.date | None = None
     first: np.datetime64 | None = None
     last: np.datetime64 | None = None
@@ -87,7 +97,8 @@ def judge_value(condition: Condition, values: Values, k: int, needs_before: str)
     outcome = Outcome(
         verdict=UNKNOWN, wanted=tell_limit(condition, values.unit),
         measure=f"share_with_{condition.measure}" if is_share else condition.measure,
-        unit=values.unit, value=value, off=float(values.off[k]), before=before,
+        unit=values.unit, value=value, off=float(values.off[k]), before=before, after=value,
+        counted=tell_counted(condition),
         date=values.date[k], first=values.first[k], last=values.last[k],
         spells=int(values.spells[k]), level=condition.level,
     )  # fmt: skip
@@ -98,18 +109,22 @@ def judge_value(condition: Condition, values: Values, k: int, needs_before: str)
     if condition.ratio_to_before is not None:
         assert before is not None
         ratio = 1.0 if before <= 0 else value / before
-        off = 0.0 if before <= 0 else outcome.off / before
+        off = bound_ratio(value, before, _at(values.before_off, k), _at(values.lost_off, k))
         return _close(outcome, ratio, condition.ratio_to_before, unit="1", off=off)
     if condition.loss_at_most is not None:
         assert before is not None
-        lost = before - value
-        return _close(outcome, lost, condition.loss_at_most, is_least=False, off=2 * outcome.off)
+        off = _at(values.lost_off, k)
+        return _close(outcome, before - value, condition.loss_at_most, is_least=False, off=off)
     if values.unit == "%" and condition.share is not None:
         return _close(outcome, value, condition.share)
     if condition.at_least is not None:
         return _close(outcome, value, condition.at_least)
     assert condition.at_most is not None
     return _close(outcome, value, condition.at_most, is_least=False)
+
+
+def _at(values: NDArray[np.float64] | None, k: int) -> float:
+    return 0.0 if values is None else float(values[k])
 
 
 def _close(
@@ -121,6 +136,13 @@ def _close(
         outcome, verdict=PASS if margin >= -SLACK else FAIL, value=value, limit=limit,
         margin=margin, unit=unit or outcome.unit, off=outcome.off if off is None else off,
     )  # fmt: skip
+
+
+def tell_counted(condition: Condition) -> str:
+    """Describe the hours of the day that a condition counts; empty of measures without dates."""
+    if not MEASURES[condition.measure].is_of_dates:
+        return ""
+    return tell_interval(condition.start, condition.end, condition.clock)
 
 
 def tell_limit(condition: Condition, unit: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -74,22 +75,18 @@ class Subjects:
         pick = np.minimum if is_least else np.maximum
         return np.asarray(pick.reduceat(np.asarray(values, np.float64), starts))
 
-    def measure_rim(self, meets: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """
-        Return the share of each area's samples at the rim of those that meet a limit, (k,).
-
-        Half of it is what the share of an area may be off by, as each such cell may be cut.
-        """
+    @cached_property
+    def near(self) -> NDArray[np.intp]:
+        """Indices of the nearest samples of the same receiver, (n, 4); itself where it has few."""
         from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
-        rim = np.zeros(len(meets), np.bool_)
+        found = np.repeat(np.arange(len(self.owner))[:, None], _NEAR, 1)
         for k in range(len(self)):
-            mine = np.flatnonzero(self.owner == k)
-            if len(mine) > _NEAR:
-                plan = self.points[mine, :2]
-                _, near = cKDTree(plan).query(plan, _NEAR + 1)
-                rim[mine] = (meets[mine][near] != meets[mine][:, None]).any(1)
-        return self.average(rim)
+            own = np.flatnonzero(self.owner == k)
+            if len(own) > _NEAR:
+                plan = self.points[own, :2]
+                found[own] = own[cKDTree(plan).query(plan, _NEAR + 1)[1][:, 1:]]
+        return found
 
     def pick(self, which: Sequence[int]) -> "Subjects":
         """Return some of them, by ascending indices."""

@@ -3,6 +3,7 @@
 import datetime as dt
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from umbra.rules.record import Condition
 from umbra.rules.words import MEASURES
 from umbra.study.accumulators.intervals import IntervalState
+from umbra.verdicts.doubt import ShareDoubt, bound_hours, bound_lost_hours, doubt_share
 from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import SunDay, SunlightOf
 
@@ -17,6 +19,7 @@ __all__ = ["Values", "measure"]
 
 SLACK = 1e-4
 """Rounding of hours and percents."""
+_PLAIN = frozenset({"sun_hours", "shadow_hours"})  # that add up moments
 _US = 3.6e9
 _SKY_OFF = 0.14  # of the sky by directions, in points of 100
 
@@ -37,6 +40,8 @@ class Values:
         The same without the proposal.
     off : (k,) float64
         What it may be off by.
+    before_off, lost_off : (k,) float64, optional
+        What ``before``, and what the proposal takes of it, may be off by.
     first, last : (k,) datetime64[us]
         UTC start of the first spell and end of the last; NaT if none.
     spells : (k,) int64
@@ -53,12 +58,15 @@ class Values:
     last: NDArray[np.datetime64]
     spells: NDArray[np.int64]
     hours: NDArray[np.float64] | None = None
+    before_off: NDArray[np.float64] | None = None
+    lost_off: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class _Hours:
     """Hours of samples, or of receivers, on a date."""
 
+    lit: NDArray[np.bool_]
     hours: NDArray[np.float64]
     off: NDArray[np.float64]
     first: NDArray[np.datetime64]
@@ -126,9 +134,11 @@ def _measure_day(
 ) -> Values:
     found = _find_hours(condition, subjects, day, before)
     value, off = _reduce(condition, subjects, found)
-    earlier = None
+    earlier = before_off = lost_off = None
     if before is not None and condition.measure not in {"hours_lost", "new_shadow_hours"}:
-        earlier, _ = _reduce(condition, subjects, _find_hours(condition, subjects, before, None))
+        was = _find_hours(condition, subjects, before, None)
+        earlier, before_off = _reduce(condition, subjects, was)
+        lost_off = _bound_lost(condition, subjects, day, found, was)
     of_receiver = len(found.hours) == len(subjects) and len(subjects) != len(subjects.owner)
     starts = np.searchsorted(subjects.owner, np.arange(len(subjects)))
 
@@ -139,7 +149,7 @@ def _measure_day(
         value=value, unit=_find_unit(condition, subjects), before=earlier, off=off,
         date=(day.date,) * len(subjects), first=collect(np.fmin, found.first),
         last=collect(np.fmax, found.last), spells=collect(np.maximum, found.spells),
-        hours=None if of_receiver else found.hours,
+        hours=None if of_receiver else found.hours, before_off=before_off, lost_off=lost_off,
     )  # fmt: skip
 
 
@@ -178,16 +188,34 @@ def _find_hours(
     table = state.finish()
     asked = {"longest_sun_hours": table.longest, "sun_hours_in_spells": table.counted}
     hours = asked.get(condition.measure, table.sun) / _US
-    return _Hours(hours, _find_off(lit, day), table.first, table.last, table.count.astype(np.int64))
+    off, count = bound_hours(lit, day), table.count.astype(np.int64)
+    return _Hours(lit, hours, off, table.first, table.last, count)
 
 
-def _find_off(lit: NDArray[np.bool_], day: SunDay) -> NDArray[np.float64]:
-    """Return what hours may be off by [h]: half a step for each change between steps in a row."""
-    if len(lit) < 2:
-        return np.zeros(lit.shape[1:])
-    in_a_row = day.starts[1:] == day.ends[:-1]
-    half = np.where(in_a_row, np.maximum(day.hours[1:], day.hours[:-1]) / 2, 0.0)
-    return np.asarray(half @ (lit[1:] != lit[:-1]))
+def _doubt_share(condition: Condition, subjects: Subjects, found: _Hours) -> ShareDoubt:
+    """Return which cells meet the limit of hours, of a share of each area, and the doubt."""
+    hours, is_least = found.hours, condition.at_least is not None
+    limit = condition.at_least if is_least else condition.at_most
+    assert limit is not None
+    meets = hours >= limit - SLACK if is_least else hours <= limit + SLACK
+    near = (np.abs(hours - limit) <= found.off + SLACK) & (found.off > 0)
+    return doubt_share(subjects, meets, near)
+
+
+def _bound_lost(
+    condition: Condition, subjects: Subjects, day: SunDay, found: _Hours, was: _Hours
+) -> NDArray[np.float64]:
+    """Return what the difference to before may be off by, of each receiver."""
+    changed = (found.lit != was.lit).any(0)
+    if _judges_share(condition, subjects):
+        doubt = _doubt_share(condition, subjects, found)
+        return 100 * doubt.bound_lost(subjects, _doubt_share(condition, subjects, was), changed)
+    if condition.measure in _PLAIN and subjects.kind not in {"areas", "band"}:
+        off = bound_lost_hours(found.lit, was.lit, day)
+    else:  # the least of an area may be another cell's; a spell may end at another moment
+        off = np.where(changed, found.off + was.off, 0.0)
+    of_receiver = len(off) == len(subjects)
+    return off if of_receiver else subjects.find_worst(off, is_least=False)
 
 
 def _reduce(
@@ -198,13 +226,8 @@ def _reduce(
     if len(hours) == len(subjects) and len(subjects.owner) != len(subjects):
         return hours, off
     if _judges_share(condition, subjects):
-        is_least = condition.at_least is not None
-        limit = condition.at_least if is_least else condition.at_most
-        assert limit is not None
-        meets = hours >= limit - SLACK if is_least else hours <= limit + SLACK
-        near = np.abs(hours - limit) <= off + SLACK
-        unsure = subjects.average(near & (off > 0)) + subjects.measure_rim(meets) / 2
-        return 100 * subjects.average(meets), 100 * np.minimum(unsure, 1.0)
+        doubt = _doubt_share(condition, subjects, found)
+        return 100 * subjects.average(doubt.meets), 100 * doubt.bound(subjects)
     if condition.has_limit and subjects.kind in {"areas", "band"}:
         is_least = condition.at_least is not None or condition.at_most is None
         worst = subjects.find_worst(hours, is_least=is_least)
@@ -217,11 +240,14 @@ def _join(condition: Condition, dated: list[Values]) -> Values:
     values = np.array([one.value for one in dated])
     columns = np.arange(values.shape[1])
     if condition.over == "sum":
-        befores = [one.before for one in dated if one.before is not None]
-        last = dated[-1]
+
+        def add(name: str) -> Any:
+            each = [getattr(one, name) for one in dated]
+            return None if each[0] is None else np.sum(each, 0)
+
         return replace(
-            last, value=values.sum(0), off=np.sum([one.off for one in dated], 0),
-            before=np.sum(befores, 0) if befores else None, date=(None,) * len(columns), hours=None,
+            dated[-1], value=values.sum(0), date=(None,) * len(columns), hours=None,
+            **{name: add(name) for name in ("off", "before", "before_off", "lost_off")},
         )  # fmt: skip
     rank = values
     if condition.ratio_to_before is not None or condition.loss_at_most is not None:
@@ -230,15 +256,18 @@ def _join(condition: Condition, dated: list[Values]) -> Values:
     seeks_low = is_low_bad == (condition.over == "worst")
     day = rank.argmin(0) if seeks_low else rank.argmax(0)
 
-    def pick(name: str) -> NDArray:
-        return np.array([getattr(one, name) for one in dated])[day, columns]
+    def pick(name: str) -> Any:
+        each = [getattr(one, name) for one in dated]
+        return None if each[0] is None else np.array(each)[day, columns]
 
-    has_before = dated[0].before is not None
+    names = ("off", "first", "last", "spells", "before", "before_off", "lost_off")
     return replace(
-        dated[0], value=values[day, columns], off=pick("off"), first=pick("first"),
-        last=pick("last"), spells=pick("spells"), before=pick("before") if has_before else None,
-        date=tuple(dated[k].date[0] for k in day), hours=None,
-    )  # fmt: skip
+        dated[0],
+        value=values[day, columns],
+        date=tuple(dated[k].date[0] for k in day),
+        hours=None,
+        **{name: pick(name) for name in names},
+    )
 
 
 def _rate(condition: Condition, values: Values) -> NDArray[np.float64]:
@@ -256,12 +285,13 @@ def _measure_sky(condition: Condition, sunlight: SunlightOf, *, has_before: bool
     if has_before:
         before = subjects.average(sunlight.measure_sky(condition.measure, "before"))
     is_sky = condition.measure.startswith("sky")
-    off = 0.0 if is_sky else _SKY_OFF
+    off = np.full(len(subjects), 0.0 if is_sky else _SKY_OFF)
+    lost_off = None if before is None else np.where(np.isclose(value, before), 0.0, off)
     none = np.full(len(subjects), np.datetime64("NaT"), "datetime64[us]")
     return Values(
         value=value, unit=MEASURES[condition.measure].unit, before=before,
-        off=np.full(len(subjects), off), date=(None,) * len(subjects), first=none, last=none,
-        spells=np.zeros(len(subjects), np.int64),
+        off=off, date=(None,) * len(subjects), first=none, last=none,
+        spells=np.zeros(len(subjects), np.int64), before_off=off, lost_off=lost_off,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ import { findShown, listThings, makeParts } from "./parts.js";
 import { findSunlight, isLit } from "./place.js";
 import { makePlacePanel } from "./place_panel.js";
 import { makeShare } from "./share.js";
+import { makeSkyPanel } from "./sky_panel.js";
 import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
@@ -99,11 +100,13 @@ export class App {
     this.parts = makeParts(this);
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
+    this.sky = makeSkyPanel(this, this.place.findDays);
     const share = makeShare(this);
     const hours = makeHours(this);
     this.panels = [
       this.timebar,
       this.place,
+      this.sky,
       this.parts,
       ...(hours ? [hours] : []),
       makeMeasure(this),
@@ -309,6 +312,7 @@ export class App {
     this.watch.disconnect();
     this.orbit.dispose();
     this.stage.dispose();
+    this.sky.dispose();
     fill(this.root);
   }
 
@@ -317,7 +321,8 @@ export class App {
     const { wide, high } = this.stage.size;
     if (event.key === "Enter")
       this.choose(this.state.compare === "beside" ? (3 * wide) / 4 : wide / 2, high / 2);
-    else if (event.key === "Escape") this.set({ begun: null, tool: "choose" });
+    else if (event.key === "Escape")
+      this.set({ begun: null, tool: "choose", ...(this.state.tool === "choose" ? { place: null } : {}) });
     else if (event.key === "f" && this.state.place) this.orbit.goTo(this.state.place.position);
     else if (event.key === " ") this.set({ playing: this.state.playing ? null : "day" });
     else return;

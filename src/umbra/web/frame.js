@@ -41,7 +41,7 @@ export const makeFrame = (app, panels, keys) => {
   );
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
-  picture.append(swipe, views, app.place.brief);
+  picture.append(swipe, views, app.place.brief, app.sky.small);
   const notes =
     app.notes.length > 0 &&
     fold(
@@ -56,7 +56,7 @@ export const makeFrame = (app, panels, keys) => {
     keys,
     notes,
   );
-  fill(app.root, el("div", { class: "frame" }, picture, app.timebar.element, panel));
+  fill(app.root, el("div", { class: "frame" }, picture, app.timebar.element, panel), app.sky.dialog);
 
   /** @param {State} state */
   const update = (state) => {

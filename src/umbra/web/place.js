@@ -26,7 +26,7 @@ const GAP = 1e-3; // by which an assumed ground lies below the model, at most, o
  * @param {Model} model
  * @param {Place} place
  */
-const findOrigin = (model, place) => {
+export const findOrigin = (model, place) => {
   const size = measure(...model.bounds),
     feet = model.bounds[0][2];
   const origin = place.normal

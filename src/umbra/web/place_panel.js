@@ -201,5 +201,5 @@ export const makePlacePanel = (app) => {
     );
     if (hadFocus) body.querySelector("select")?.focus();
   };
-  return { element, brief, update };
+  return { element, brief, findDays, update };
 };

@@ -36,6 +36,7 @@ import { isDate } from "./clock.js";
 
 export const COMPARE = /** @type {const} */ (["after", "before", "swipe", "beside"]);
 export const AXES = /** @type {const} */ (["level", "north", "east"]);
+const PLAYED = /** @type {const} */ (["day", "year"]);
 const FLAGS = /** @type {const} */ (["hasPath", "hasCompass", "hasHours", "hasEdges"]);
 const LETTERS = { proposed: "p", removed: "r", off: "o" };
 
@@ -78,6 +79,7 @@ export const toLink = (state, origin) => {
     ]);
   if (state.distances.length)
     parts.push(["far", state.distances.map((ends) => ends.map(own).join(",")).join(";")]);
+  if (state.playing) parts.push(["play", state.playing]);
   return parts.map(([name, value]) => `${name}=${value}`).join("&");
 };
 
@@ -156,6 +158,8 @@ export const fromLink = (link, origin, objects, partCount) => {
     return ends ? [ends] : [];
   });
   if (far.length) state.distances = far.map((one) => [local(one.slice(0, 3)), local(one.slice(3))]);
+  const playing = PLAYED.find((one) => one === given.get("play"));
+  if (playing) state.playing = playing;
   return state;
 };
 

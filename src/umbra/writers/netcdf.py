@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
+from umbra.receivers.on_demand import OnDemand
 from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 from umbra.study.measures import Quantity
@@ -131,6 +132,8 @@ def _write_variable(
     attributes: dict[str, str],
 ) -> h5netcdf.Variable:
     """Store one array with its attributes and suitable compression."""
+    if isinstance(array, OnDemand):
+        array = np.asarray(array)
     how: dict[str, Any] = {}
     if array.dtype.kind == "M":
         array, units = _encode_instants(array)

@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.samples import Samples
+from umbra.receivers.surface_samples import Samples
 from umbra.writers.surfaces_glb import lay_out_facades
 
 __all__ = ["MOST_SQUARES", "pack", "pack_differences", "pack_grids", "pack_hours"]

@@ -7,17 +7,20 @@ A picture assigns a sample to each square of each surface.
 import io
 import os
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from umbra.receivers.samples import Samples
 from umbra.study import Study
 from umbra.writers.glb import Glb, list_corners, turn_y_up
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["FacadeLayout", "draw_facades", "find_places", "lay_out_facades", "write_surfaces_glb"]
+__all__ = [
+    "FacadeLayout", "FacadeSamples", "draw_facades", "find_places", "lay_out_facades",
+    "write_surfaces_glb",
+]  # fmt: skip
 
 MOST_SQUARES = 1_000_000
 """Of all surfaces together; finer samples are not all shown."""
@@ -25,6 +28,27 @@ LARGEST = 4096
 """Largest side of a texture that all viewers support [pixel]."""
 _RIM = 1  # pixels around each surface, of its own colours, for viewers that blend
 _GREY = (0.80, 0.80, 0.80, 1.0)  # of unsampled surfaces
+
+
+class FacadeSamples(Protocol):
+    """Fields of ``umbra.receivers.surface_samples.Samples``; see there."""
+
+    @property
+    def points(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def surface(self) -> NDArray[np.int32]: ...  # noqa: D102
+    @property
+    def corners(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def owner(self) -> NDArray[np.int64]: ...  # noqa: D102
+    @property
+    def axes(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def start(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def cells(self) -> NDArray[np.int64]: ...  # noqa: D102
+    @property
+    def spacing(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +68,9 @@ class FacadeLayout:
         return bool((self.side == self.side.min()).all())
 
 
-def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
+def lay_out_facades(samples: FacadeSamples, most: int = MOST_SQUARES) -> FacadeLayout:
     """Lay out every surface in its own plane, in at most ``most`` squares altogether."""
-    surfaces = len(samples.part)
+    surfaces = len(samples.cells)
     times = np.ones(surfaces, np.int64)
     # A ragged surface in a large box takes far more squares than it has samples.
     counts = np.bincount(samples.surface, minlength=surfaces)
@@ -58,13 +82,13 @@ def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
         wide = squares > 16 * counts + 64
         times[wide if wide.any() else squares > 4] *= 2
     first = np.cumsum([0, *squares])[:-1]
-    axes = samples.axes[samples.surface]
-    flat = np.einsum("nj,nkj->nk", samples.points, axes) - samples.start[samples.surface]
+    axes, points = samples.axes[samples.surface], samples.points
+    flat = np.einsum("nj,nkj->nk", points, axes) - samples.start[samples.surface]
     place = np.rint(flat / samples.spacing).astype(np.int64) // times[samples.surface, None]
     col, row = np.clip(place, 0, shape[samples.surface] - 1).T
     table = np.full(int(squares.sum()), -1, np.int64)
     square = first[samples.surface] + row * shape[samples.surface, 0] + col
-    table[square[::-1]] = np.arange(len(samples.points))[::-1]  # of several the first
+    table[square[::-1]] = np.arange(len(points))[::-1]  # of several the first
     empty = np.flatnonzero(table < 0)
     if len(empty):
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - 0.4 s
@@ -125,7 +149,7 @@ def _tell(study: Study, part: int) -> dict[str, object]:
     return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}
 
 
-def find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
+def find_places(samples: FacadeSamples, layout: FacadeLayout) -> NDArray[np.float64]:
     """Return each corner's position in its surface's squares, (n_triangles, 3, 2)."""
     axes = samples.axes[samples.owner]
     flat = np.einsum("fij,fkj->fik", samples.corners, axes)

@@ -242,7 +242,7 @@ def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
     ]
     hours = np.concatenate(found)
     passes = meets_limit(check, hours)
-    owner = study.more["surface_part"][1][study.more["surface_of_sample"][1]]
+    owner = study.more["surface_part"][1][np.asarray(study.more["surface_of_sample"][1])]
     area = np.asarray(study.more["area"][1]) * is_named
     what = f" of its {check.area}" if check.area in {"roofs", "walls"} else ""
     verdicts = []

@@ -16,7 +16,6 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.folders.atomic import replace_file
-from umbra.receivers.samples import Samples
 from umbra.sun import Site
 from umbra.tiles.pieces import SurfacePieces
 from umbra.writers.city.features import add_features
@@ -106,28 +105,32 @@ def _write_run(result: CitySurfaces, pieces: SurfacePieces, run: SurfaceRun, pat
     glb.write(path)
 
 
-def _read_samples(result: CitySurfaces, pieces: SurfacePieces, run: SurfaceRun) -> Samples:
+@dataclass(frozen=True, eq=False)
+class _StoredSamples:
+    """Samples as they are stored; fields as in ``Samples``."""
+
+    points: NDArray[np.float64]
+    surface: NDArray[np.int32]
+    corners: NDArray[np.float64]
+    owner: NDArray[np.int64]
+    axes: NDArray[np.float64]
+    start: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    spacing: float
+
+
+def _read_samples(result: CitySurfaces, pieces: SurfacePieces, run: SurfaceRun) -> _StoredSamples:
     """Return the samples of some parts as those of a study that has no others."""
 
     def read(name: str, rows: slice) -> NDArray[Any]:
         return pieces.read(name, rows.start, rows.stop)
 
     first = run.surfaces.start
-    normals = read("normal", run.samples)
-    surface = (read("surface_of_sample", run.samples) - first).astype(np.int32)
-    begins = np.searchsorted(surface, np.arange(run.surfaces.stop - first))
-    return Samples(
+    return _StoredSamples(
         points=read("position", run.samples) - result.origin,
-        normals=normals,
-        surface=surface,
-        area=read("area", run.samples),
-        part=np.repeat(np.arange(len(pieces.keys)), pieces.keys[:, 4])[run.surfaces].astype("i4"),
-        surface_area=read("surface_area", run.surfaces),
-        surface_normal=normals[begins],
+        surface=(read("surface_of_sample", run.samples) - first).astype(np.int32),
         corners=read("triangle_corners", run.triangles),
         owner=read("surface_of_triangle", run.triangles).astype(np.int64) - first,
-        triangle=np.zeros(len(surface), np.int64),
-        source=np.zeros(run.triangles.stop - run.triangles.start, np.int64),
         axes=read("surface_axes", run.surfaces),
         start=read("surface_start", run.surfaces),
         cells=read("surface_cells", run.surfaces),

@@ -18,7 +18,7 @@ from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import guard
 from umbra.sun import find_daylight, name_date
-from umbra.sun.day_times import is_of_the_sun
+from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
 from umbra.writers.plan import OutlinedArea, Plan, Show, name_hours
 
@@ -47,7 +47,6 @@ __all__ = [
     "tell_times",
 ]
 
-_CLOCKS = {"local": "", "standard": " standard time", "solar": " true solar time"}
 MOST_PANELS = 12
 """Most dates with separate maps; of more dates every n-th is shown."""
 FEW = 4  # most dates that are listed
@@ -207,7 +206,8 @@ def tell_times(study: Study, options: StudyOptions, which: range) -> str:
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
-    hours = f"{options.start} to {options.end}{_CLOCKS[options.clock]}"
+    clock = "" if options.clock == "local" else f" {CLOCKS[options.clock]}"
+    hours = f"{options.start} to {options.end}{clock}"
     if options.clock == "local" and not any(map(is_of_the_sun, (options.start, options.end))):
         return f"{dates}, {hours} ({offsets})"
     if len(which) == 1:  # other clocks: what the local one shows then

@@ -57,7 +57,6 @@ def write_area_table(job: FolderJob) -> list[str]:
         return []
     for note in table.notes:
         job.say(f"note: {note}")
-    columns = ["name", "date", *table.columns]
     zone = "UTC" if job.study.site is None else job.study.site.zone
 
     def tell(value: Any) -> object:
@@ -68,6 +67,8 @@ def write_area_table(job: FolderJob) -> list[str]:
             return local.isoformat(timespec="seconds")
         return f"{value:.6g}" if hasattr(value, "dtype") else str(value)
 
-    rows = [[tell(row[column]) for column in columns] for row in table.list_rows()]
+    found = table.list_rows()
+    columns = list(dict.fromkeys(column for row in found for column in row))
+    rows = [[tell(row[column]) for column in columns] for row in found]
     write_table(job.folder / AREAS, columns, rows)
     return [AREAS]

@@ -117,7 +117,7 @@ def _tell_areas(study: Study) -> list[str]:
         remark = remark and f" ({remark})"
         lines.append(
             f"{row['name']}: {100 * row[share]:.1f} % of {row['area_m2']:,.0f} m² has at least "
-            f"{least:g} h of sun on {row['date']}{remark}"
+            f"{least:g} h of sun on {row['date']} from {table.tell_interval(row)}{remark}"
         )
     if len(rows) > _MOST_AREAS:
         lines.append(f"and {len(rows) - _MOST_AREAS} more areas, in areas.csv")

@@ -1,8 +1,9 @@
 """
 The sheet of a proof: ``proof.html``, ``proof.pdf``, ``verdicts.csv`` and ``conditions.csv``.
 
-``rows.py`` words verdicts, ``drawing.py`` collects the plan, ``sheet.py`` draws pages, ``page.py``
-makes HTML.
+``rows.py`` words verdicts; ``drawing.py`` collects the plan, which ``pen.py`` draws, its labels by
+``labels.py``; ``sheet.py`` lays pages out: ``column.py`` what stands beside the plan, ``book.py``
+the title block, ``flow.py`` tables; ``page.py`` makes HTML.
 """
 
 import io
@@ -11,25 +12,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from umbra.rules.words import STANDINGS
 from umbra.verdicts.gather import Gathered
 from umbra.verdicts.judge import RuleVerdict
 from umbra.writers.paper import Paper, save_pages
+from umbra.writers.proof.book import SIZES, Titles
+from umbra.writers.proof.column import Brief
 from umbra.writers.proof.drawing import make_drawing
-from umbra.writers.proof.logo import read_logo
+from umbra.writers.proof.flow import TableOf
 from umbra.writers.proof.page import make_page
 from umbra.writers.proof.rows import (
     COLUMNS,
     SHOWN,
+    list_brief,
     list_conditions_of,
     list_rows,
     list_shown,
+    tell_reason,
     tell_rule,
 )
-from umbra.writers.proof.sheet import TableOf, Titles, draw_sheets, today
+from umbra.writers.proof.sheet import draw_sheets, today
 from umbra.writers.tables import write_table
 
-__all__ = ["FILES", "ProofSheet", "write_proof"]
+__all__ = ["FILES", "SIZES", "ProofSheet", "write_proof"]
 
 FILES = ("proof.html", "proof.pdf", "verdicts.csv", "conditions.csv")
 _MOST_ROWS = 400  # of a table on paper
@@ -43,9 +51,10 @@ class ProofSheet:
     Parameters
     ----------
     title, project, author, number : str
-    logo : Path, optional
-        A PNG.
+    logo : (rows, cols, 4) uint8, optional
     paper : {'a3', 'a4'}
+    basis : tuple of (str, str)
+        Facts for the first page.
     facts : tuple of (str, str)
         Assumptions and files.
     """
@@ -54,8 +63,9 @@ class ProofSheet:
     project: str = ""
     author: str = ""
     number: str = ""
-    logo: Path | None = None
+    logo: NDArray[np.uint8] | None = None
     paper: str = "a3"
+    basis: tuple[tuple[str, str], ...] = ()
     facts: tuple[tuple[str, str], ...] = ()
 
 
@@ -78,7 +88,7 @@ def write_proof(
     names : list of str
     """
     zone = gathered.model.site.zone
-    image = None if sheet.logo is None else read_logo(sheet.logo)
+    image = sheet.logo
     titles = Titles(
         title=sheet.title, project=sheet.project, author=sheet.author, number=sheet.number,
         date=today(), logo=image,
@@ -88,9 +98,12 @@ def write_proof(
     facts = [*_list_sources(verdicts), *sheet.facts]
     drawing = make_drawing(gathered, verdicts)
     on_paper = [_cut(table) for table in tables]
+    briefs = [Brief(_name_rule(one), one.verdict, tell_reason(one), list_brief(one))
+              for one in verdicts]  # fmt: skip
     sheets = draw_sheets(
-        sheet.paper, titles, sentences, drawing, on_paper, facts, gathered.model.site.true_north
-    )
+        sheet.paper, titles, briefs, drawing, on_paper, sheet.basis, facts,
+        gathered.model.site.true_north,
+    )  # fmt: skip
     save_pages(sheets.leaves, folder / "proof.pdf", sheet.title)
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / "plan.svg"
@@ -111,20 +124,27 @@ def write_proof(
     return list(FILES)
 
 
-def _make_table(verdict: RuleVerdict, zone: str) -> TableOf:
-    rule = verdict.rule
+def _name_rule(verdict: RuleVerdict) -> str:
+    """Return a rule's title with its variants."""
     variants = {name for one in verdict.findings for name in one.variants}
     chosen = f", {' or '.join(sorted(variants))}" if 0 < len(variants) <= 3 else ""
     if len(variants) > 3:
         chosen = f", {len(variants)} variants"
+    return f"{verdict.rule.title}{chosen}"
+
+
+def _make_table(verdict: RuleVerdict, zone: str) -> TableOf:
+    rule = verdict.rule
     wanted = dict.fromkeys(one.outcome.wanted for one in verdict.findings)
+    counted = dict.fromkeys(one.outcome.counted for one in verdict.findings if one.outcome.counted)
     remark = (
         f"{rule.edition}; {rule.standing}: {STANDINGS[rule.standing]}. Asked: {'; '.join(wanted)}."
+        + (f" Counted: {'; '.join(counted)}." if counted else "")
     )
     rows = list_shown(verdict, zone)
     kept = [k for k in range(len(SHOWN)) if any(row[k] for row in rows)]
     return TableOf(
-        f"{rule.title}{chosen}", remark, tuple(SHOWN[k] for k in kept),
+        _name_rule(verdict), remark, tuple(SHOWN[k] for k in kept),
         [tuple(row[k] for k in kept) for row in rows],
     )  # fmt: skip
 

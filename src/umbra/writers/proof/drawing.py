@@ -16,16 +16,54 @@ from umbra.verdicts.judge import RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.verdicts.sunlight import SunlightOf
 
-__all__ = ["COLORS", "Drawing", "make_drawing"]
+__all__ = [
+    "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "TINTS", "Drawing", "Line", "Spot", "group_windows",
+    "make_drawing",
+]  # fmt: skip
 
 COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
 TINTS = {PASS: "#cfe8df", FAIL: "#f6d3c8", UNKNOWN: "#e2e2e6", "": "#dbe4f0"}
-_WORST = {PASS: 0, UNKNOWN: 1, FAIL: 2}
+LAND, PROPOSAL, BOUNDARY = "#ececef", "#f3e3b5", "#7a4fa3"
+"""Colours of buildings, the proposal, and the plot."""
+_WORST = {"": -1, PASS: 0, UNKNOWN: 1, FAIL: 2}
 _MOST_TRIANGLES = 400_000
 _MOST_BANDS = 2  # whose lines are drawn: more are of variants among which none was chosen
 _FINE = 160  # squares across an area for its lines
 _MARGIN = 0.12  # of the frame's longer side
 _LEAST_MARGIN = 12.0  # [m]
+_NEAR = 0.25  # between windows above one another, in plan [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line of equal hours: its pieces, what it is, and its name beside it."""
+
+    pieces: list[NDArray]
+    label: str
+    short: str
+
+
+@dataclass(frozen=True)
+class Spot:
+    """
+    Windows above one another, as one mark.
+
+    Parameters
+    ----------
+    x, y : float
+        In the model's own coordinates [m].
+    azimuth : float
+        In plan, NaN of what lies level [degrees].
+    verdict : str
+        The worst of them.
+    label : str
+    """
+
+    x: float
+    y: float
+    azimuth: float
+    verdict: str
+    label: str
 
 
 @dataclass(eq=False)
@@ -42,7 +80,7 @@ class Drawing:
     shapes : list of (rings, verdict, name); no verdict where rules only report
         Of areas and bands.
     windows : list of (x, y, azimuth in plan, verdict, name)
-    lines : list of (polylines, label)
+    lines : list of Line
     boundary : list of (n, 2) float64
         The plot.
     offsets : list of (polylines, label)
@@ -54,7 +92,7 @@ class Drawing:
     proposal: list[NDArray] = field(default_factory=list)
     shapes: list[tuple[list[NDArray], str, str]] = field(default_factory=list)
     windows: list[tuple[float, float, float, str, str]] = field(default_factory=list)
-    lines: list[tuple[list[NDArray], str]] = field(default_factory=list)
+    lines: list[Line] = field(default_factory=list)
     boundary: list[NDArray] = field(default_factory=list)
     offsets: list[tuple[list[NDArray], str]] = field(default_factory=list)
 
@@ -119,12 +157,45 @@ def _list_rings(shapely: Any, polygon: Any) -> list[NDArray]:
     ]
 
 
-def _trace(shapely: Any, sunlight: SunlightOf) -> list[tuple[list[NDArray], str]]:
+def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> list[Spot]:
+    """Return windows above one another as one place each, those with the worst verdict last."""
+    short = _shorten([one[4] for one in windows])
+    groups: dict[tuple[int, int, int], list[tuple[float, float, float, str, str]]] = {}
+    for window, name in zip(windows, short, strict=True):
+        one = (*window[:4], name)
+        turn = -1 if math.isnan(one[2]) else round(one[2] / 5)
+        groups.setdefault((round(one[0] / _NEAR), round(one[1] / _NEAR), turn), []).append(one)
+    spots = []
+    for own in groups.values():
+        x, y, azimuth, _, first = own[0]
+        worst = max((one[3] for one in own), key=_WORST.__getitem__)
+        bad = sum(one[3] == worst for one in own)
+        label = first if len(own) == 1 else f"{first} to {own[-1][4]}"
+        if bad < len(own):
+            label += f": {bad} of {len(own)} {worst}"
+        spots.append(Spot(x, y, azimuth, worst, label))
+    return sorted(spots, key=lambda one: _WORST[one.verdict])
+
+
+def _shorten(names: list[str]) -> list[str]:
+    """Return names without the words that all begin, or end, with."""
+    if len(names) < 2:
+        return names
+    rows = [name.split(" ") for name in names]
+    least = min(map(len, rows)) - 1
+    head = next((k for k in range(least) if len({row[k] for row in rows}) > 1), least)
+    tail = next((k for k in range(least - head) if len({row[-1 - k] for row in rows}) > 1),
+                least - head)  # fmt: skip
+    return [" ".join(row[head : len(row) - tail]) for row in rows]
+
+
+def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
     """Trace the lines of equal hours in each area, at the limits."""
     from contourpy import contour_generator  # noqa: PLC0415
     from scipy.interpolate import griddata  # noqa: PLC0415
 
     subjects, found = sunlight.subjects, []
+    limits = [key[0] for key in sunlight.lines]
     for (limit, measure, date), hours in sunlight.lines.items():
         lines: list[NDArray] = []
         for k, area in enumerate(subjects.records):
@@ -146,7 +217,9 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[tuple[list[NDArray], str]
                 if shapely.get_type_id(part) == 1
             ]
         if lines:
-            found.append((lines, f"{tell_hours(limit)} of {MEASURES[measure].words}, {date}"))
+            short = tell_hours(limit) + (f", {date}" if limits.count(limit) > 1 else "")
+            label = f"{tell_hours(limit)} of {MEASURES[measure].words}, {date}"
+            found.append(Line(lines, label, short))
     return found
 
 

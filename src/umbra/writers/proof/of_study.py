@@ -6,6 +6,7 @@ from pathlib import Path
 from umbra.rules.record import Rule
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
+from umbra.verdicts.judge import RuleVerdict
 from umbra.verdicts.of_study import judge_study
 from umbra.writers.proof.rows import COLUMNS, SHOWN, list_rows, list_shown, tell_rule
 from umbra.writers.report.markup import Table
@@ -25,7 +26,14 @@ def write_study_verdicts(
             tell_rule(one),
             SHOWN,
             list_shown(one, study.site.zone),
-            f"{one.rule.edition}. Source: {one.rule.source}. {one.rule.before_use}",
+            f"{_tell_counted(one)}{one.rule.edition}. Source: {one.rule.source}. "
+            f"{one.rule.before_use}",
         )
         for one in verdicts
     ]
+
+
+def _tell_counted(verdict: RuleVerdict) -> str:
+    """Tell which hours the rule counts, which may be others than the study's."""
+    counted = dict.fromkeys(one.outcome.counted for one in verdict.findings if one.outcome.counted)
+    return f"The rule counts {'; '.join(counted)}, whatever the study's hours. " if counted else ""

@@ -4,10 +4,12 @@ import base64
 import html
 from collections.abc import Sequence
 
-from umbra.writers.proof.sheet import TableOf, Titles
+from umbra.writers.proof.book import Titles
+from umbra.writers.proof.flow import TableOf
 
 __all__ = ["make_page"]
 
+_SHORT = 20  # letters of a cell that is not broken
 _STYLE = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c22; margin: 0 auto; max-width: 70rem;
@@ -17,7 +19,9 @@ h1 { font-size: 1.5rem; margin: 0 0 .2rem; } h2 { font-size: 1.1rem; margin: 2re
 header dl { display: flex; flex-wrap: wrap; gap: .2rem 1.5rem; margin: .3rem 0 .8rem; }
 header dl div { display: flex; gap: .4rem; }
 header dt, .remark, figcaption { color: #5a5a64; }
-header dd { margin: 0; } header img { max-height: 4rem; float: right; }
+header dd { margin: 0; }
+header img { max-height: 4rem; max-width: 14rem; float: right; margin-left: 1rem; }
+header h1, header dd, td { overflow-wrap: anywhere; } td.short { white-space: nowrap; }
 ul.verdicts { list-style: none; padding: 0; }
 ul.verdicts li { border-left: 6px solid #6a6a74; padding: .15rem .8rem; margin: .6rem 0; }
 ul.verdicts li.pass { border-color: #1f7a60; } ul.verdicts li.fail { border-color: #c23a1a; }
@@ -33,8 +37,13 @@ td.unknown { color: #6a6a74; font-weight: 600; }
 dl.facts { display: grid; grid-template-columns: minmax(8rem, 14rem) 1fr; gap: .3rem 1rem; }
 dl.facts dt { color: #5a5a64; }
 dl.facts dd { margin: 0; overflow-wrap: anywhere; white-space: pre-line; }
-@media print { body { max-width: none; padding: 0; font-size: 10pt; }
-  tr, li, figure { break-inside: avoid; } }
+@page { size: landscape; margin: 12mm; }
+@media print { body { max-width: none; padding: 0; font-size: 9pt; }
+  /* A box that scrolls is one piece, in which no heading stands again. */
+  .wide { overflow: visible; } thead { display: table-header-group; }
+  tr, li, figure, dl.facts dt { break-inside: avoid; } h2, .remark { break-after: avoid; }
+  figure img { max-height: 125mm; object-fit: contain; }
+  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 @media (max-width: 40rem) { dl.facts { grid-template-columns: 1fr; } }
 """
 
@@ -86,8 +95,10 @@ def _make_table(table: TableOf) -> str:
     verdict = list(table.columns).index("verdict")
 
     def cell(k: int, text: str) -> str:
-        word = f' class="{text}"' if k == verdict and text in {"pass", "fail", "unknown"} else ""
-        return f"<td{word}>{html.escape(text)}</td>"
+        word = "short" if len(text) <= _SHORT else ""
+        if k == verdict and text in {"pass", "fail", "unknown"}:
+            word = text
+        return f'<td class="{word}">{html.escape(text)}</td>'
 
     head = "".join(f'<th scope="col">{html.escape(name)}</th>' for name in table.columns)
     rows = "".join(

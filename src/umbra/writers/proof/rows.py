@@ -11,13 +11,14 @@ from umbra.verdicts.judge import Finding, RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
 
 __all__ = [
-    "COLUMNS", "list_conditions_of", "list_rows", "list_shown", "sum_up", "tell_rule", "tell_value",
+    "COLUMNS", "list_brief", "list_conditions_of", "list_rows", "list_shown", "sum_up",
+    "tell_reason", "tell_rule", "tell_value",
 ]  # fmt: skip
 
 COLUMNS = (
     "rule", "title", "edition", "source", "standing", "variant", "check", "receiver", "name",
     "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
-    "close", "wanted", "because", "first_sun", "last_sun", "needs",
+    "after", "close", "wanted", "because", "first_sun", "last_sun", "needs", "counted",
 )  # fmt: skip
 _NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "check"}
 
@@ -50,8 +51,10 @@ def _make_row(finding: Finding, outcome: Outcome, zone: str) -> tuple[object, ..
         finding.check, finding.kind, finding.where, None if outcome.date is None else
         str(outcome.date), outcome.verdict, outcome.level, outcome.measure, _round(outcome.value),
         outcome.unit, _round(outcome.limit), _round(outcome.margin), _round(outcome.off),
-        _round(outcome.before), "yes" if outcome.is_close else "", outcome.wanted, finding.because,
+        _round(outcome.before), _round(outcome.after), "yes" if outcome.is_close else "",
+        outcome.wanted, finding.because,
         _tell_time(outcome.first, zone), _tell_time(outcome.last, zone), outcome.needs,
+        outcome.counted,
     )  # fmt: skip
 
 
@@ -80,21 +83,21 @@ _LEAST = {"h": 1 / 120, "%": 0.05}
 
 def tell_rule(verdict: RuleVerdict) -> str:
     """Describe the verdict on a rule in a sentence with numbers."""
-    rule, findings = verdict.rule, verdict.findings
+    return f"{verdict.rule.title}: {verdict.verdict.upper()}. {tell_reason(verdict)}"
+
+
+def tell_reason(verdict: RuleVerdict) -> str:
+    """Describe how many pass and fail a rule, and which decides."""
+    findings = verdict.findings
     counts = {word: verdict.count(word) for word in (PASS, FAIL, UNKNOWN)}
-    head = f"{rule.title}: {verdict.verdict.upper()}."
-    if len(findings) == 1 and not findings[0].members:
-        one = findings[0]
-        return f"{head} {_tell_one(one)}"
+    if len(findings) == 1:
+        return _tell_one(findings[0])
     nouns = {_NOUNS.get(one.kind, one.kind) for one in findings}
     noun = nouns.pop() if len(nouns) == 1 else "receiver"
     whole = len(findings)
     again = len({(one.check, one.where) for one in findings}) < whole
     each = " and dates" if again and noun != "receiver" else ""
-    plural = f"{noun}{'s' if whole != 1 else ''}{each}"
-    if whole == 1:
-        return f"{head} {_tell_one(findings[0])}"
-    told = f"{head} {counts[PASS]:,} of {whole:,} {plural} pass"
+    told = f"{counts[PASS]:,} of {whole:,} {noun}s{each} pass"
     if counts[FAIL]:
         told += f", {counts[FAIL]:,} fail"
     if counts[UNKNOWN]:
@@ -117,17 +120,42 @@ def _tell_one(finding: Finding) -> str:
     date = f" on {outcome.date}" if outcome.date else ""
     before = ""
     if outcome.before is not None:
-        told = _tell_before(outcome)
+        told = _tell_measured(outcome, outcome.before)
         before = f" of the former {told}" if _is_ratio(outcome) else f" ({told} before)"
     who = f"'{finding.where}'" + (f" ({finding.because})" if finding.because else "")
     needs = f"; {outcome.needs}" if outcome.needs else ""
-    return f"{who} with {tell_value(outcome)}{date}{before}{limit}{needs}."
+    return f"{who} with {tell_value(outcome)}{before}{date}{limit}{needs}."
+
+
+def _sort(verdict: RuleVerdict) -> list[Finding]:
+    """Return the findings, the worst first."""
+    return sorted(
+        verdict.findings,
+        key=lambda one: (_ORDER[one.verdict], round(one.outcome.slack, 6), one.where),
+    )
+
+
+def list_brief(verdict: RuleVerdict) -> list[tuple[str, str, str, str]]:
+    """Return name, value, limit and verdict of each finding, the worst first."""
+    rows = []
+    for one in _sort(verdict):
+        outcome = one.outcome
+        rows.append((one.where, _tell_judged(outcome), _tell_bound(outcome), one.verdict))
+    return rows
+
+
+def _tell_bound(outcome: Outcome) -> str:
+    """Describe the limit and its side."""
+    if outcome.limit is None or outcome.margin is None or outcome.value is None:
+        return ""
+    is_least = (outcome.margin >= 0) == (outcome.value >= outcome.limit)
+    return f"{'≥' if is_least else '≤'} {tell_amount(outcome.limit, outcome.unit)}"
 
 
 def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
     """Return the rows of a table for a person: name, date, value, limit, margin, verdict, note."""
     rows: list[tuple[str, ...]] = []
-    for one in sorted(verdict.findings, key=lambda one: (_ORDER[one.verdict], one.outcome.slack)):
+    for one in _sort(verdict):
         outcome = one.outcome
         first, last = _tell_time(outcome.first, zone), _tell_time(outcome.last, zone)
         notes = [
@@ -138,7 +166,9 @@ def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
         ]
         rows.append((
             one.where, str(outcome.date or ""),
-            "" if outcome.before is None else _tell_before(outcome), tell_value(outcome),
+            _tell_measured(outcome, outcome.before),
+            "" if outcome.before is None else _tell_measured(outcome, outcome.after),
+            _tell_judged(outcome),
             "" if outcome.limit is None else tell_amount(outcome.limit, outcome.unit),
             "" if outcome.margin is None else _sign(outcome.margin, outcome.unit),
             f"{first} to {last}" if first and outcome.unit == "h" else "", outcome.verdict,
@@ -148,7 +178,7 @@ def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
 
 
 SHOWN = (
-    "name", "date", "before", "value", "limit", "margin", "from, to", "verdict", "remark",
+    "name", "date", "before", "after", "value", "limit", "margin", "from, to", "verdict", "remark",
 )  # fmt: skip
 _ORDER = {FAIL: 0, UNKNOWN: 1, PASS: 2}
 
@@ -157,12 +187,20 @@ def _is_ratio(outcome: Outcome) -> bool:
     return outcome.unit == "1" and outcome.measure != "sky_view_factor"
 
 
-def _tell_before(outcome: Outcome) -> str:
-    """Describe the value before in the unit of its measure, also beside a ratio."""
-    assert outcome.before is not None
+def _tell_measured(outcome: Outcome, value: float | None) -> str:
+    """Describe a value in the unit of its measure, also where a ratio is judged."""
+    if value is None:
+        return ""
     share = outcome.measure.startswith("share_with_")
-    unit = "%" if share else MEASURES[outcome.measure].unit
-    return tell_amount(outcome.before, unit)
+    known = MEASURES.get(outcome.measure)
+    return tell_amount(value, "%" if share or known is None else known.unit)
+
+
+def _tell_judged(outcome: Outcome) -> str:
+    """Describe what is compared with the limit: a value, a ratio to before, or a loss."""
+    is_other = outcome.before is not None and outcome.after != outcome.value
+    what = " of before" if _is_ratio(outcome) else " lost" if is_other else ""
+    return tell_value(outcome) + what
 
 
 def _sign(value: float, unit: str) -> str:

@@ -36,7 +36,7 @@ def list_areas(study: Study) -> Table | None:
     zone = "UTC" if study.site is None else study.site.zone
     rows = found.list_rows()
     laid_out = [
-        (row["name"], str(row["date"]), round(float(row["area_m2"]), 1),
+        (row["name"], str(row["date"]), found.tell_interval(row), round(float(row["area_m2"]), 1),
          *(_show(key, row[key], zone) for key in columns))
         for row in rows[:_MOST_ROWS]
     ]  # fmt: skip
@@ -45,7 +45,7 @@ def list_areas(study: Study) -> Table | None:
     )
     return Table(
         "Named areas",
-        ("area", "date", "size [m²]", *columns.values()),
+        ("area", "date", "counted", "size [m²]", *columns.values()),
         laid_out,
         f"First and last sun are when it reaches any of an area, by the clock of {zone}.{more}",
     )

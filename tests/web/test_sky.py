@@ -1,0 +1,145 @@
+"""The sky above a place of the live page, beside the exact one."""
+
+import json
+from datetime import datetime
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+import umbra
+from umbra.sky.projections import PROJECTIONS, find_projection
+from umbra.web.bundle import bundle
+
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna", true_north=12.0)
+READY = "document.documentElement?.dataset.ready == 'yes' && umbra.waits === 0"
+DATE = "2026-03-21"
+PLACES = [
+    (0, -9, 0, 0, 0, 1), (17, 3, 0, 0, 0, 1), (-30, 19.5, 1.5, 0, 0, 1), (5, 0, 12, 1, 0, 0),
+    (-40, 25, 2, -1, 0, 0), (29.5, 0, 7, -0.6, 0, 0.8),
+]  # fmt: skip
+STATE = """(() => {
+  const text = (path) => [...document.querySelectorAll(`.sky ${path}`)].map((e) => e.textContent);
+  return {figures: text('dd'), shares: text('.sky-key b'), names: text('.sky-key span'),
+          times: text('.sky-spells b'), ends: text('.sky-spells span'), figure: text('svg text')};
+})()"""
+
+
+@pytest.fixture(scope="module")
+def town():
+    """Two towers, a house, a slab in the air and a roof ridge."""
+    blocks = {
+        "tower": ((-5, -5, 0), (5, 5, 30)), "slab": ((-9, -20, 9), (9, -14, 10)),
+        "high-rise": ((30, -8, 0), (44, 8, 45)), "house": ((-40, 20, 0), (-20, 30, 6)),
+    }  # fmt: skip
+    parts = []
+    for name, ends in blocks.items():
+        vertices, faces = box(*ends)
+        parts.append(umbra.Part(name, "building", umbra.Mesh(vertices, faces)))
+    return umbra.make_scene(parts, ground=0.0)
+
+
+@pytest.fixture(scope="module")
+def written(town, tmp_path_factory):
+    path = tmp_path_factory.mktemp("sky") / "scene.html"
+    umbra.show(town, VIENNA, date=DATE, at="15:00", out=path)
+    return path
+
+
+def choose(page, place, normal):
+    own = [float(v) for v in place]
+    page.ask(
+        f"umbra.set({{place: {{position: {own}.map((v, k) => v - umbra.model.origin[k]), "
+        f"normal: {[float(v) for v in normal]}, part: -1}}}})"
+    )
+    page.wait("umbra.waits === 0")
+    return page.ask(STATE)
+
+
+def test_a_place_has_the_numbers_names_and_spells_of_the_exact_sky(page, written, town):
+    page.open(written, READY)
+    for row in PLACES:
+        place, normal = np.array(row[:3], float), np.array(row[3:], float)
+        shown = choose(page, place, normal)
+        exact = umbra.sky_view(town, place + 1e-4 * normal, normal, VIENNA)
+        factor, component = (float(words.split()[0]) for words in shown["figures"])
+        assert factor == pytest.approx(exact.sky_view_factor, abs=0.0015)
+        assert component == pytest.approx(exact.sky_component, abs=0.15)
+        told = {name: share for name, share in exact.blocked_by.items() if share > 0.002}
+        assert shown["names"][: len(told)] == list(told)
+        shares = [float(words.split("\u00a0")[0]) for words in shown["shares"][: len(told)]]
+        np.testing.assert_allclose(shares, 100 * np.array(list(told.values())), atol=0.2)
+        spells = exact.sun(DATE)
+        assert len(shown["times"]) == len(spells)
+        for spell, times, ends in zip(spells, shown["times"], shown["ends"], strict=True):
+            for clock, when in zip(times.split("\u2013"), (spell.start, spell.end), strict=True):
+                read = datetime.strptime(clock, "%H:%M:%S")
+                off = read - when.replace(tzinfo=None, year=1900, month=1, day=1)
+                assert abs(off.total_seconds()) <= 4  # the page's shorter series of the sun
+            names = [end.removeprefix("the ").removeprefix("its ")
+                     for end in ends.removeprefix("out of ").split(", behind ")]  # fmt: skip
+            assert names == [spell.out_of, spell.behind]
+
+
+def test_a_sky_is_used_by_keys_on_a_phone_and_closed_by_escape(page, written):
+    page.resize(390, 800, is_phone=True)
+    page.open(written, READY)
+    is_open = "document.querySelector('.sky-dialog').open"
+    page.ask("umbra.stage.canvas.focus()")
+    page.press("Enter")
+    page.wait("umbra.state.place !== null && umbra.waits === 0")
+    assert page.ask("getComputedStyle(document.querySelector('.sky-small')).display") == "block"
+    page.ask("document.querySelector('.sky-small').focus()")
+    page.press("Enter", text="\r")
+    page.wait(is_open)
+    assert page.audit() == []
+    seen = "document.querySelector('.sky-dialog canvas').getBoundingClientRect()"
+    assert page.ask(f"{seen}.right <= 390 && {seen}.width > 280")
+    page.press("Escape")
+    page.wait(f"!{is_open}")
+    assert page.ask("document.activeElement.className") == "sky-small"
+    assert page.audit() == []
+    page.ask("umbra.stage.canvas.focus()")
+    page.press("Escape")
+    page.wait("umbra.state.place === null && umbra.waits === 0")
+    assert page.ask("document.querySelectorAll('.sky svg').length") == 0
+
+
+def test_what_stood_before_a_proposal_has_its_own_sky(page, town, tmp_path):
+    umbra.show(town, VIENNA, date=DATE, proposed="high-rise", out=tmp_path / "both.html")
+    page.open(tmp_path / "both.html", READY)
+    page.ask("umbra.set({compare: 'after'})")
+    after = choose(page, (17, 3, 0), (0, 0, 1))
+    page.ask("umbra.set({compare: 'before'})")
+    page.wait("umbra.waits === 0")
+    before = page.ask(STATE)
+    assert "high-rise" in after["names"]
+    assert "high-rise" not in before["names"]
+    exact = umbra.sky_view(town, (17, 3, 1e-4), no_cast=["high-rise"])
+    assert float(before["figures"][0]) == pytest.approx(exact.sky_view_factor, abs=0.0015)
+
+
+def test_charts_are_those_of_umbras_own_pictures(page, tmp_path):
+    file = tmp_path / "charts.html"
+    script = f"{{ {bundle('sky_charts')} window.Chart = $sky_charts.Chart; }}"
+    file.write_text(f"<!doctype html><meta charset=utf-8><script>{script}</script>")
+    page.open(file, "Boolean(window.Chart)")
+    rng = np.random.default_rng(5)
+    directions = rng.normal(size=(40, 3))
+    directions[:, 2] = np.abs(directions[:, 2])
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for name in PROJECTIONS:
+        for normal in ([0.0, 0.0, 1.0], [0.6, -0.8, 0.0]):
+            expected = find_projection(name, np.array(normal), 12.0).project(directions)
+            given = json.dumps([name, normal, directions.tolist()])
+            places, back = page.ask(f"""(() => {{
+              const [name, normal, directions] = {given}, chart = new Chart(name, normal, 12);
+              const places = directions.map((one) => chart.place(one)), into = new Float64Array(3);
+              const back = places.map((at) => at && chart.look(...at, into) && [...into]);
+              return [places, back];
+            }})()""")
+            for place, found, own, known in zip(places, back, directions, expected, strict=True):
+                assert (place is None) == bool(np.isnan(known).any())
+                if place is not None:
+                    np.testing.assert_allclose(place, known, atol=1e-12)
+                    np.testing.assert_allclose(found, own, atol=2e-5)
