@@ -19,7 +19,7 @@ from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site
-from umbra.writers.live import clear_ground, find_face_surfaces, make_hours
+from umbra.writers.live import clear_ground, find_face_surfaces, make_hours, make_palette
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -62,6 +62,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "proposed": proposed,
         "removed": removed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
+        "palette": make_palette(),
         "hours": hours,
         "hasLink": True,
         "takesWheel": True,

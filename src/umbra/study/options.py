@@ -304,12 +304,8 @@ class StudyOptions(ReceiverOptions):
         is_settled = isinstance(self.horizon, Horizon)
         object.__setattr__(self, "horizon", read_horizon(self.horizon))
         check_nearest(self.horizon, self.horizon_from, is_settled=is_settled)
-        wrong = next((name for name in ("exact", "disc") if getattr(self, name)), None)
-        if wrong is not None:
-            msg = f"horizon= blocks suns and directions of the sky whole; leave {wrong}= or it out"
-            raise InputError(msg, option="horizon")
-        if any(one.by_caster for one in self.measures):
-            msg = "horizon= is no caster whose share of the sky is found; leave it or measure= out"
+        if self.disc:
+            msg = "horizon= hides the sun whole, by its middle; leave disc= or it out"
             raise InputError(msg, option="horizon")
 
     def _check_disc(self) -> None:
