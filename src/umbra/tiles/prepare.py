@@ -31,7 +31,7 @@ from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_peri
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
-from umbra.tiles.replaced import settle_outline
+from umbra.tiles.replaced import name_city_replaced, settle_outline
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
@@ -115,6 +115,8 @@ class Preparation:
             facts |= place.kind.describe_level(scene, job.frame.ground, self.ground.assumed, share)
         facts |= {"ground": self.ground.known.name, **self.ground.known.describe()}
         facts.pop("ground_z" if not place.kind.is_plan else "", None)
+        if gone := name_city_replaced(self.catalogue, job.options):
+            facts["replaced"] = ", ".join(gone)
         facts["command"] = "umbra.city_study"
         facts["source"] = _name_sources(self.catalogue)
         if job.min_altitude:

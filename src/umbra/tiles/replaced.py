@@ -104,6 +104,17 @@ def _measure_shares(file: CityFile, options: StudyOptions) -> NDArray[np.float64
     return measure_inside(shapely, corners, owner, count, outline)
 
 
+def name_city_replaced(catalogue: Catalogue, options: StudyOptions) -> list[str]:
+    """Return the names of what a proposal replaces in a city, each once."""
+    if not options.replace and options.replace_in is None:
+        return []
+    names: dict[str, None] = {}
+    for file in catalogue.files:
+        gone, own = find_replaced_parts(file, options), file.words["names"]
+        names.update(dict.fromkeys(own[k] for k in np.flatnonzero(gone).tolist()))
+    return list(names)
+
+
 def tell_city_replaced(catalogue: Catalogue, options: StudyOptions) -> list[str]:
     """
     Report what a proposal replaces in a city.
