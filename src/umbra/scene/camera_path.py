@@ -23,10 +23,7 @@ def turn_camera(camera: Camera, count: int) -> list[Camera]:
     up = np.asarray(camera.up, np.float64)
     upright = np.array([0.0, 0.0, 1.0])
     ways = [_turn(upright, -2 * np.pi * k / count) for k in range(count)]
-    return [
-        replace(camera, eye=tuple(target + way @ (eye - target)), up=tuple(way @ up))
-        for way in ways
-    ]
+    return [replace(camera, eye=target + way @ (eye - target), up=way @ up) for way in ways]
 
 
 def _turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
@@ -90,7 +87,7 @@ def follow_cameras(cameras: Sequence[Camera], count: int) -> list[Camera]:
         eye = aim + np.exp(far) * np.array(way)
         found.append(
             replace(
-                cameras[0], eye=tuple(eye), target=tuple(aim), fov=float(fov),
+                cameras[0], eye=eye, target=aim, fov=float(fov),
                 near=float(np.exp(near)),
             )
         )  # fmt: skip
