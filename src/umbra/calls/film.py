@@ -1,5 +1,7 @@
 """Films: a camera that turns or follows a path, and a sun that moves."""
 
+from __future__ import annotations
+
 import datetime as dt
 import json
 import os
@@ -110,7 +112,7 @@ def plan_shots(
     options: FilmOptions,
     camera: Camera,
     lights: Sequence[Light],
-    sun: "tuple[Site, str, str] | None" = None,
+    sun: tuple[Site, str, str] | None = None,
 ) -> list[Shot]:
     """
     Plan the frames of a film.
