@@ -21,7 +21,7 @@ from umbra.options import Given, Options, check_types, option, record
 
 if TYPE_CHECKING:
     from umbra.calls.result import ShadowStudy
-    from umbra.scene import Light, Scene
+    from umbra.scene import Light
     from umbra.sun import Site
 
 __all__ = [
@@ -121,10 +121,7 @@ class LightOptions(Options):
         "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
     )
     at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
-    horizon: Any = _lights(
-        "table", "Refuse a sun behind the land: a raster of heights, or a table azimuth,elevation.",
-        metavar="FILE",
-    )  # fmt: skip
+    horizon: Any = _lights("table", "Refuse a sun behind the land of a file.", metavar="FILE")
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -142,16 +139,13 @@ class LightOptions(Options):
         """Number of lights."""
         return len(self.lights) + len(self.spots) + (self.date is not None)
 
-    def make(self, scene: Scene, find_site: Callable[[], Site]) -> list[Light]:
+    def make(self, find_site: Callable[[], Site]) -> list[Light]:
         """Make the lights; the site is found only if the sun is one of them."""
-        from umbra.land.settle import NamedLand  # noqa: PLC0415
         from umbra.sun import sun_light  # noqa: PLC0415
 
         made = self._make_given()
         if self.date is not None and self.at is not None:
-            site, when = find_site(), f"{self.date} at {self.at}"
-            made.append(sun_light(site, self.date, self.at))
-            NamedLand.of(self.horizon).check_sun(scene, site, made[-1].position, when)
+            made.append(sun_light(find_site(), self.date, self.at))
         return made
 
     def tell_sun(self, site: Site) -> str:
@@ -356,6 +350,14 @@ class ViewOptions(Options):
     proposed: Sequence[str] = _casters(
         "patterns",
         "Parts of a proposal, which a page compares, before and after.", default=(),
+    )  # fmt: skip
+    replace: Sequence[str] = _casters(
+        "patterns", "Parts that the proposal replaces, which a page shows before.", default=(),
+    )  # fmt: skip
+    replace_in: str | Path | Sequence[Any] | None = _casters(
+        "any", "Polygons of a plot, a file or WKT: the proposal replaces what "
+        "stands in them with half of its plan or more.",
+        more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
     )  # fmt: skip
     study: ShadowStudy | None = option(
         "any", "A study of receivers 'ground' or 'top', whose hours a page or a notebook shows as "
