@@ -53,9 +53,7 @@ def count_receivers(
     """
     canopy, setup = laid.casting.canopy, place.setup
     if place.groups is not None and place.job.options.proposed:
-        setup = replace(
-            setup, find_proposed=place.groups.find_proposed, find_rest=place.groups.find_rest
-        )
+        setup = replace(setup, proposal=place.groups.proposal)
     if place.groups is not None and place.job.options.asks_hours:
         found = place.groups.find(laid.casting.scene, canopy, is_due=is_due)
         setup = replace(setup, attribution=found)
