@@ -106,13 +106,14 @@ def test_a_picture_has_up_to_four_times_the_pixels(live):
         live.ask(
             "(async () => { const reader = new FileReader(), "
             f"blob = await umbra.shoot({times}); await new Promise((done) => "
-            "{ reader.onload = done; reader.readAsDataURL(blob); }); window.shot = reader.result; })()"
+            "{ reader.onload = done; reader.readAsDataURL(blob); });"
+            "window.shot = reader.result; })()"
         )
         data = base64.b64decode(live.ask("window.shot").partition(",")[2])
         sizes.append(Image.open(BytesIO(data)).size)
     settle(live)
     assert sizes[1] == tuple(3 * side for side in sizes[0])
-    assert live.ask("umbra.stage.canvas.width") == sizes[0][0]  # the page's own is as before
+    live.wait(f"umbra.stage.canvas.width === {sizes[0][0]}")  # the page's own is as before
 
 
 def test_the_theme_is_that_of_the_host(live):

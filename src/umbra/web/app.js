@@ -8,6 +8,7 @@ import { Daylight } from "./daylight.js";
 import { fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
 import { layHours } from "./hours.js";
+import { isShortcut } from "./keys.js";
 import { describeHours } from "./legend.js";
 import { findOpening } from "./opening.js";
 import { Orbit } from "./orbit.js";
@@ -46,8 +47,6 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
 const SPARSE =
   "The objects stand far apart: the view opens where most of them are; " +
   "the button with the house shows all.";
-const SLIDERS = "input[type=range], [role=slider]";
-const TYPED = "input:not([type=range], [type=checkbox], [type=radio], [type=file])";
 const STATE_DELAY = 400; // from a change to the address [ms]
 let number = 0;
 
@@ -370,13 +369,7 @@ export class App {
    * @param {KeyboardEvent} event
    */
   #keyElsewhere(event) {
-    const { target, key } = event,
-      from = /** @type {Element} */ (target);
-    if (from === this.stage.canvas || event.defaultPrevented || key === "Tab") return;
-    if (from.closest("dialog, textarea, select") || from.matches(TYPED)) return;
-    const isOther = from !== document.body && from !== this.root;
-    if (isOther && (/^(Arrow|Page|Home|End|Enter)/.test(key) || (key === " " && !from.matches(SLIDERS))))
-      return;
+    if (event.target === this.stage.canvas || !isShortcut(event, this.root)) return;
     if (!event.altKey && !event.metaKey && !event.ctrlKey) this.#key(event);
     if (!event.defaultPrevented) this.orbit.key(event);
   }
