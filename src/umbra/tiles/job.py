@@ -187,6 +187,13 @@ class Workplace:
         return CityGroups(self.catalogue, self.roles, options)
 
     @cached_property
+    def sees_whole_sky(self) -> bool:
+        """Whether anything needs all that rises above a receiver, in whatever direction."""
+        options = self.job.options
+        told = any(one.by_caster or (options.exact and one.has_exact) for one in options.measures)
+        return told or options.disc
+
+    @cached_property
     def adds_exactly(self) -> bool:
         """Whether hours are the same whether or not they are added up date by date."""
         hours = self.lights.weights[:, 0] * 1024
@@ -222,7 +229,7 @@ class Workplace:
         options, results = job.options, ResultOptions.of(self.period, job.options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
         attribution = AttributionOptions()
-        if self.groups is not None and options.asks_hours:
+        if self.groups is not None and (options.asks_hours or self.sees_whole_sky):
             attribution = self.groups.placeholder
         return Setup(
             nowhere, job.site, options, self.period, results, attribution, [],

@@ -154,16 +154,6 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    if options.disc:
-        msg = "the sun's disc is not judged in tiles; leave disc= or tiles= out"
-        raise InputError(msg, option="disc")
-    told = next((one.name for one in options.measures if one.by_caster), None)
-    if told is not None:
-        msg = f"{told} is not found in tiles; leave it or tiles= out"
-        raise InputError(msg, option="measure")
-    if options.exact and any(one.has_exact for one in options.measures):
-        msg = "the exact sky is not solved in tiles; leave exact= or tiles= out"
-        raise InputError(msg, option="exact")
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)

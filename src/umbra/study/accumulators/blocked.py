@@ -106,7 +106,7 @@ class BlockedSky(Accumulator):
         from umbra.sky.points import measure_sky  # noqa: PLC0415
 
         scene, threads = tile.casting.scene, tile.casting.threads
-        owner = np.zeros(len(scene.parts), np.int32)
+        owner = np.zeros(len(scene.groups()), np.int32)
         for k, piece in enumerate(pieces):
             owner[list(piece)] = k
         casters, _ = find_sky_casters(scene, parts, owner)
