@@ -9,8 +9,8 @@ from support.spheres import make_sphere
 
 import umbra
 from umbra.gl.renderer import Renderer
+from umbra.readers.gltf_meshes import find_tangents
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
-from umbra.scene.tangents import find_tangents
 
 SUN = umbra.directional_light((0.4, -0.8, 0.7))
 LAMP = umbra.point_light((-4, -5, 6), (1.0, 0.9, 0.8))

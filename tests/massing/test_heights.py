@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from umbra.massing.bounds import bound_cells, bound_sum
-from umbra.massing.filling import fill_up
+from umbra.massing.choice import fill_up
 from umbra.massing.problem import Group, pose_problem
 from umbra.massing.search import _count
 from umbra.massing.solid import make_solid

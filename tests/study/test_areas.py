@@ -9,7 +9,7 @@ from support.shapes import box, sheet
 
 import umbra
 from umbra.receivers.lattice import choose_side, cut_polygon
-from umbra.scene.area import Area
+from umbra.scene.named_places import Area
 from umbra.study import StudyOptions, run
 
 shapely = pytest.importorskip("shapely")

@@ -453,7 +453,7 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
     shown = read_picture(page)
     seen = 0
     for column, row in itertools.product(range(100, 900, 90), range(100, 650, 90)):
-        place = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
+        place = page.ask(f"umbra.stage.renderer.pick({column + 0.5}, {row + 0.5})")
         if place["part"] >= 0:
             continue
         x, y = (np.array(place["position"]) + page.ask("umbra.model.origin"))[:2]
@@ -500,7 +500,7 @@ def test_hours_lie_on_walls_and_roofs_in_their_own_colours(page, quarter, tmp_pa
         settle(page)
         shown = read_picture(page)
         for column, row in itertools.product(range(60, 900, 17), range(60, 650, 17)):
-            hit = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
+            hit = page.ask(f"umbra.stage.renderer.pick({column + 0.5}, {row + 0.5})")
             around = shown[row - 1 : row + 2, column - 1 : column + 2]
             if hit is None or hit["part"] < 0 or np.ptp(around, axis=(0, 1)).any():
                 continue

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device
-from umbra.gl.convexity import Balls, find_balls
-from umbra.gl.posing import measure_shape
+from umbra.gl.convexity import Balls, find_balls, measure_shape
 from umbra.gl.resources import TextureBuffer
 from umbra.scene.mesh import Mesh
 from umbra.scene.rig import Shape, Skin, make_matrices

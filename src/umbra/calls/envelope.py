@@ -16,12 +16,9 @@ from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
-from umbra.massing.given import GatheredPoints
-from umbra.massing.plot import Plot, lay_cells
-from umbra.massing.replaced import find_on_plot
-from umbra.massing.result import HeightEnvelope
-from umbra.massing.rule_asks import ask_rules
-from umbra.massing.search import KIND, search_heights
+from umbra.massing.plot import Plot, find_on_plot, lay_cells
+from umbra.massing.rule_asks import GatheredPoints, ask_rules
+from umbra.massing.search import KIND, HeightEnvelope, search_heights
 from umbra.massing.solid import make_solid
 from umbra.packages import need
 from umbra.receivers.points import check_points, read_points
@@ -305,7 +302,7 @@ def _gather(
     points: Subjects | None, outlines: list[Any], year: int | None, **casting: Any,
 ) -> GatheredPoints:  # fmt: skip
     """Prepare the receivers of rules; a box of the cap's height stands for the proposal."""
-    from umbra.scene.area import Area  # noqa: PLC0415
+    from umbra.scene.named_places import Area  # noqa: PLC0415
 
     scene = ground.scene
     mesh = make_solid(plot, plot.ground + highest)

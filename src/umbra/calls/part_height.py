@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from umbra.calls.envelope import HIGHEST, check_highest, read_chosen, read_given
 from umbra.errors import check_type
 from umbra.massing.bisection import PartHeight, search_part_height
-from umbra.massing.given import GatheredPoints
+from umbra.massing.rule_asks import GatheredPoints
 from umbra.rules import Rule
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions

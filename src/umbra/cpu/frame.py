@@ -23,9 +23,8 @@ from umbra.machine import choose_threads, use_threads
 from umbra.methods import METHODS, Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
-from umbra.rays.edge_on import find_edge_on, recount_edge_on
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
-from umbra.rays.holding import find_holders
+from umbra.rays.holding import find_edge_on, find_holders, recount_edge_on
 from umbra.rays.sight import Sight
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene

@@ -1,4 +1,8 @@
-"""Backends: open a context by EGL, OSMesa or a hidden window, and make it current."""
+"""
+Backends: open a context by EGL, OSMesa or a hidden window, and make it current.
+
+Forks of a process that has used OpenGL: they lack the driver's threads, and would hang.
+"""
 
 import ctypes
 import os
@@ -20,9 +24,30 @@ __all__ = [
     "OffscreenMesa",
     "WindowBinding",
     "bind_given",
+    "check_fork",
     "has_display",
     "hint_window",
+    "note_use",
 ]
+
+_users: set[int] = set()
+"""The process that has used OpenGL; in its forks theirs is missing."""
+
+
+def note_use() -> None:
+    """Note that this process uses OpenGL."""
+    _users.add(os.getpid())
+
+
+def check_fork() -> None:
+    """Raise `UmbraError` in the fork of a process that has used OpenGL."""
+    if _users and os.getpid() not in _users:
+        msg = (
+            "this process is a fork of one that has used OpenGL, whose driver does not survive a "
+            "fork; start it by multiprocessing's 'spawn', or use device='cpu'"
+        )
+        raise UmbraError(msg)
+
 
 _DEPTH_BITS, _STENCIL_BITS = 24, 8
 

@@ -13,9 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.convexity import Balls, find_balls
+from umbra.gl.convexity import Balls, PosedShape, find_balls, find_welds, measure_shape
 from umbra.gl.geometry import Geometry, Group, find_mirrored
-from umbra.gl.posing import PosedShape, find_welds, measure_shape
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster, make_planes

@@ -18,9 +18,8 @@ from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import BACKENDS, ContextBinding, bind_given
+from umbra.gl.backends import BACKENDS, ContextBinding, bind_given, check_fork, note_use
 from umbra.gl.caller_state import CallerState
-from umbra.gl.fork import check_fork, note_use
 from umbra.gl.functions import Functions
 from umbra.packages import write_install
 from umbra.scene.camera import DAY, Sky

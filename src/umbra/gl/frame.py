@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.geometry import Geometry
-from umbra.gl.ground import RINGS, draw_ground
+from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
@@ -33,7 +32,7 @@ from umbra.gl.transmission import SheerSurfaces, TransmitterTables
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.edge_on import find_edge_on, recount_edge_on
+from umbra.rays.holding import find_edge_on, recount_edge_on
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight

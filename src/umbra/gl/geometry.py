@@ -5,10 +5,12 @@ Points are *numbered*: parts without a transform share one range, and each group
 that moves together has its own. Each block (64 numbers) of a range records where its
 points are stored and which transform applies. So one index list can refer to any number
 of instances, and one draw suffices for all.
+
+The endless ground plane, behind a model's own floors in the same plane.
 """
 
 import operator
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,14 +18,54 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program
+from umbra.gl.projection import Projection
 from umbra.gl.resources import TextureBuffer
+from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.scene.mesh import Mesh, transform_points
 
 __all__ = [
-    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "find_mirrored", "make_groups",
-    "moves_as_wholes", "pose_groups",
-]  # fmt: skip
+    "BLOCK",
+    "FIRST_UNIT",
+    "RINGS",
+    "Geometry",
+    "Group",
+    "draw_ground",
+    "find_mirrored",
+    "make_groups",
+    "moves_as_wholes",
+    "pose_groups",
+]
+
+RINGS = 28
+"""Number of rings, ``RINGS`` in ``ground.vert.glsl``."""
+
+_SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
+# A floor's own triangles round differently: behind by a few steps of depth, they stay visible.
+_STEPS, _STEPS_24_BITS = 8.0, 2.0  # 1e-6 of the distance; absolute with 24 bits
+
+
+def draw_ground(
+    state: State,
+    program: Program,
+    projection: Projection,
+    ground: float,
+    uniforms: Mapping[str, object],
+    how: Pass = _SURFACE,
+) -> None:
+    """
+    Draw the plane z = ``ground``, relative to the scene's origin [m].
+
+    The program is of ``ground.vert.glsl`` with ``RINGS`` defined; ``uniforms`` are its others.
+    Its depths are the same in every pass.
+    """
+    steps = _STEPS if projection.reverses_depth else _STEPS_24_BITS
+    state.use(replace(how, polygon_offset=(0.0, steps)))
+    height = float(ground - projection.eye[2])
+    program.set(projection=projection.uniforms["projection"], height=height)
+    program.set(**uniforms)
+    program.draw(4 * RINGS * 6)
+
 
 BLOCK = 64
 """Numbers that share an entry, as in ``place.glsl``."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.clip_space import ClipSpace
+from umbra.gl.state import ClipSpace
 from umbra.rays.depth import find_ground_keys
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_span

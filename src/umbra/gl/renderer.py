@@ -19,11 +19,10 @@ from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, find_posed
-from umbra.gl.layers import TransparentLayers
-from umbra.gl.lighting import LightPasses, ShownLights
+from umbra.gl.lighting import LightPasses, ShownLights, TransparentLayers
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.masks.small import SmallMasks
+from umbra.gl.masks.upsampling import SmallMasks
 from umbra.gl.plan import Statistics, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from umbra.gl.covered import NearCounts, ask_shell
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
-from umbra.gl.level import is_level
 from umbra.gl.levels import LevelTable, choose_levels
+from umbra.gl.lists import is_level
 from umbra.gl.projection import Projection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
@@ -68,7 +68,7 @@ class VolumeOptions:
         0: none are. This alone changes counts where the light shines.
     shorten : bool
         Begin the volumes of isolated convex casters just above what they fall on
-        (``umbra.gl.isolated``): their faces turned from the light then count 0.
+        (``umbra.gl.casting_scene``): their faces turned from the light then count 0.
     """
 
     cull: bool = True

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.batches import IMAGES, Batch, FaceBatches
 from umbra.gl.context import Device, release_all
-from umbra.gl.geometry import Geometry
-from umbra.gl.ground import RINGS, draw_ground
+from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, Texture, TextureBuffer

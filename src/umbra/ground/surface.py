@@ -11,9 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.ground.blades import find_breaks, find_mean_heights
 from umbra.ground.feet import Feet
-from umbra.ground.triangulation import triangulate_with_edges
+from umbra.ground.triangulation import find_breaks, find_mean_heights, triangulate_with_edges
 
 __all__ = ["AWAY", "FeetSurface", "make_surface"]
 

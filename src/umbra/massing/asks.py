@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
 from umbra.lights import Lights, Period
-from umbra.massing.needs import LONGEST, SPELLS, SUM, Needs, measure_lit
-from umbra.massing.planes import Crossings, Pieces
+from umbra.massing.planes import LONGEST, SPELLS, SUM, Crossings, Needs, Pieces, measure_lit
 from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions

@@ -12,7 +12,7 @@ by exponentiated subgradients, and every one of their steps gives a valid bound.
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.massing.needs import SLACK, Needs
+from umbra.massing.planes import SLACK, Needs
 
 __all__ = ["bound_cells", "bound_sum", "take_cheapest"]
 

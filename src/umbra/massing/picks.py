@@ -8,7 +8,7 @@ than its planes; pieces that share cells cost less together.
 import numpy as np
 from numba import njit
 
-from umbra.massing.needs import LONGEST, SLACK, SUM
+from umbra.massing.planes import LONGEST, SLACK, SUM
 
 __all__ = ["NOT_DEAR", "settle"]
 

@@ -16,8 +16,7 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.massing.asks import Ask, measure_pieces
-from umbra.massing.needs import Needs
-from umbra.massing.planes import Crossings, cross_cells
+from umbra.massing.planes import Crossings, Needs, cross_cells
 from umbra.massing.plot import Plot
 
 __all__ = ["Group", "Problem", "pose_problem"]

@@ -1,4 +1,8 @@
-"""Rules as asks and groups: which receivers must keep which hours."""
+"""
+Rules as asks and groups: which receivers must keep which hours.
+
+Points that stand for the areas and windows of rules.
+"""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -12,7 +16,7 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.massing.asks import Ask, measure_pieces
-from umbra.massing.needs import LONGEST, SPELLS, SUM
+from umbra.massing.planes import LONGEST, SPELLS, SUM
 from umbra.massing.problem import Group
 from umbra.rules import Alternative, Condition, Requirement, Rule
 from umbra.rules.words import MEASURES, tell_interval
@@ -23,8 +27,31 @@ from umbra.verdicts.dates import settle_dates
 from umbra.verdicts.gather import Gathered, Lacking
 from umbra.verdicts.judge import choose_asked
 from umbra.verdicts.subjects import Subjects
+from umbra.verdicts.sunlight import SunlightOf
 
-__all__ = ["AskedRules", "ask_rules"]
+__all__ = ["AskedRules", "GatheredPoints", "ask_rules"]
+
+
+@dataclass(eq=False)
+class GatheredPoints(Gathered):
+    """
+    The receivers of rules, where points may stand for areas and windows.
+
+    Parameters
+    ----------
+    points : Subjects, optional
+    """
+
+    points: Subjects | None = None
+
+    def find(self, requirement: Requirement) -> list[SunlightOf] | Lacking:
+        """Return the receivers of a requirement, or what lacks."""
+        if self.points is None or not {"areas", "windows"} & {*requirement.receivers}:
+            return super().find(requirement)
+        points = self.points
+        kept: SunlightOf = self._keep("points", lambda: points)
+        return [kept]
+
 
 _KINDS = {
     "sun_hours": SUM, "shadow_hours": SUM, "longest_sun_hours": LONGEST,

@@ -27,7 +27,7 @@ from umbra.readers.formats import parse_documents
 from umbra.readers.georeference import is_known_crs, is_same_plan, show_crs
 from umbra.readers.model import ReadChoices
 from umbra.scene import Scene
-from umbra.scene.area import Area
+from umbra.scene.named_places import Area
 
 __all__ = [
     "FARTHEST", "AreaFile", "check_polygon", "load_areas", "place_areas",

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.scene.window import Window
+from umbra.scene.named_places import Window
 
 __all__ = ["COLUMNS", "WindowRow", "read_windows"]
 

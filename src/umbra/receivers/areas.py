@@ -19,7 +19,7 @@ from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN
 from umbra.options import is_area_file
 from umbra.packages import need
-from umbra.rays.plumb import drop_plumb
+from umbra.rays.nearest_hits import drop_plumb
 from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_areas
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import Request
@@ -28,9 +28,9 @@ from umbra.receivers.named import NamedReceivers
 from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.receivers.single import DIMS
 from umbra.scene import Scene
-from umbra.scene.area import Area
 from umbra.scene.grid import Places
 from umbra.scene.mesh import ADDED_GROUND
+from umbra.scene.named_places import Area
 
 __all__ = ["AreaKind", "AreaLevel", "check_areas", "find_areas"]
 

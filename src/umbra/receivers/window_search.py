@@ -16,7 +16,7 @@ from umbra.casters.casting import Casting
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.samples import join_coplanar
 from umbra.scene import Part, Scene
-from umbra.scene.window import Window
+from umbra.scene.named_places import Window
 from umbra.volume.adjacency import weld_vertices
 
 __all__ = ["ELEMENTS", "SURFACES", "count_windows", "find_model_windows"]

@@ -23,7 +23,7 @@ from umbra.receivers.standing import name_holders
 from umbra.receivers.window_search import find_model_windows
 from umbra.scene import Scene
 from umbra.scene.grid import Places
-from umbra.scene.window import Window
+from umbra.scene.named_places import Window
 
 __all__ = ["JUDGED", "WindowKind", "WindowReceivers", "find_windows"]
 

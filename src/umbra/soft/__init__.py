@@ -5,7 +5,7 @@ Soft shadows: the share of an area light that each visible point sees.
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
     complexity.py  casters counted at spots of the light       visibility(...)
-    coverage.py, parts.py  their kernels: wedges of edges, part of the light hidden by an edge
+    parts.py    their kernel: part of the light hidden by an edge
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)`` that

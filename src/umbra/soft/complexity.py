@@ -32,17 +32,18 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
 from umbra.scene.large_lights import spread
 from umbra.soft import AreaLight
-from umbra.soft.coverage import (
+from umbra.soft.parts import find_signed_part, place_axes, project_edge
+from umbra.soft.wedges import (
+    ASIDE,
     BLOCK,
     count_tiles,
     find_in_tile,
     find_tile,
     is_in,
     make_coverage_planes,
+    map_to_unit_light,
     split_block,
 )
-from umbra.soft.parts import find_signed_part, place_axes, project_edge
-from umbra.soft.wedges import ASIDE, map_to_unit_light
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:

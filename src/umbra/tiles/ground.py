@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.ground.choice import Ground, choose_feet, make_ground_parts
-from umbra.ground.file import add_file_ground
+from umbra.ground.choice import Ground, add_file_ground, choose_feet, make_ground_parts
 from umbra.ground.level import Level, settle_level
 from umbra.ground_option import is_file
 from umbra.scene import Scene

@@ -38,6 +38,7 @@ __all__ = [
     "Workplace",
     "make_city_period",
     "read_job",
+    "sees_whole_sky",
 ]
 
 STORE, CATALOGUE, STUDY = "study.zarr", "catalogue", "city.json"
@@ -188,10 +189,8 @@ class Workplace:
 
     @cached_property
     def sees_whole_sky(self) -> bool:
-        """Whether anything needs all that rises above a receiver, in whatever direction."""
-        options = self.job.options
-        told = any(one.by_caster or (options.exact and one.has_exact) for one in options.measures)
-        return told or options.disc
+        """Whether a tile needs all that rises above its receivers."""
+        return sees_whole_sky(self.job.options)
 
     @cached_property
     def adds_exactly(self) -> bool:
@@ -245,6 +244,12 @@ class Workplace:
     def lights(self) -> Lights:
         """The lights that are counted, by which casters are chosen, too."""
         return self.setup.make_lights()
+
+
+def sees_whole_sky(options: StudyOptions) -> bool:
+    """Return whether a study needs all that rises above a receiver, in whatever direction."""
+    told = any(one.by_caster or (options.exact and one.has_exact) for one in options.measures)
+    return told or options.disc
 
 
 def read_job(folder: Path, receivers: str) -> CityJob | None:

@@ -27,7 +27,14 @@ from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.ground import CityGround, find_city_ground
-from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
+from umbra.tiles.job import (
+    CATALOGUE,
+    STUDY,
+    CityJob,
+    Workplace,
+    make_city_period,
+    sees_whole_sky,
+)
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
@@ -154,6 +161,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
+    if options.horizon is not None and sees_whole_sky(options):
+        msg = "the exact sky, sky_blocked_by and the disc know no horizon= in tiles; leave one out"
+        raise InputError(msg, option="horizon")
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)

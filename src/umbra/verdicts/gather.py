@@ -136,7 +136,7 @@ class Gathered:
 
     def _find_ground(self, spots: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
         """Return the height of the ground at places in plan [m]."""
-        from umbra.scene.area import Area  # noqa: PLC0415
+        from umbra.scene.named_places import Area  # noqa: PLC0415
 
         shapely = need("shapely", "gis", "areas")
         squares = [
@@ -164,7 +164,7 @@ class Gathered:
         return of_points("places", [place.name for place in places], points, up, records=places)
 
     def _lay_band(self, requirement: Requirement) -> Subjects:
-        from umbra.scene.area import Area  # noqa: PLC0415
+        from umbra.scene.named_places import Area  # noqa: PLC0415
 
         shapely = need("shapely", "gis", "plot")
         boundary = self.find_plot()

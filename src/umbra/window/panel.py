@@ -16,10 +16,19 @@ from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, tell_daylight_hours
 from umbra.window.hud import grow
-from umbra.window.model_panel import draw_animation, draw_parts
+from umbra.window.model_panel import (
+    DIM,
+    WARNING,
+    choose,
+    draw_animation,
+    draw_key,
+    draw_parts,
+    put_label,
+    say,
+    slide,
+)
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
 from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
-from umbra.window.widgets import DIM, WARNING, choose, draw_key, put_label, say, slide
 
 __all__ = ["PanelState", "draw_panel"]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.ground import RINGS, draw_ground
+from umbra.gl.geometry import RINGS, draw_ground
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
@@ -28,8 +28,7 @@ from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.coverage import make_coverage_planes
-from umbra.soft.wedges import map_to_unit_light
+from umbra.soft.wedges import make_coverage_planes, map_to_unit_light
 
 __all__ = ["Keys", "WedgePainter", "Wedges"]
 

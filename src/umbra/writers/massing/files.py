@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import orjson
 
-from umbra.massing.result import HeightEnvelope
+from umbra.massing.search import HeightEnvelope
 from umbra.scene import Mesh
 from umbra.version import __version__
 from umbra.writers.glb import Glb, turn_y_up

@@ -7,7 +7,7 @@ import orjson
 
 from umbra.errors import InputError, find_similar
 from umbra.folders.atomic import check_folder_name, replace_results
-from umbra.massing.result import HeightEnvelope
+from umbra.massing.search import HeightEnvelope
 from umbra.writers.massing.files import (
     write_height_cityjson,
     write_height_glb,

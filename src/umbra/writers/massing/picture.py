@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.ground.level import TERRAIN
-from umbra.massing.result import HeightEnvelope
+from umbra.massing.search import HeightEnvelope
 from umbra.massing.solid import make_solid
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Triangles

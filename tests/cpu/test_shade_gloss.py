@@ -7,8 +7,7 @@ from support.glow import CAMERA, SUN, TEXELS, find_truth, make_floor
 import umbra
 from umbra.cpu.appearance import find_appearance
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.gloss import find_sky_color, reflect_light, reflect_sky
-from umbra.cpu.shade import compress, find_colors
+from umbra.cpu.shade import compress, find_colors, find_sky_color, reflect_light, reflect_sky
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
 from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient, find_exposure
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from umbra.errors import InputError
+from umbra.readers.gltf_meshes import find_tangents
 from umbra.scene import Mesh
-from umbra.scene.tangents import find_tangents
 
 FLOOR = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], float)
 UPRIGHT = np.array([(0, 1), (1, 1), (1, 0), (0, 0)], np.float32)  # v runs down

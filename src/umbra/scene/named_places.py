@@ -1,11 +1,38 @@
-"""A window: where its pane is, and to which room it belongs."""
+"""Places that people name: areas of the plan (gardens, plots, parks), and windows of rooms."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Window"]
+__all__ = ["Area", "Window"]
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """
+    A named area of the plan.
+
+    Parameters
+    ----------
+    name : str
+    polygon : shapely.Polygon or shapely.MultiPolygon
+        Valid, with holes, in the model's own coordinates [m].
+    properties : mapping of str to value
+        The file's other columns, such as ``flat`` or ``zone``.
+    """
+
+    name: str
+    polygon: Any
+    properties: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def area_m2(self) -> float:
+        """Area without holes [m2]."""
+        return float(self.polygon.area)
+
 
 _LEVEL = 1e-6  # horizontal part of a normal of a level pane
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.spheres import make_sphere
 
-from umbra.gl.draw_order import count_placed, find_draw_order
+from umbra.gl.batches import count_placed, find_draw_order
 from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 
