@@ -20,6 +20,7 @@ import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
 import { findBuilt, findDense, findRise, frame } from "./viewpoint.js";
+import { makeYearPanel } from "./year_panel.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
 /**
@@ -105,12 +106,14 @@ export class App {
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
     this.sky = makeSkyPanel(this, this.place.findDays);
+    this.year = makeYearPanel(this);
     const share = makeShare(this);
     const hours = makeHours(this);
     this.panels = [
       this.timebar,
       this.place,
       this.sky,
+      ...(this.year ? [this.year] : []),
       this.parts,
       ...(hours ? [hours] : []),
       makeMeasure(this),

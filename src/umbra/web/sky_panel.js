@@ -21,6 +21,8 @@ export const makeSkyPanel = (app, findDays) => {
   element.open = true;
   /** @type {SkyPlace | null} */
   let view = null;
+  /** @type {Map<number, string>} of the objects that hide the most of the sky */
+  let colors = new Map();
   let key = "",
     setSun = (/** @type {Vec3} */ _) => {};
   const canvas = el("canvas", { "aria-hidden": "true" });
@@ -41,6 +43,7 @@ export const makeSkyPanel = (app, findDays) => {
     view = { place, cast, date: state.date, sunlight, now: app.sun.direction, title };
     const drawn = box.show(view, other && { title: other.title, cast: other.parts });
     setSun = drawn.setSun;
+    colors = drawn.sky.colors;
     drawSmallSky(canvas, drawn.sky, new Chart("stereographic", drawn.sky.normal, north), SMALL);
   };
   /** @param {State} state */
@@ -63,5 +66,6 @@ export const makeSkyPanel = (app, findDays) => {
     if (view) view.now = app.sun.direction;
     setSun(app.sun.direction);
   };
-  return { element, small, dialog: box.dialog.element, update, dispose: box.dialog.dispose };
+  const { element: dialog, dispose } = box.dialog;
+  return { element, small, colors: () => colors, dialog, update, dispose };
 };
