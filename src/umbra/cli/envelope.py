@@ -42,6 +42,19 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
     help="Parts on the plot that stay; all others there make way. Repeatable.",
 )  # fmt: skip
 @_option(
+    "--replace",
+    heading="Plot",
+    multiple=True,
+    metavar="PATTERN",
+    help="Parts elsewhere that make way, too. Repeatable.",
+)
+@_option(
+    "--replace-in",
+    heading="Plot",
+    metavar="FILE",
+    help="Polygons in which all parts make way that lie in them with half of their plan or more.",
+)
+@_option(
     "--max-height", "part", heading="Plot", metavar="PART",
     help="Instead of a plot: the greatest height of this part of the model, scaled from its base, "
     "to a centimetre; it takes every rule. --out holds the part at that height, OBJ and GLB.",
@@ -166,7 +179,8 @@ def _find_part(
     from umbra.calls.part_height import part_height  # noqa: PLC0415
     from umbra.writers.massing.folder import write_part_height  # noqa: PLC0415
 
-    del given["cell"], given["keep"]
+    for name in ("cell", "keep", "replace", "replace_in"):
+        del given[name]
     found = part_height(scene, site, part, **given)
     written = [] if out is None else write_part_height(out, found, say)
     if as_json:
