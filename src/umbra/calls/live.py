@@ -15,6 +15,7 @@ from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
+from umbra.lights import Horizon
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
@@ -64,21 +65,16 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
         "palette": make_palette(),
         "hours": hours,
-        "land": _find_land(study),
         "hasLink": True,
         "takesWheel": True,
         "poster": "",
     }
 
 
-def _find_land(study: Study | None) -> dict[str, object] | None:
-    """Return the land far away of a study, as ``Land`` of ``umbra/web/land.js``."""
-    land = None if study is None else study.period.horizon
-    if land is None:
-        return None
-    return {
-        "azimuth": land.azimuth.round(3).tolist(), "elevation": land.elevation.round(3).tolist()
-    }  # fmt: skip
+def _find_land(options: ViewOptions) -> Horizon | None:
+    """Return the land far away of a page's study."""
+    study = _find_study(options.study)
+    return None if study is None else study.period.horizon
 
 
 def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
@@ -178,7 +174,7 @@ def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
     surface = find_face_surfaces(_find_study(options.study), scene)
-    return make_page(pack_model(scene, site, surface), config, __version__)
+    return make_page(pack_model(scene, site, surface, _find_land(options)), config, __version__)
 
 
 def write_live_page(
@@ -198,4 +194,6 @@ def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveV
     from umbra.web.widget import LiveView  # noqa: PLC0415
 
     surface = find_face_surfaces(_find_study(options.study), scene)
-    return LiveView(pack_model(scene, site, surface), config, height=options.size[1])
+    return LiveView(
+        pack_model(scene, site, surface, _find_land(options)), config, height=options.size[1]
+    )

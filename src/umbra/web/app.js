@@ -39,7 +39,6 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {string[]} notes
  * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
  * @property {Hours | null} hours
- * @property {import('./land.js').Land | null} [land] far away, of the study
  * @property {boolean} hasLink whether the page's address keeps the view
  * @property {boolean} takesWheel whether the wheel zooms without Ctrl
  * @property {string} poster a picture for browsers without WebGL2
@@ -66,7 +65,6 @@ export class App {
     this.told = told;
     const { site } = model;
     this.north = site?.trueNorth ?? 0;
-    if (site) site.land = config.land;
     this.daylight = new Daylight(site);
     this.things = listThings(model);
     /** @type {number[]} object of each part */

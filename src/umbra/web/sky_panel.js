@@ -15,7 +15,7 @@ const SMALL = 104; // of the picture in the model's picture [CSS pixels]
  */
 export const makeSkyPanel = (app, findDays) => {
   const { model, daylight, north, things, thingOf: objectOf } = app;
-  const names = [...things.map((thing) => thing.label), "land"],
+  const names = things.map((thing) => thing.label),
     box = makeSkyBox({ model, names, objectOf, daylight, north });
   const element = fold("Sky above the place", box.body);
   element.open = true;

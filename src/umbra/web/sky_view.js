@@ -18,7 +18,7 @@ import { dot } from "./vectors.js";
 /**
  * @typedef {object} SkyScene what all skies of a model share
  * @property {Model} model
- * @property {string[]} names of objects, the land's last
+ * @property {string[]} names of objects; the land's number is theirs
  * @property {ArrayLike<number>} objectOf the object of each part
  * @property {import('./daylight.js').Daylight} daylight
  * @property {number} north azimuth of true north in the plan [degrees]
@@ -51,7 +51,7 @@ export const findSky = ({ model, objectOf, names, daylight, north }, place, cast
   const land = daylight.site?.land,
     around = land ? hang(land, north) : undefined;
   const eye = findOrigin(model, place);
-  const cube = lookAround(model, eye, objectOf, cast, size, around, names.length - 1);
+  const cube = lookAround(model, eye, objectOf, cast, size, around, names.length);
   const sums = sumSky(cube, normal);
   const colors = new Map(sums.blockedBy.slice(0, NAMED).map(([object], k) => [object, COLORS[k]]));
   return { cube, normal, sums, colors };
@@ -74,6 +74,8 @@ export const tellPlane = ([x, y, z], north) => {
 
 /** @param {string} name */
 const orNone = (name) => name || "(no name)";
+/** @param {string[]} names @param {number} object */
+const nameObject = (names, object) => (object < names.length ? orNone(names[object]) : "land");
 
 /**
  * List what obstructs, with its share of the plane's open sky component, as a key of colours.
@@ -82,7 +84,7 @@ const orNone = (name) => name || "(no name)";
  */
 export const listObstructions = ({ names }, { sums, colors }) => {
   const rows = sums.blockedBy.slice(0, NAMED).map(([object, share]) => ({
-    share, color: colors.get(object) ?? OTHER, name: orNone(names[object]),
+    share, color: colors.get(object) ?? OTHER, name: nameObject(names, object),
   })); // prettier-ignore
   const rest = sums.blockedBy.slice(NAMED);
   if (rest.length) {
@@ -286,6 +288,6 @@ const tellDirection = ({ names, north }, { cube, normal }, toward) => {
   const azimuth = ((Math.atan2(x, y) * 180) / Math.PI - north + 720) % 360,
     altitude = (Math.asin(Math.min(1, z)) * 180) / Math.PI;
   const hit = findHit(cube, x, y, z);
-  const what = dot(normal, toward) <= 0 ? "behind the plane" : hit ? orNone(names[hit - 1]) : "free sky";
+  const what = dot(normal, toward) <= 0 ? "behind the plane" : hit ? nameObject(names, hit - 1) : "free sky";
   return `azimuth ${azimuth.toFixed(1)}°, ${altitude.toFixed(1)}° high: ${what}`;
 };
