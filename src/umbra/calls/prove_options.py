@@ -103,7 +103,7 @@ class ProofOptions(Options):
     horizon: Any = _casters(
         "table",
         "Land up to 100 km away: a raster of heights (GeoTIFF), or a table azimuth,elevation, "
-        "PVGIS' horizon profile, or elevations of --write horizon.",
+        "PVGIS' horizon profile, or bare elevations from north on.",
         metavar="FILE",
     )  # fmt: skip
     horizon_from: Any = _casters(
