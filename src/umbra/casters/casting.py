@@ -96,7 +96,7 @@ class Casting:
     def find_pieces(self, pieces: Sequence[Sequence[int]]) -> NDArray[np.int32]:
         """Return the piece of each casting face; the pieces hold all casting parts."""
         scene = self.scene.whole
-        of_part = np.full(len(scene.parts), -1, np.int32)
+        of_part = np.full(len(scene.groups()), -1, np.int32)
         for k, parts in enumerate(pieces):
             of_part[list(parts)] = k
         soup = scene.triangles(np.flatnonzero(of_part >= 0).tolist())

@@ -128,7 +128,13 @@ class Neighbourhood:
         return self._select(meets)
 
     def find_casting(self, box: NDArray[np.float64], lights: NDArray[np.float64]) -> Selection:
-        """Find the units whose shadows of lights can meet a box (2, 3), all in the local frame."""
+        """
+        Find the units whose shadows of lights can meet a box (2, 3), all in the local frame.
+
+        For the whole sky these are all units that rise above the box's floor.
+        """
+        if self._place.sees_whole_sky:
+            return self._select(lambda boxes: boxes[:, 1, 2] > box[0, 2] - MARGIN)
         return self._select(lambda boxes: find_reaching(boxes, box, lights))
 
     def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:

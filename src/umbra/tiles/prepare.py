@@ -27,7 +27,14 @@ from umbra.sun.site import tell_moved
 from umbra.tiles.catalogue import Catalogue, make_catalogue
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.ground import CityGround, find_city_ground
-from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
+from umbra.tiles.job import (
+    CATALOGUE,
+    STUDY,
+    CityJob,
+    Workplace,
+    make_city_period,
+    sees_whole_sky,
+)
 from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
@@ -160,16 +167,9 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    if options.disc:
-        msg = "the sun's disc is not judged in tiles; leave disc= or tiles= out"
-        raise InputError(msg, option="disc")
-    wrong = next((one.name for one in options.measures if one.by_caster), None)
-    if wrong is not None:
-        msg = f"{wrong} is not found in tiles; leave it or tiles= out"
-        raise InputError(msg, option="measure")
-    if options.exact and any(one.has_exact for one in options.measures):
-        msg = "the exact sky is not solved in tiles; leave exact= or tiles= out"
-        raise InputError(msg, option="exact")
+    if options.horizon is not None and sees_whole_sky(options):
+        msg = "the exact sky, sky_blocked_by and the disc know no horizon= in tiles; leave one out"
+        raise InputError(msg, option="horizon")
     options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)

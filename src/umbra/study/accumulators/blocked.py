@@ -117,7 +117,7 @@ class BlockedSky(Accumulator):
         period, threads = self.asked.period, tile.casting.threads
         north = 0.0 if period.site is None else period.site.true_north
         scene, around = add_land(tile.casting.scene.whole, period.horizon, north)
-        owner = np.zeros(len(scene.parts), np.int32)
+        owner = np.zeros(len(scene.groups()), np.int32)
         for k, piece in enumerate((*pieces, around)):
             owner[list(piece)] = k
         casters, _ = find_sky_casters(scene, [*parts, *around], owner)
