@@ -196,11 +196,18 @@ def quarter(tmp_path_factory):
     ]
 
 
+PLOT = "POLYGON ((85000 447000, 85060 447000, 85060 447060, 85000 447060, 85000 447000))"
+
+
 @pytest.mark.parametrize(
     ("receivers", "more"),
     [
         ("top", {"proposed": "* 1*", "under": "3h", "date": "2026-03-20,2026-12-21"}),
         ("ground", {"proposed": "west 2?", "by": "layer", "every": "10min"}),
+        (
+            "top",
+            {"proposed": "west 2?", "replace": "* 1*", "replace_in": PLOT, "canopy": "east 1?"},
+        ),
         ("top", {"who": ("west 1*", "east*"), "canopy": "east 2*"}),
         ("ground", {"by": "part", "who": "* 1", "exact": True, "every": "1h"}),
     ],
@@ -221,7 +228,10 @@ def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers
 
 
 def test_a_proposal_takes_sun_from_the_same_walls_in_any_tile(quarter, tmp_path):
-    options = {**DAY, "receivers": "surfaces", "spacing": 2.0, "proposed": "west 2?", "by": "kind"}
+    options = {
+        **DAY, "receivers": "surfaces", "spacing": 2.0, "proposed": "west 2?", "by": "kind",
+        "replace": "west 1?",
+    }  # fmt: skip
     scene = umbra.read(*quarter)
     whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
     for side in (3000, 70):
@@ -238,6 +248,7 @@ def test_a_year_far_from_the_proposal_has_the_same_bytes(quarter, tmp_path, grou
     options = {
         "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
         "by_day": False, "receivers": "ground", "cell": 4.0, "proposed": "west 20",
+        "replace": "west 21",
         "extent": (84960, 446860, 85280, 447180),
     }  # fmt: skip
     check_tiles(quarter, tmp_path, [80], **options)

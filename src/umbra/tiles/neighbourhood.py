@@ -10,7 +10,7 @@ from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.catalogue import Catalogue
 from umbra.tiles.job import Workplace
 from umbra.tiles.reach import MARGIN, find_reaching
-from umbra.tiles.roles import NOTHING
+from umbra.tiles.replaced import NOTHING
 
 __all__ = ["Neighbourhood", "PartScene", "Selection"]
 
@@ -220,5 +220,6 @@ class Neighbourhood:
     def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:
         roles = self._place.roles
         if which == "any":
-            return roles.find_casting(number) | roles.find_receiving(number)
+            casts = roles.find_casting(number) | roles.find_former(number)
+            return casts | roles.find_receiving(number)
         return (roles.find_casting if which == "casts" else roles.find_receiving)(number)

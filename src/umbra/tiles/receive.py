@@ -53,9 +53,7 @@ def count_receivers(
     """
     canopy, setup = laid.casting.canopy, place.setup
     if place.groups is not None and place.job.options.proposed:
-        setup = replace(
-            setup, find_proposed=place.groups.find_proposed, find_rest=place.groups.find_rest
-        )
+        setup = replace(setup, proposal=place.groups.proposal)
     scene, sees_all = laid.casting.scene, place.sees_whole_sky
     if place.groups is not None and (place.job.options.asks_hours or sees_all):
         found = place.groups.find(scene, canopy, is_due=is_due or sees_all)

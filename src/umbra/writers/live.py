@@ -202,6 +202,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "isFramed": True,
         "ground": _find_ground(study),
         "proposed": [],
+        "removed": [],
         "notes": [],
         "palette": make_palette(),
         "hours": None if is_raster else make_hours(study),

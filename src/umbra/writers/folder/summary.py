@@ -9,8 +9,8 @@ import numpy as np
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.area_table import name_share
 from umbra.study.measures import Quantity
-from umbra.study.rules.measure import say_hours
 from umbra.sun import find_daylight, name_date
+from umbra.sun.clock import say_hours
 
 __all__ = ["sum_up", "tell_answers"]
 
@@ -127,8 +127,10 @@ def _tell_areas(study: Study) -> list[str]:
 def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
     """Name the parts of the proposal, if they are few, with the verb that follows."""
     scene = study.model.scene
-    labels = scene.labels() if proposed else []
-    names = list(dict.fromkeys(labels[k] for k in scene.select(proposed))) if proposed else []
+    labels, parts = scene.labels(), scene.select(proposed) if proposed else []
+    names = list(dict.fromkeys(labels[k] for k in parts))
+    if {scene.parts[k].layer for k in parts} == {*proposed}:  # as it was asked for, by its file
+        names = list(proposed)
     if not 0 < len(names) <= _MOST_NAMES:
         return "The proposal", "takes"
     return " and ".join(names), "takes" if len(names) == 1 else "take"
@@ -151,8 +153,12 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
     ground, (name, verb) = counted.what.replace(", ", " "), taker
     when = f" on {date}" if len(days) == 1 else f" ({date})" if date else ""
+    won = ""
+    if counted.add_up(lost < -_NEVER):  # where what the proposal replaces stood in the way
+        lit = replace(counted, which=counted.which & (lost < -_NEVER)).tell_whole()
+        won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
     if not counted.add_up(lost > _NEVER):
-        return [f"{name} {verb} no sun from {ground}{when}", left]
+        return [f"{name} {verb} no sun from {ground}{when}{won}", left]
     area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
     most = say_hours(lost[counted.which].max())
     newly = np.asarray(study.more["newly_under"][1]) > 0
@@ -160,7 +166,7 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
     falls += f" under {study.facts['under_hours']:g} h"
     falls += "" if len(days) == 1 else " on at least one date"
-    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}"
+    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
     return [told, left]
 
 
