@@ -65,16 +65,15 @@ def join_bands(
                     flipped = np.concatenate([shape[: len(lower)], shape[len(lower) :][::-1]])
                     yield owner, flipped
                 continue
-        begin, end = (np.round(np.concatenate(pair), _SAME) for pair in (
-            (row[2:4], row[6:8]), (row[4:6], row[8:10])
-        ))  # fmt: skip
-        chain = open_.pop((owner, event, *begin.tolist()), None)
+        left = np.round(np.concatenate([row[2:4], row[6:8]]), _SAME)
+        right = np.round(np.concatenate([row[4:6], row[8:10]]), _SAME)
+        chain = open_.pop((owner, event, *left.tolist()), None)
         if chain is None:
             chain = [[], []]
             done.append((owner, chain))
         for side, points in zip(chain, sides, strict=True):
             side.append(points)
-        open_[owner, event + 1, *end.tolist()] = chain
+        open_[owner, event + 1, *right.tolist()] = chain
     for owner, (low, high) in done:
         yield owner, np.concatenate([*low, *(points[::-1] for points in high[::-1])])
 
