@@ -73,7 +73,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
         each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
-        finer = [count_finer(one, len(each)) for _, _, one in each]
+        finer = [count_finer(one, len(each), longest=None) for _, _, one in each]
         made = [describe_foot(plans[k], options, finer[0])]
         if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
             steps = sorted({tell_every(options, fine) for fine in finer[1:]})
