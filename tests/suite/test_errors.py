@@ -8,6 +8,7 @@ import click
 import pytest
 
 import umbra
+from umbra.cli.envelope import command as envelope
 from umbra.cli.prove import command as prove
 from umbra.cli.render import command as render
 from umbra.cli.study import command as study
@@ -65,7 +66,7 @@ def find_records(base):
 def test_each_option_that_messages_may_name_is_one_of_the_command_line():
     typed = {
         text
-        for command in (prove, render, study, view)
+        for command in (envelope, prove, render, study, view)
         for parameter in command.params
         if isinstance(parameter, click.Option)
         for text in (*parameter.opts, *parameter.secondary_opts)
