@@ -265,18 +265,18 @@ class RenderOptions(DrawingOptions):
             methods.check_soft(self.soft)
         elif self.light_size:
             msg = "light_size= is for soft shadows; add soft='wedges'"
-            raise InputError(msg)
+            raise InputError(msg, option="light_size")
         if self.light_samples is not None:
             self._check_places(self.light_samples)
         layers, usual = self.softness, Softness()
         if (layers.length, layers.gap) != (usual.length, usual.gap) and self.soft != "weng":
             name = "layer_length" if layers.length != usual.length else "layer_gap"
             msg = f"{name}= is for scaled layers; add soft='weng'"
-            raise InputError(msg)
+            raise InputError(msg, option=name)
         can = find_device(self.device).enlarges_masks
         if self.mask_scale != 1 and (not can or self.soft is not None):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
-            raise InputError(msg)
+            raise InputError(msg, option="mask_scale")
         self._check_detail()
         if self.samples > _MOST_SAMPLES:
             msg = f"a pixel has at most {_MOST_SAMPLES} samples; got {self.samples}"

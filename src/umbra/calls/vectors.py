@@ -205,7 +205,7 @@ def _check(scene: Scene, options: DrawingOptions) -> None:
             f"a drawing as vectors has at most {MOST:,} triangles, and this model {triangles:,}; "
             "read a part of it (bbox=), or write a PNG"
         )
-        raise InputError(msg, triangles=triangles)
+        raise InputError(msg, option="bbox", triangles=triangles)
 
 
 def _check_cones(lights: Sequence[Light]) -> None:

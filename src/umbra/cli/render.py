@@ -149,7 +149,7 @@ def _check_site(lights: LightOptions) -> None:
     given = [f"{name}=" for name, value in take_site().items() if value is not None]
     if lights.date is None and given:
         msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
-        raise InputError(msg)
+        raise InputError(msg, option="date")
 
 
 def _tell(message: str) -> None:

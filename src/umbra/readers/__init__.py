@@ -291,7 +291,7 @@ def _find_crowns(
                 f"{word} is for canopy rasters, and none of the files is one; name its layer: "
                 "'canopy=FILE.tif', canopy='canopy'"
             )
-            raise InputError(msg)
+            raise InputError(msg, option="canopy")
     return None
 
 

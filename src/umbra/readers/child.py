@@ -117,6 +117,7 @@ def serve(target: str, limits: tuple[float, float, float]) -> None:
             last = InputError(
                 f"takes more than {memory / 1e9:.1f} GB of memory; it is damaged, or say how much "
                 "it may take (max_memory=)",
+                option="max_memory",
                 limit=memory,
             )
         except Exception as error:  # noqa: BLE001 - the parent raises it again

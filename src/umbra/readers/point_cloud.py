@@ -197,7 +197,7 @@ def _lay_out(header: Any, work: PointWork, crs: str | None) -> PointGrid:
             f"makes {cols}x{rows} cells of {cell:g} m, a study of which needs {needed / 1e9:.0f} "
             f"GB and {name_memory(held)}; give a part of it (bbox=)"
         )
-        raise InputError(msg, bytes=needed)
+        raise InputError(msg, option="bbox", bytes=needed)
     return PointGrid.make(float(low[0]), float(high[1]), cell, (rows, cols))
 
 

@@ -139,7 +139,7 @@ def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
             f"has trees of {tallest:.4g} m, which no tree reaches; if heights are not above the "
             "ground, give canopy_heights='absolute'"
         )
-        raise InputError(msg, tallest=tallest)
+        raise InputError(msg, option="canopy_heights", tallest=tallest)
     trunk, share = _read_trunk(crowns.trunk, choices, raster, there)
     heights = raster.heights[there]
     part, grid = make_crowns(path.stem, heights, there, raster.matrix, trunk, share, is_absolute)

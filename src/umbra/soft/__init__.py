@@ -179,10 +179,10 @@ def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLig
     """
     if len(sizes) not in {0, 1, len(lights)}:
         msg = f"light_size= has {len(sizes)} radii for {len(lights)} lights; give one, or one each"
-        raise InputError(msg)
+        raise InputError(msg, option="light_size")
     if not sizes and any(light.is_point for light in lights):
         msg = "a light at a place needs its radius for soft shadows; give light_size= [m]"
-        raise InputError(msg)
+        raise InputError(msg, option="light_size")
     radii = list(sizes) or [SUN_RADIUS]
     radii *= len(lights) // len(radii)
     return [ball_light(light, radius) for light, radius in zip(lights, radii, strict=True)]

@@ -233,7 +233,7 @@ def make_dataset(
             f"{name_memory(find_memory())}; read it from umbra.study.run_study(...).masks, which "
             "stays packed, or have umbra study with masks=True write it"
         )
-        raise InputError(msg, bytes=packed)
+        raise InputError(msg, option="masks", bytes=packed)
 
     arrays, dates = {}, int(str(facts.get("days", 1)))
     for name, (dims, packed_array) in variables.items():

@@ -52,7 +52,7 @@ def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
                 f"'{date}' is a date with a clock time, which a day of study has not; give the "
                 "date, and the time as start= and end="
             )
-            raise InputError(msg, date=date)
+            raise InputError(msg, option="start", date=date)
         date = date.date()
     if isinstance(date, dt.date) and not isinstance(date, dt.datetime):
         year, month, day = date.year, date.month, date.day

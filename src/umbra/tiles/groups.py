@@ -84,7 +84,7 @@ class CityGroups:
                 f"{option}='{pattern}' matches only parts that do not cast; "
                 "take a no_cast= pattern away"
             )
-            raise InputError(msg, pattern=pattern)
+            raise InputError(msg, option=option, pattern=pattern)
 
     def _number_words(self) -> tuple[dict[str, int], list[NDArray[np.int32]]]:
         """Return the names, kinds or layers of casting parts as they come, and those of parts."""

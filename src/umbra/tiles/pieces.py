@@ -129,7 +129,7 @@ class SurfacePieces:
             msg = (
                 "nothing is left to sample: all surfaces face straight down; choose others with on="
             )
-            raise InputError(msg)
+            raise InputError(msg, option="on")
         each = [np.load(folder / "keys.npy") for folder in self._folders]
         tile = np.repeat(np.arange(len(each)), [len(keys) for keys in each])
         start = np.concatenate([np.cumsum(keys, axis=0) - keys for keys in each])

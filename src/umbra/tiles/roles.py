@@ -99,7 +99,7 @@ class Roles:
             self.find_casting(file.number).any() for file in files
         ):
             msg = "no part is left to cast a shadow; take a no_cast= pattern away"
-            raise InputError(msg)
+            raise InputError(msg, option="no_cast")
 
     def _find_kept(self, file: CityFile) -> NDArray[np.bool_]:
         """Return the parts that no earlier file brings."""

@@ -120,7 +120,7 @@ class _Worker:
             f"its process ended {_TRIALS} times; if it took too much memory, give smaller tiles= "
             "or fewer workers="
         )
-        return UmbraError(msg)
+        return UmbraError(msg, option="tiles")
 
     def _ask(self, packed: bytes, tile: CityTile) -> bytes | None:
         """Have a tile counted; None if the process ends before."""

@@ -123,7 +123,7 @@ def _read_clock(day: dt.date, past: int, clock: str, site: Site) -> int:
     offset, summer = noon.utcoffset(), noon.dst()
     if offset is None:
         msg = f"the zone {site.zone} has no offset on {day}; name another with zone="
-        raise InputError(msg)
+        raise InputError(msg, option="zone")
     if clock == "standard" and summer:
         offset -= summer
     if clock == "local":

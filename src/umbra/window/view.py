@@ -256,7 +256,7 @@ class ViewState:
         ):
             if value not in known:
                 msg = f"a view has no {what}={value!r}; it has {', '.join(map(str, known))}"
-                raise InputError(msg)
+                raise InputError(msg, option=what)
         unknown = sorted(self.overlays.difference(OVERLAYS))
         if unknown:
             msg = f"a view has no overlay '{unknown[0]}'; it has {', '.join(OVERLAYS)}"

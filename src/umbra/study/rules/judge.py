@@ -153,10 +153,10 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
         return np.isfinite(study.heights)
     if check.area == "roofs" and not study.kind.has_roofs:
         msg = f"check '{check.name}' is for roofs; run the study with receivers='top'"
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     if check.area == "walls":
         msg = f"check '{check.name}' is for walls; run the study with receivers='surfaces'"
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     counts = stands if check.area == "roofs" else ~stands & np.isfinite(study.heights)
     if not counts.any():
         msg = (
@@ -236,7 +236,7 @@ def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
             f"check '{check.name}' finds no {check.area} among what is sampled; choose parts that "
             "have some with on=, or leave 'where' out"
         )
-        raise InputError(msg)
+        raise InputError(msg, option="on")
     found = [
         pick_hours(check, period, intervals) for intervals in _measure_samples(study, check, period)
     ]

@@ -66,7 +66,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
             f"outlines are drawn on the level ground, and this study has "
             f"receivers={study.receivers!r}; leave it out, or choose other files than outlines"
         )
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     grid, ground = study.grid, float(study.model.ground or 0.0)
     # Components wound inward are found on a raster; a large one may be coarser.
     sweep = PlaneSweep(study.model.caster, grid.coarser(TILE), ground)
