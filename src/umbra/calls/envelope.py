@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import replace as change
 from pathlib import Path
 from typing import Any, ParamSpec, Protocol
 
@@ -17,7 +17,7 @@ from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
-from umbra.massing.plot import Plot, find_on_plot, lay_cells
+from umbra.massing.plot import Plot, lay_cells
 from umbra.massing.rule_asks import GatheredPoints, ask_rules
 from umbra.massing.search import KIND, HeightEnvelope, search_heights
 from umbra.massing.solid import make_solid
@@ -28,6 +28,7 @@ from umbra.scene import Part, Scene
 from umbra.scene.mesh import ADDED_GROUND as _ADDED
 from umbra.signatures import takes
 from umbra.study.options import StudyOptions
+from umbra.study.replaced import find_on_plot, find_replaced, read_outline, read_polygons
 from umbra.sun import Site
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, check_year
@@ -129,8 +130,8 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     threads, progress, highest = choose_threads(options.threads), options.progress, options.highest
     chosen = read_chosen(options.rules)
     progress("reading the plot")
-    outlines, notes = _read_plot(options.plot, scene)
-    kept, replaced, told = _clear_plot(scene, outlines, tuple(options.keep))
+    outlines, notes = read_polygons(options.plot, scene, "plot")
+    kept, replaced, told = _clear_plot(scene, outlines, options)
     notes += told
     stated = find_ground(scene, options.ground)
     ground_now = stated if not replaced else _stand(kept, stated)
@@ -150,7 +151,7 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
         ground_now.scene, site, found, tuple(_title(rule) for rule in chosen), tuple(asked.times),
         highest, tuple(replaced), tuple(dict.fromkeys(notes)),
     )  # fmt: skip
-    return replace(result, notes=(*result.notes, *_tell_result(result)))
+    return change(result, notes=(*result.notes, *_tell_result(result)))
 
 
 def read_chosen(rules: str | Path | Rule | Sequence[str | Path | Rule]) -> list[Rule]:
@@ -182,61 +183,46 @@ def _title(rule: Rule) -> str:
     return f"{rule.title}{variant}"
 
 
-def _read_plot(plot: Any, scene: Scene) -> tuple[list[Any], list[str]]:
-    """Return the polygons of a plot, and notes."""
-    shapely = need("shapely", "gis", "plot")
-    if isinstance(plot, (str, Path)):
-        from umbra.readers.area_file import read_areas  # noqa: PLC0415
-
-        areas, notes = read_areas(plot, scene)
-        return [area.polygon for area in areas], list(notes)
-    given = list(plot) if isinstance(plot, Sequence) else [plot]
-    if not given or not all(isinstance(one, shapely.Geometry) for one in given):
-        msg = "the plot is a file, or shapely's polygons in the model's own coordinates"
-        raise InputError(msg, option="plot")
-    for one in given:
-        if one.geom_type not in {"Polygon", "MultiPolygon"} or not one.is_valid:
-            msg = f"the plot is no valid polygon ({shapely.is_valid_reason(one)}); correct it"
-            raise InputError(msg, option="plot")
-    return given, []
-
-
 def _clear_plot(
-    scene: Scene, outlines: list[Any], keep: tuple[str, ...]
+    scene: Scene, outlines: list[Any], options: EnvelopeOptions
 ) -> tuple[Scene, list[str], list[str]]:
-    """Leave out what stands on the plot; return its names, and what is to be told."""
+    """Leave out what makes way; return its names, and what is to be told."""
     shapely = need("shapely", "gis", "plot")
-    parts, others = find_on_plot(scene, shapely.union_all(outlines))
+    on_plot, cut = find_on_plot(scene, shapely.union_all(outlines))
+    there, keep = options.replace_in, options.keep
+    beside, notes = (None, []) if there is None else read_outline(there, scene)
+    elsewhere, _ = find_replaced(scene, (), options.replace, beside)
     staying = set(scene.select(keep, option="keep")) if keep else set()
     labels = scene.labels()
-    gone = [k for k in parts if k not in staying]
+    gone = sorted({*on_plot, *elsewhere} - staying)
     names = list(dict.fromkeys(labels[k] for k in gone))
-    notes = []
+    others = [one.name for one in cut if not one.goes and one.name not in names]
     if names:
+        where = "stand on the plot" if gone == [k for k in on_plot if k in gone] else "are replaced"
         more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
         notes.append(
-            f"{', '.join(names[:_NAMED])}{more} stand on the plot and make way for the envelope "
+            f"{', '.join(names[:_NAMED])}{more} {where} and make way for the envelope "
             "(keep= lets them stand)"
         )
     if others:
         more = f" and {len(others) - _NAMED:,} more" if len(others) > _NAMED else ""
         notes.append(
             f"{', '.join(others[:_NAMED])}{more} reach over the plot's boundary and stay "
-            "(no_cast= leaves them out)"
+            "(replace= lets them make way, too)"
         )
     if len(gone) == len(scene.parts):
         msg = "all of the model stands on the plot; name what stays with keep="
         raise InputError(msg, option="keep")
     kept = [part for k, part in enumerate(scene.parts) if k not in set(gone)]
-    return (replace(scene, parts=tuple(kept)) if gone else scene), names, notes
+    return (change(scene, parts=tuple(kept)) if gone else scene), names, notes
 
 
 def _stand(kept: Scene, stated: Ground) -> Ground:
     """Return the ground of the whole model for a scene without what makes way."""
     if stated.is_plane:
-        return replace(stated, scene=kept)
+        return change(stated, scene=kept)
     added = tuple(part for part in stated.scene.parts if stated.is_added and part.kind in _ADDED)
-    return replace(stated, scene=replace(kept, parts=(*kept.parts, *added)))
+    return change(stated, scene=change(kept, parts=(*kept.parts, *added)))
 
 
 def _tell_ground(ground: Ground) -> list[str]:
@@ -254,7 +240,7 @@ def _gather(
     scene = ground.scene
     mesh = make_solid(plot, plot.ground + options.highest)
     assert mesh is not None
-    whole = replace(scene, parts=(*scene.parts, Part("envelope", KIND, mesh)))
+    whole = change(scene, parts=(*scene.parts, Part("envelope", KIND, mesh)))
     level = ground.level if ground.is_plane else None
     study = StudyOptions(
         date="2026-03-21", ground=level, cast=options.cast, no_cast=options.no_cast,

@@ -90,6 +90,11 @@ class EnvelopeOptions(HeightOptions):
     keep: Sequence[str] = _plot(
         "patterns", "Parts on the plot that stay; all others there make way.", default=()
     )
+    replace: Sequence[str] = _plot("patterns", "Parts elsewhere that make way, too.", default=())
+    replace_in: str | Path | Sequence[Any] | None = _plot(
+        "path", "Polygons in which all parts make way that lie in them with half of their plan or "
+        "more.", more="Or shapely's polygons.", metavar="FILE",
+    )  # fmt: skip
     progress: Callable[[str], object] = option(
         "any", "Called with the name of each stage.", default=lambda _stage: None, flag=None
     )

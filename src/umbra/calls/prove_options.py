@@ -67,6 +67,8 @@ class JudgedOptions(Options):
         "Parts of the proposal: names, kinds or layers; what is there without them is before.",
         default=(),
     )
+    replace: Sequence[str] = _study("replace", heading="Casters")
+    replace_in: str | Path | Sequence[Any] | None = _study("replace_in", heading="Casters")
     cast: Sequence[str] = _study("cast")
     no_cast: Sequence[str] = _study("no_cast")
     canopy: Sequence[str] = _study("canopy")
@@ -102,8 +104,8 @@ class ProofOptions(JudgedOptions, RuleNames):
 def take_study_options(options: ProofOptions) -> StudyOptions:
     """Return the options of the studies that a proof runs."""
     taken = (
-        "proposed", "cast", "no_cast", "canopy", "transmissivity", "leaf_on", "ground", "sunshine",
-        "threads",
+        "proposed", "replace", "replace_in", "cast", "no_cast", "canopy", "transmissivity",
+        "leaf_on", "ground", "sunshine", "threads",
     )  # fmt: skip
     given = {name: getattr(options, name) for name in taken}
     if options.sunshine is not None:

@@ -117,7 +117,8 @@ def _find_part(
     """Find and print the greatest height of a part."""
     from umbra.calls.part_height import part_height  # noqa: PLC0415
 
-    del given["cell"], given["keep"]
+    for name in ("cell", "keep", "replace", "replace_in"):
+        del given[name]
     found = part_height(scene, site, part, **given)
     if as_json:
         echo_json(found.sum_up())

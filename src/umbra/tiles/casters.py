@@ -42,10 +42,12 @@ def make_tile_casters(
         vertices = np.array([[0.0, 0.0, _ABYSS], [1.0, 0.0, _ABYSS], [0.0, 1.0, _ABYSS]])
         faces, group = np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
     caster = make_caster(vertices, faces, group)
+    gone = scene.spread(roles.find_replaced)
     if roles.season is None:
-        return caster, None, scene.triangles()
+        return caster, None, scene.pick(~gone)
     crowns = scene.spread(roles.find_canopies)
-    every, casting, solid = (
-        tuple(np.flatnonzero(which).tolist()) for which in (crowns, crowns & casts, casts & ~crowns)
+    every, casting, solid, former = (
+        tuple(np.flatnonzero(which).tolist())
+        for which in (crowns & ~gone, crowns & casts, casts & ~crowns, crowns & gone)
     )
-    return caster, Canopy(every, casting, solid, roles.season), scene.pick(~crowns)
+    return caster, Canopy(every, casting, solid, roles.season, former), scene.pick(~crowns & ~gone)

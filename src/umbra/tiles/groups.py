@@ -5,6 +5,7 @@ The groups are those of the whole city; a tile looks for its own casters among t
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from umbra.casters import Canopy
 from umbra.errors import InputError
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups, check_count
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
-from umbra.tiles.roles import Roles, find_matching
+from umbra.tiles.replaced import find_matching
+from umbra.tiles.roles import Roles
 
 if TYPE_CHECKING:
     from umbra.tiles.neighbourhood import PartScene, Selection
@@ -132,21 +135,29 @@ class CityGroups:
         """Return whether any of some units belongs to a group."""
         for number, some in units.units:
             geometry = self._catalogue.files[number].geometry
-            grouped = geometry.object_of[(self._columns[number] >= 0).any(1)]
+            is_due = (self._columns[number] >= 0).any(1) | self._roles.find_former(number)
+            grouped = geometry.object_of[is_due]
             if np.isin(geometry.objects[some], grouped).any():
                 return True
         return False
 
-    def find_proposed(self, tile: Any) -> list[int]:
-        """Return the parts of the proposal in a tile's scene."""
-        scene = tile.casting.scene
-        return np.flatnonzero(scene.spread(self._is_proposed)).tolist()
+    @property
+    def proposal(self) -> Proposal:
+        """The proposal in tiles' scenes."""
+        roles = self._roles
 
-    def find_rest(self, tile: Any) -> list[int]:
-        """Return the other casters in a tile's scene."""
-        scene = tile.casting.scene
-        is_new = scene.spread(self._is_proposed)
-        return np.flatnonzero(scene.spread(self._roles.find_casting) & ~is_new).tolist()
+        def spread(tile: Any, find: Callable[[int], NDArray[np.bool_]]) -> list[int]:
+            return np.flatnonzero(tile.casting.scene.spread(find)).tolist()
+
+        def is_before(number: int) -> NDArray[np.bool_]:
+            rest = roles.find_casting(number) & ~self._is_proposed(number)
+            return rest | roles.find_former(number)
+
+        return Proposal(
+            lambda tile: spread(tile, self._is_proposed),
+            lambda tile: spread(tile, is_before),
+            lambda tile: spread(tile, roles.find_replaced),
+        )
 
     def _is_proposed(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are of the proposal, (n_parts,) bool."""
@@ -174,9 +185,15 @@ class CityGroups:
             for column in self._columns[file][part].T:
                 member[mine, column] = True  # the last column, of -1, is cut off
         member, casts = member[:, :-1], scene.spread(self._roles.find_casting)
-        weak = () if canopy is None else canopy.casting
+        weak = () if canopy is None else sorted(canopy.weak)
         groups = Groups.of(self.names, member, np.flatnonzero(casts).tolist(), weak)
-        return self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
+        found = self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
+        if not self._options.proposed:
+            return found
+        former = np.flatnonzero(scene.spread(self._roles.find_former)).tolist()
+        rest = np.flatnonzero(casts & ~scene.spread(self._is_proposed)).tolist()
+        before = AttributionOptions.group_before(rest, former, len(casts), weak)
+        return replace(found, before=before)
 
 
 def _mark(file: CityFile, patterns: Sequence[str], number: int) -> NDArray[np.int32]:

@@ -10,7 +10,7 @@ from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.catalogue import Catalogue
 from umbra.tiles.job import Workplace
 from umbra.tiles.reach import MARGIN, find_reaching
-from umbra.tiles.roles import NOTHING
+from umbra.tiles.replaced import NOTHING
 
 __all__ = ["Neighbourhood", "PartScene", "Selection"]
 
@@ -128,7 +128,13 @@ class Neighbourhood:
         return self._select(meets)
 
     def find_casting(self, box: NDArray[np.float64], lights: NDArray[np.float64]) -> Selection:
-        """Find the units whose shadows of lights can meet a box (2, 3), all in the local frame."""
+        """
+        Find the units whose shadows of lights can meet a box (2, 3), all in the local frame.
+
+        For the whole sky these are all units that rise above the box's floor.
+        """
+        if self._place.sees_whole_sky:
+            return self._select(lambda boxes: boxes[:, 1, 2] > box[0, 2] - MARGIN)
         return self._select(lambda boxes: find_reaching(boxes, box, lights))
 
     def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:
@@ -214,5 +220,6 @@ class Neighbourhood:
     def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:
         roles = self._place.roles
         if which == "any":
-            return roles.find_casting(number) | roles.find_receiving(number)
+            casts = roles.find_casting(number) | roles.find_former(number)
+            return casts | roles.find_receiving(number)
         return (roles.find_casting if which == "casts" else roles.find_receiving)(number)

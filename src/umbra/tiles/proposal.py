@@ -6,7 +6,7 @@ from umbra.scene import Triangles
 from umbra.study.remarks import tell_outside, tell_overlap
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbourhood import Neighbourhood
-from umbra.tiles.roles import find_matching
+from umbra.tiles.replaced import find_matching, tell_city_replaced
 
 __all__ = ["find_proposal", "tell_proposal"]
 
@@ -34,10 +34,10 @@ def tell_proposal(place: Workplace) -> list[str]:
     """Report a proposal that lies wholly outside the plan, or within what stands there."""
     options = place.job.options
     soup = find_proposal(place) if options.proposed else None
+    notes = tell_city_replaced(place.catalogue, options)
     if soup is None or not len(soup.faces):
-        return []
+        return notes
     box = np.stack([soup.vertices.min(0), soup.vertices.max(0)])
-    notes = []
     if options.extent is not None and place.kind.is_plan:
         notes += tell_outside(box + place.origin, options.extent)
     near = Neighbourhood(place)

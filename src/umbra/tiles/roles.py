@@ -1,6 +1,6 @@
-"""Roles of a city's parts: which cast, which are canopies, and which receive."""
+"""Roles of a city's parts: which cast, are canopies, receive, and which a proposal replaces."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 
 from umbra.casters import Season
 from umbra.errors import InputError
-from umbra.scene import Mesh, Part
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.options import StudyOptions
 from umbra.tiles.catalogue import Catalogue, CityFile
+from umbra.tiles.replaced import find_matching, find_replaced_parts
 
-__all__ = ["NOTHING", "Roles", "find_matching"]
-
-NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+__all__ = ["Roles"]
 
 
 class Roles:
@@ -35,6 +33,8 @@ class Roles:
     ) -> None:
         self._catalogue, self._options = catalogue, options
         self._casts: dict[int, NDArray[np.bool_]] = {}
+        self._former: dict[int, NDArray[np.bool_]] = {}
+        self._replaced: dict[int, NDArray[np.bool_]] = {}
         self._merged: dict[int, list[int]] = {}
         for file, thing in merged:
             self._merged.setdefault(file, []).append(thing)
@@ -59,8 +59,21 @@ class Roles:
                 )
                 casts = (chosen if options.cast else casts) & ~dropped
             casts &= self._find_kept(file)
-            self._casts[number] = casts
+            self._casts[number] = casts & ~self.find_replaced(number)
+            self._former[number] = casts & self.find_replaced(number)
         return self._casts[number]
+
+    def find_former(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file cast before the proposal that replaces them, (n_parts,)."""
+        self.find_casting(number)
+        return self._former[number]
+
+    def find_replaced(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file the proposal replaces, (n_parts,) bool."""
+        if number not in self._replaced:
+            file = self._catalogue.files[number]
+            self._replaced[number] = find_replaced_parts(file, self._options)
+        return self._replaced[number]
 
     def find_canopies(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are canopies, (n_parts,) bool."""
@@ -69,7 +82,7 @@ class Roles:
     def find_receiving(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
-        found = self._find_kept(file)
+        found = self._find_kept(file) & ~self.find_replaced(number)
         if not options.kind.is_raster and not options.on and set(file.kinds) <= ADDED_GROUND:
             found &= False  # a ground that was added is sampled where it is asked for
         if options.on:
@@ -85,7 +98,7 @@ class Roles:
         InputError
         """
         options, files = self._options, self._catalogue.files
-        for name in ("cast", "no_cast", "canopy", "on", "who", "proposed"):
+        for name in ("cast", "no_cast", "canopy", "on", "who", "proposed", "replace"):
             for pattern in getattr(options, name):
                 if not any(find_matching(file, [pattern]).any() for file in files):
                     kinds = sorted({kind for file in files for kind in file.kinds if kind})
@@ -95,7 +108,7 @@ class Roles:
                         "(umbra inspect lists the parts of a file)"
                     )
                     raise InputError(msg, option=name, pattern=pattern)
-        if (options.cast or options.no_cast) and not any(
+        if (options.cast or options.no_cast or options.replace) and not any(
             self.find_casting(file.number).any() for file in files
         ):
             msg = "no part is left to cast a shadow; take a no_cast= pattern away"
@@ -107,18 +120,3 @@ class Roles:
         if file.number in self._merged:
             kept &= ~np.isin(file.geometry.object_of, self._merged[file.number])
         return kept
-
-
-def find_matching(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
-    """Return which parts of a file one of some patterns matches, (n_parts,) bool."""
-    found = np.zeros(file.counts["parts"], np.bool_)
-    patterns = list(patterns)
-    if not patterns:
-        return found
-    words = file.words
-    for k, (name, kind, tags) in enumerate(
-        zip(words["names"], words["kinds"], words["tags"], strict=True)
-    ):
-        part = Part(name, kind, NOTHING, layer=file.layer, tags=tuple(tags))
-        found[k] = any(part.matches(pattern) for pattern in patterns)
-    return found

@@ -20,6 +20,7 @@ import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
 import { findBuilt, findDense, findRise, frame } from "./viewpoint.js";
+import { makeYearPanel } from "./year_panel.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
 /**
@@ -31,6 +32,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {boolean} isFramed whether the first view shows the whole model
  * @property {number | null} ground in the model's own coordinates [m]
  * @property {number[]} proposed parts of the proposal
+ * @property {number[]} removed parts that it replaces
  * @property {string[]} notes
  * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
  * @property {Hours | null} hours
@@ -105,12 +107,14 @@ export class App {
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
     this.sky = makeSkyPanel(this, this.place.findDays);
+    this.year = makeYearPanel(this);
     const share = makeShare(this);
     const hours = makeHours(this);
     this.panels = [
       this.timebar,
       this.place,
       this.sky,
+      ...(this.year ? [this.year] : []),
       this.parts,
       ...(hours ? [hours] : []),
       makeMeasure(this),
