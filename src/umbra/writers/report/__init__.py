@@ -66,7 +66,7 @@ __all__ = ["Table", "write_report"]
 MOST_TRIANGLES = 400_000
 """Most triangles of the model of a picture; of more there is no live model."""
 COMMON = ("read", "timeline", "signs")
-PLAN = ("zoom", "plan")
+PLAN = ("zoom", "areas", "plan")
 MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "sky", "stage", "main", "live")
 _WORDS = {
