@@ -15,6 +15,8 @@ from umbra.calls.massing_options import EnvelopeOptions
 from umbra.casters.casting import prepare_casting, select_casters
 from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
+from umbra.land.settle import NamedLand
+from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
 from umbra.massing.plot import Plot, lay_cells
@@ -131,6 +133,9 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     chosen = read_chosen(options.rules)
     progress("reading the plot")
     outlines, notes = read_polygons(options.plot, scene, "plot")
+    far = NamedLand.of(options.horizon, options.horizon_from)
+    land = far.settle(scene.model_bounds(), site)
+    notes += () if land is None else land.told
     kept, replaced, told = _clear_plot(scene, outlines, options)
     notes += told
     stated = find_ground(scene, options.ground)
@@ -139,7 +144,7 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     notes += _tell_ground(ground_now)
     casters = select_casters(ground_now.scene, options.cast, options.no_cast)
     around = prepare_casting(ground_now.scene, casters, threads)
-    gathered = _gather(ground_now, site, cells, options, outlines)
+    gathered = _gather(ground_now, site, cells, options, outlines, land)
     progress("laying out receivers")
     asked = ask_rules(gathered, chosen, around)
     _check_covered(cells, asked.asks, ground_now.scene)
@@ -232,7 +237,12 @@ def _tell_ground(ground: Ground) -> list[str]:
 
 
 def _gather(
-    ground: Ground, site: Site, plot: Plot, options: EnvelopeOptions, outlines: list[Any]
+    ground: Ground,
+    site: Site,
+    plot: Plot,
+    options: EnvelopeOptions,
+    outlines: list[Any],
+    land: Horizon | None,
 ) -> GatheredPoints:
     """Prepare the receivers of rules; a box of the cap's height stands for the proposal."""
     from umbra.scene.named_places import Area  # noqa: PLC0415
@@ -244,7 +254,7 @@ def _gather(
     level = ground.level if ground.is_plane else None
     study = StudyOptions(
         date="2026-03-21", ground=level, cast=options.cast, no_cast=options.no_cast,
-        threads=options.threads,
+        threads=options.threads, horizon=land,
     )  # fmt: skip
     year = check_year(options.year or dt.date.today().year)
     model = Model(scene=whole, site=site, year=year, options=study, proposed=("envelope",))

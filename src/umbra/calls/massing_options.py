@@ -71,6 +71,10 @@ class HeightOptions(Options):
         "ground", "Ground from which heights count: that of a study, if not given.", unit="m",
         metavar="feet|level|Z|FILE",
     )  # fmt: skip
+    horizon: Any = _study("horizon", heading="Casters")
+    horizon_from: Given[float | str | None, float | None] = _study(
+        "horizon_from", heading="Casters"
+    )
     threads: int | None = _study("threads", heading="Files")
 
     def __post_init__(self) -> None:

@@ -9,6 +9,7 @@ from typing import Any, ParamSpec, Protocol
 from umbra.calls.envelope import read_chosen, read_given
 from umbra.calls.massing_options import PartOptions
 from umbra.errors import check_type
+from umbra.land.settle import NamedLand
 from umbra.massing.bisection import PartHeight, search_part_height
 from umbra.massing.rule_asks import GatheredPoints
 from umbra.scene import Scene
@@ -68,9 +69,10 @@ def part_height(scene: Scene, site: Site, part: str, *, options: PartOptions) ->
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
     chosen, given = read_chosen(options.rules), read_given(options.points, options.names)
+    far = NamedLand.of(options.horizon, options.horizon_from)
     study = StudyOptions(
         date="2026-03-21", cast=options.cast, no_cast=options.no_cast, threads=options.threads,
-        ground=options.ground,
+        ground=options.ground, horizon=far.settle(scene.model_bounds(), site),
     )  # fmt: skip
     when = check_year(options.year or dt.date.today().year)
 

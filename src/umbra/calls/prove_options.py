@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import Options, again, check_types, option, record
+from umbra.options import Given, Options, again, check_types, option, record
 from umbra.study.options import StudyOptions
 from umbra.verdicts.sunlight import check_year
 
@@ -74,6 +74,10 @@ class JudgedOptions(Options):
     canopy: Sequence[str] = _study("canopy")
     transmissivity: Any = _study("transmissivity")
     leaf_on: str | None = _study("leaf_on")
+    horizon: Any = _study("horizon", heading="Casters")
+    horizon_from: Given[float | str | None, float | None] = _study(
+        "horizon_from", heading="Casters"
+    )
     ground: float | str | None = _casters(
         "ground", "What the ground is: feet, level, a height [m], or a terrain file.", unit="m",
         metavar="feet|level|Z|FILE",
@@ -105,7 +109,7 @@ def take_study_options(options: ProofOptions) -> StudyOptions:
     """Return the options of the studies that a proof runs."""
     taken = (
         "proposed", "replace", "replace_in", "cast", "no_cast", "canopy", "transmissivity",
-        "leaf_on", "ground", "sunshine", "threads",
+        "leaf_on", "ground", "sunshine", "threads", "horizon", "horizon_from",
     )  # fmt: skip
     given = {name: getattr(options, name) for name in taken}
     if options.sunshine is not None:
