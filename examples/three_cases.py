@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.state import State
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.window.overlays import Overlays

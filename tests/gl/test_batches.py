@@ -5,7 +5,7 @@ import pytest
 from support.spheres import make_sphere
 
 from umbra.gl.batches import count_placed, find_draw_order
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 
 SUN = directional_light((0.3, -0.6, 0.8))

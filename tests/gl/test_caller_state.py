@@ -6,11 +6,11 @@ from support.shapes import HOUSE, stack_of_triangles
 
 from umbra.errors import UmbraError
 from umbra.gl.context import Device
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.functions import TEXTURE_2D
-from umbra.gl.renderer import Renderer
+from umbra.gl.plan_sweep import GlSweep
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.state import State
-from umbra.gl.sweep import GlSweep
 from umbra.gl.target import Target
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.grid import Grid

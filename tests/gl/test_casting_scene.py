@@ -6,7 +6,7 @@ from support.shapes import box, torus_knot
 from support.spheres import make_sphere
 
 from umbra.gl.flags import LOW
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 

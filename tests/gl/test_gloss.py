@@ -8,7 +8,7 @@ from support.glow import TEXELS, make_floor
 from support.spheres import make_sphere
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.readers.gltf_meshes import find_tangents
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
 

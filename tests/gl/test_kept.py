@@ -9,8 +9,8 @@ from support.shapes import HOUSE, box
 
 from umbra.gl.geometry import Geometry
 from umbra.gl.planner import Planner
-from umbra.gl.renderer import Renderer
 from umbra.gl.request import FrameRequest, LightShape, find_request_key
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, make_scene, spot_light
 

@@ -8,9 +8,9 @@ from support.lamps import PLACES, RIMS, hang, look_at
 from support.shapes import HOUSE, box, merge, moved, rewound, sheet
 
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.resources import Indices
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 
 METHODS = ("auto", "z-fail", "lengyel", "mcguire")

@@ -12,9 +12,9 @@ from umbra.calls.options import RenderOptions
 from umbra.calls.picture import draw_picture
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.levels import make_levels
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.methods import SOFT, Softness
 from umbra.scene import Camera, Scene, directional_light, make_scene, point_light

@@ -7,7 +7,7 @@ import numpy as np
 from support.shapes import city
 
 from umbra.gl.lighting import LightPasses
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 from umbra.scene.lights import spot_light
 

@@ -8,12 +8,12 @@ from support.model_files import save_obj
 from support.shapes import HOUSE, SCENES, aligned_boxes, box, city, staircase
 
 from umbra.cli import main
-from umbra.gl.casters import make_bodies
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.bodies import make_bodies
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, PRINTED
 from umbra.gl.masks.counter import MaskCounter, find_limit
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 SIZE = (48, 40)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.shapes import box, torus_knot
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.sides import make_shell_sides
 from umbra.scene import (
     Camera,

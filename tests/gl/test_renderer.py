@@ -8,7 +8,7 @@ from support.shapes import box, city, merge
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import (
     Camera,

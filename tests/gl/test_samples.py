@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box, city, merge
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.methods import Softness
 from umbra.scene import make_scene
 from umbra.scene.material import find_linear

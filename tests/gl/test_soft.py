@@ -9,10 +9,10 @@ from support.shapes import box, city, merge, sheet, turned
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
-from umbra.gl.soft.complexity import find_digits
-from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.frame_counter import GlFrameCounter
+from umbra.gl.scene_renderer import Renderer
+from umbra.gl.soft.complexity_pictures import find_digits
+from umbra.gl.soft.weng_pictures import ScaledLayers
 from umbra.methods import SOFT, Softness
 from umbra.rays.depth import GROUND
 from umbra.scene import (

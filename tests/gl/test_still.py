@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.shapes import box, torus_knot
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import (
     Camera,
     Material,

@@ -8,11 +8,11 @@ from support.shapes import box
 from support.spheres import make_sphere
 
 from umbra.errors import InputError
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 from umbra.scene.camera import NIGHT
-from umbra.window.painter import ViewPainter
-from umbra.window.view import make_view
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import make_view
 
 CAMERA = Camera((0, -30, 15), (0, 0, 2), size=(120, 90))
 
@@ -106,7 +106,7 @@ def test_shown_counts_are_whole_though_pictures_shorten(device):
 @pytest.mark.parametrize("far", [(0, 0, 0), (85_000, 447_000, 12)])
 def test_a_floor_of_glass_lies_before_the_ground_in_its_plane(device, far, height):
     from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
-    from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+    from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
 
     floor = np.array([[-20, -20, 0], [20, -20, 0], [20, 20, 0], [-20, 20, 0]], float) + far
     vertices, faces = box((-4, -4, 0), (4, 4, 9))
@@ -134,7 +134,7 @@ def test_a_floor_of_glass_lies_before_the_ground_in_its_plane(device, far, heigh
 @pytest.mark.parametrize("below", [-3.0, 5.0])
 def test_level_parallel_views_see_no_ground(device, turn, below):
     from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
-    from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+    from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
     from umbra.rays.depth import GROUND  # noqa: PLC0415
 
     scene = make_scene(*box((-4, -4, 0), (4, 4, 9)))

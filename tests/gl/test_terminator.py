@@ -5,7 +5,7 @@ import pytest
 from support.spheres import make_sphere
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Material, Part, make_scene
 from umbra.soft import size_lights
 

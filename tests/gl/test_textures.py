@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Material, Mesh, Part, make_image, make_scene
 
 CORNERS = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)

@@ -8,8 +8,8 @@ from support.glass import BLUE, FLOOR, LAMP, SCENES, garden, judge, leaf_image, 
 
 import umbra
 from umbra.errors import InputError
-from umbra.gl import transmission
-from umbra.gl.renderer import Renderer
+from umbra.gl import transmitters
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Material, Part, directional_light, make_scene, point_light
 from umbra.soft import ball_light
 
@@ -135,6 +135,6 @@ def test_many_lights_and_the_ones_beyond_a_range(device):
 
 
 def test_more_than_a_driver_holds_is_refused(device, monkeypatch):
-    monkeypatch.setattr(transmission, "_MOST_WHOLE", 8 * 20)
+    monkeypatch.setattr(transmitters, "_MOST_WHOLE", 8 * 20)
     with pytest.raises(InputError, match=r"30 triangles .* are too many .* use device='cpu'"):
         Renderer(garden(), device=device)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import shapely
 
-from umbra.massing.bounds import bound_cells, bound_sum
-from umbra.massing.choice import fill_up
+from umbra.massing.piece_choice import fill_up
 from umbra.massing.problem import Group, pose_problem
 from umbra.massing.search import _count
 from umbra.massing.solid import make_solid
+from umbra.massing.upper_bounds import bound_cells, bound_sum
 from umbra.sun import find_sun
 
 from .conftest import VIENNA, Quarter

@@ -252,7 +252,7 @@ def test_slips_in_what_goes_with_areas(scene):
 
 
 def test_lit_shares_of_each_moment(scene, at_45, noon):
-    from umbra.study.accumulators.named import LitShares  # noqa: PLC0415
+    from umbra.study.accumulators.named_hours import LitShares  # noqa: PLC0415
     from umbra.study.loop import make_tile_run, pass_lights  # noqa: PLC0415
 
     options = StudyOptions(

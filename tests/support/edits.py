@@ -7,7 +7,7 @@ import numpy as np
 
 from support.shapes import box, torus_knot
 from support.spheres import make_sphere
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.methods import Softness
 from umbra.scene import (

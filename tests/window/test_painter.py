@@ -10,14 +10,14 @@ from support.spheres import make_sphere
 
 import umbra
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.handles import find_part
 from umbra.window.overlays import Overlays, find_count_colors, find_top
-from umbra.window.painter import ViewPainter
-from umbra.window.view import METHODS, SOFT, SUN, make_view
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import METHODS, SOFT, SUN, make_view
 
 SIZE = (320, 240)
 

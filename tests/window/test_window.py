@@ -16,11 +16,11 @@ from support.model_files import save_obj
 from support.shapes import box
 
 from umbra import read
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.ground.choice import find_ground
 from umbra.window.handles import find_handles, project
-from umbra.window.painter import SMOOTH
-from umbra.window.view import SUN
+from umbra.window.view_painter import SMOOTH
+from umbra.window.view_state import SUN
 
 PANEL = 290
 SIZE = (1280 - PANEL, 800)

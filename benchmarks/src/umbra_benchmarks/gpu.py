@@ -19,9 +19,9 @@ import numpy as np
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.context import Device, open_device
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.resources import Timers
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light, Scene, directional_light, point_light
 from umbra_benchmarks.growth import find_side, look_down, make_stack, make_town_scene

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Light, Mesh, Part, Scene, directional_light, make_scene, point_light
 from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.ours_gl import drawing_nothing

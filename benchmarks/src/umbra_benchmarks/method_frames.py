@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.gl.context import open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light, Mesh, Part, Scene, make_scene, point_light
 from umbra_benchmarks.cases import CAMERAS, LAMP

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Light, Scene, directional_light, make_scene, point_light
 from umbra.scene.lights import spot_light
 from umbra.scene.mesh import Mesh, Part

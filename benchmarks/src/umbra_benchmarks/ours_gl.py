@@ -10,7 +10,7 @@ from unittest.mock import patch
 import numpy as np
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, Scene, point_light
 from umbra.scene.mesh import Mesh, Part
 from umbra_benchmarks.measure import Spent

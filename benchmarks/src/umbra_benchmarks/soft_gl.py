@@ -55,7 +55,7 @@ def time_frames(
     seconds : dict of float
         Median time of each of ``FRAMES`` [s].
     """
-    from umbra.gl.renderer import Renderer  # noqa: PLC0415
+    from umbra.gl.scene_renderer import Renderer  # noqa: PLC0415
     from umbra.methods import Softness  # noqa: PLC0415
 
     softness = Softness(samples=samples, length=length, gap=gap)

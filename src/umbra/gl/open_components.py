@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.volumes import BodyVolumes, list_drawn
 from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders

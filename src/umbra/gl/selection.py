@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.covered import NearCounts, ask_shell
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.levels import LevelTable, choose_levels
 from umbra.gl.lists import is_level
+from umbra.gl.near_counts import NearCounts, ask_shell
 from umbra.gl.projection import Projection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any

@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import COUNT_BITS
+from umbra.gl.multisampling import draw_samples
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Texture
-from umbra.gl.samples import draw_samples
 from umbra.gl.state import ALL_BITS, Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
+from umbra.gl.volume_counter import COUNT_BITS
 from umbra.scene import Light
 
 if TYPE_CHECKING:
-    from umbra.gl.transmission import TransmitterTables
+    from umbra.gl.transmitters import TransmitterTables
 
 __all__ = ["MOST_LAMPS", "Lamp", "Lamps", "Scissor", "Shading"]
 

@@ -9,14 +9,14 @@ No cost while the camera moves.
 from collections.abc import Callable
 
 from umbra.gl.context import release_all
-from umbra.gl.count import COUNT_BITS, VolumeCounter
 from umbra.gl.masks import Counts
-from umbra.gl.plan import VolumePlan
 from umbra.gl.projection import Projection
 from umbra.gl.request import find_request_key
 from umbra.gl.shading import Lamp, Scissor, Shading
 from umbra.gl.state import ALL_BITS, Pass, State
 from umbra.gl.target import PictureTargets, Target
+from umbra.gl.volume_counter import COUNT_BITS, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 
 __all__ = ["StillView"]
 

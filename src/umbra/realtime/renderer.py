@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.gl import renderer as engine
+from umbra.gl import scene_renderer as engine
 from umbra.gl.context import on_device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.matrices import read_projection

@@ -19,16 +19,14 @@ from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
 from umbra.study.compare import NeighbourSums
-from umbra.tiles.casters import make_tile_casters
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.job import CityJob, Workplace
-from umbra.tiles.lattice import CityTile
-from umbra.tiles.neighbourhood import Neighbourhood, Selection
-from umbra.tiles.neighbours import split_neighbours, write_neighbours
-from umbra.tiles.pieces import write_pieces
-from umbra.tiles.receive import count_receivers
+from umbra.tiles.neighbourhood import Neighbourhood, Selection, make_tile_casters
+from umbra.tiles.proposal import split_neighbours, write_neighbours
+from umbra.tiles.receive import LEAST, SunGroups, count_receivers
 from umbra.tiles.store import CityStore
-from umbra.tiles.sun_groups import LEAST, SunGroups
-from umbra.tiles.surfaces import count_surfaces
+from umbra.tiles.surface_pieces import write_pieces
+from umbra.tiles.surface_results import count_surfaces
 
 __all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
 

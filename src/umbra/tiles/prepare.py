@@ -24,11 +24,11 @@ from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
 from umbra.sun.local_time import tell_skipped
 from umbra.sun.site import tell_moved
-from umbra.tiles.catalogue import Catalogue, make_catalogue
+from umbra.tiles.city_catalogue import Catalogue, make_catalogue
+from umbra.tiles.city_ground import CityGround, find_city_ground
+from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.count import count_window, find_needs
-from umbra.tiles.ground import CityGround, find_city_ground
 from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
-from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
 from umbra.tiles.roles import Roles

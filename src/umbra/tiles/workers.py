@@ -23,15 +23,15 @@ import orjson
 
 from umbra.errors import InputError, UmbraError
 from umbra.machine import HOME, load_compiler, make_command
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
-from umbra.tiles.lattice import CityTile
 
 __all__ = ["WorkerEngine", "serve"]
 
 _CODE = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
-    "from umbra.tiles.workers import serve; serve()"
+    "from umbra.tiles.workers import serve_tiles; serve_tiles()"
 )
 _TRIALS = 3  # of a tile whose worker ends
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

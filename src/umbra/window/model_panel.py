@@ -13,7 +13,7 @@ from umbra.scene import Part
 from umbra.window.controls import Controls
 from umbra.window.hud import grow
 from umbra.window.motion import Motion
-from umbra.window.view import ViewState
+from umbra.window.view_state import ViewState
 
 __all__ = [
     "DIM",

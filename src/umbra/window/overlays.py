@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter, find_slack
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program, Programs
-from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Indices, TextureBuffer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PLACE, PictureTargets
+from umbra.gl.volume_counter import VolumeCounter, find_slack
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.volumes import BodyVolumes
 
 __all__ = [

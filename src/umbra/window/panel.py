@@ -28,7 +28,7 @@ from umbra.window.model_panel import (
     slide,
 )
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
-from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
+from umbra.window.view_state import METHODS, OVERLAYS, SOFT, SUN, ViewState
 
 __all__ = ["PanelState", "draw_panel"]
 

@@ -16,9 +16,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import VolumePlan
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_plan import VolumePlan
 
 __all__ = ["DOUBLE", "HALVE", "MASKS", "PRINTED", "Counts", "Method", "Step"]
 

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import mark_shadow
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, Counts, Method
 from umbra.gl.masks.passes import MaskPainter
-from umbra.gl.masks.pieces import Pieces, make_pieces
-from umbra.gl.plan import VolumePlan
+from umbra.gl.masks.volume_pieces import Pieces, make_pieces
 from umbra.gl.programs import Program
 from umbra.gl.state import State
 from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.volume_counter import mark_shadow
+from umbra.gl.volume_plan import VolumePlan
 
 __all__ = ["MaskCounter", "MaskCounters", "find_limit"]
 
@@ -55,7 +55,7 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
 
 class MaskCounter:
     """
-    Counts planned volumes by a method; same interface as ``umbra.gl.count.VolumeCounter``.
+    Counts planned volumes by a method; same interface as ``umbra.gl.volume_counter.VolumeCounter``.
 
     Parameters
     ----------

@@ -11,12 +11,12 @@ import numpy as np
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import Method, Step
-from umbra.gl.masks.pieces import Pieces, VolumeBatch
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
+from umbra.gl.masks.volume_pieces import Pieces, VolumeBatch
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.scene import Scene
 from umbra.scene.camera import AMBIENT
 

@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.functions import TEXTURE_2D
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.passes import Tally
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.soft import SoftLights
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.surface_renderer import SurfaceRenderer
 from umbra.gl.target import LIGHT, PLACE, Target, find_surface_formats
+from umbra.gl.volume_counter import Stack, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light
 from umbra.soft import AreaLight
 
 if TYPE_CHECKING:
-    from umbra.gl.frame import GlFrameCounter
+    from umbra.gl.frame_counter import GlFrameCounter
 
 __all__ = ["FILTERS", "SmallMasks", "Upsampler", "find_shares", "shrink", "upsample"]
 

@@ -3,9 +3,9 @@ Soft shadows on OpenGL: pictures of each light's visibility.
 
     __init__.py    samples; the methods and area lights of a scene
     visibility.py  interface of methods
-    wedges.py      hard count, corrected along silhouette edges; depth keys, wedges
-    complexity.py  counts at sample points of the light, from the hard count by edges
-    weng.py        scaled layers of the hard volume, stacked, as one index list
+    wedge_pictures.py  hard count, corrected along silhouette edges; depth keys, wedges
+    complexity_pictures.py  counts at sample points of the light, from the hard count by edges
+    weng_pictures.py   scaled layers of the hard volume, stacked, as one index list
     growth.py      points of enlarged casters, and the visible component at each pixel
 
 Samples are hard shadows of many points of each light, averaged in floats (McGuire et al.
@@ -21,17 +21,17 @@ from dataclasses import replace
 import numpy as np
 
 from umbra.gl.context import release_all
-from umbra.gl.count import Stack, VolumeCounter
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
 from umbra.gl.selection import VolumeOptions
-from umbra.gl.soft.complexity import SpotCounts
+from umbra.gl.soft.complexity_pictures import SpotCounts
 from umbra.gl.soft.visibility import Visibility
-from umbra.gl.soft.wedges import Wedges
-from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.soft.wedge_pictures import Wedges
+from umbra.gl.soft.weng_pictures import ScaledLayers
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_counter import Stack, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import METHODS, Softness
 from umbra.scene import Light
 from umbra.soft import AreaLight

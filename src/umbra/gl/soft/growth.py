@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.programs import Program

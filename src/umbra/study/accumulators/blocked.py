@@ -11,7 +11,7 @@ from umbra.rays.nearest_hits import add_taken
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups
-from umbra.study.accumulators.measured import FindParts, compare_measured, level_normals
+from umbra.study.accumulators.measure_sums import FindParts, compare_measured, level_normals
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure
 

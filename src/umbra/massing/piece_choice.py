@@ -15,9 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.massing.bounds import take_cheapest
 from umbra.massing.picks import settle
 from umbra.massing.planes import SLACK, SUM, Needs, measure_lit
+from umbra.massing.upper_bounds import take_cheapest
 
 __all__ = ["choose_pieces", "fill_up"]
 

@@ -17,13 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.context import release_all
-from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.flags import COARSE, CUT, DRAWS, LIGHT_CAPS, Z_FAILS, VolumeSelection
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
-from umbra.gl.plan import Draw, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_clip_range, find_light_source
 from umbra.gl.request import find_request_key
@@ -33,6 +31,8 @@ from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_counter import Stack, VolumeCounter
+from umbra.gl.volume_plan import Draw, VolumePlan
 from umbra.gl.volumes import BodyVolumes, IndexList, make_volumes
 from umbra.methods import Softness
 from umbra.rays.eye_count import FaceBlocks

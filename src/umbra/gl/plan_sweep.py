@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body, make_bodies
+from umbra.gl.bodies import Body, make_bodies
 from umbra.gl.context import Device, DeviceUser, on_device
-from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import bound_count, find_most
-from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import Draw, Statistics, VolumePlan
 from umbra.gl.volumes import make_volumes
 from umbra.rays.masks import add_masks
 from umbra.scene import Camera, Scene
@@ -44,7 +44,7 @@ _MARGIN = 0.01  # of the model's height: above and below the drawn surfaces
 
 class GlSweep(DeviceUser):
     """
-    Count the shadows of many suns on one raster; results as ``umbra.cpu.sweep.Sweep``.
+    Count the shadows of many suns on one raster; results as ``umbra.cpu.raster_sweep.Sweep``.
 
     Parameters
     ----------

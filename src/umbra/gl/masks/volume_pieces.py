@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.flags import CUT, DARK_CAP, LIGHT_CAPS, Z_FAILS
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.volumes import FAR, BodyVolumes
 
 __all__ = ["Pieces", "VolumeBatch", "make_pieces"]

@@ -19,19 +19,19 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, Method, Step
 from umbra.gl.masks.counter import MaskCounter
 from umbra.gl.masks.passes import Forward, Look, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.scene import Camera, Light, Scene
 
 __all__ = ["MaskPicture"]

@@ -16,7 +16,7 @@ from umbra.folders.atomic import replace_file
 from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.daylight import ProfilePeriod, Sun
-from umbra.window.view import Viewpoint, ViewState
+from umbra.window.view_state import Viewpoint, ViewState
 
 __all__ = ["from_json", "load_view", "save_view", "to_json"]
 

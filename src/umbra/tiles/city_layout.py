@@ -16,10 +16,10 @@ from umbra.receivers.plan import STREAMED_TILE
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.options import StudyOptions
-from umbra.tiles.catalogue import Catalogue, CityFile
-from umbra.tiles.ground import CityGround, find_origin
+from umbra.tiles.city_catalogue import Catalogue, CityFile
+from umbra.tiles.city_ground import CityGround, find_origin
+from umbra.tiles.city_lattice import Lattice, find_side
 from umbra.tiles.job import CityFrame
-from umbra.tiles.lattice import Lattice, find_side
 
 __all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
 

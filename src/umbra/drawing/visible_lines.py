@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, cut_polygon, misses
-from umbra.drawing.regions import PlanarRegions
+from umbra.drawing.planar_regions import PlanarRegions
 from umbra.kernels import borrowing, copy_rows, inner
 from umbra.volume.adjacency import weld_vertices
 

@@ -9,7 +9,7 @@ import glfw
 
 from umbra.window.controls import Controls
 from umbra.window.hud import PictureArea
-from umbra.window.view import ViewState
+from umbra.window.view_state import ViewState
 
 __all__ = ["Events"]
 

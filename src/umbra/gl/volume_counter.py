@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device, release_all
 from umbra.gl.foreign import ForeignTarget, check_counting
 from umbra.gl.geometry import FIRST_UNIT, Geometry
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
+from umbra.gl.multisampling import draw_samples
 from umbra.gl.programs import Program, Programs
 from umbra.gl.resources import Indices
-from umbra.gl.samples import draw_samples
 from umbra.gl.state import ALL_BITS, Pass, State, Stencil, one_sided
 from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints

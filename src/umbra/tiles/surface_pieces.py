@@ -3,10 +3,12 @@ The surfaces that the tiles of a city found, on disk, in the order of files and 
 
 The order, and so every byte, is the same for any tiles. A range of rows is read from the files of
 those pieces that hold it.
+
+Assembly of surfaces: the pieces of all tiles in one store, a chunk at a time.
 """
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,9 +18,12 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.tiles.surfaces import PartResults
+from umbra.study.measures import Quantity
+from umbra.tiles.city_catalogue import Catalogue
+from umbra.tiles.store import CityStore
+from umbra.tiles.surface_results import PartResults
 
-__all__ = ["AXES", "GEOMETRY", "SurfacePieces", "write_pieces"]
+__all__ = ["AXES", "GEOMETRY", "SurfacePieces", "assemble", "name_objects", "write_pieces"]
 
 AXES = ("sample", "surface", "part", "triangle")
 """Dimensions along which results of several pieces are put together."""
@@ -195,3 +200,59 @@ def _sort_objects(each: Sequence[NDArray[np.int64]]) -> _Rows:
     tile = np.repeat(np.arange(len(each)), [len(one) for one in labels])[order]
     first = np.concatenate([np.arange(len(one)) for one in labels])[order]
     return _Rows(tile, first, np.ones(len(order), np.int64))
+
+
+CHUNK = 1 << 18
+"""Rows of a chunk of the store."""
+
+
+def assemble(
+    store: CityStore,
+    pieces: SurfacePieces,
+    catalogue: Catalogue,
+    facts: Mapping[str, object],
+    quantities: Sequence[Quantity] = (),
+) -> None:
+    """
+    Write the pieces of all tiles into a store.
+
+    Parameters
+    ----------
+    store : CityStore
+        Made anew.
+    pieces : SurfacePieces
+    catalogue : Catalogue
+    facts : mapping
+        Global attributes.
+    quantities : sequence of Quantity
+        Variables of the study's measures.
+    """
+    names = {name: dims for name, dims in pieces.names.items() if name not in GEOMETRY}
+    template = {name: (dims, pieces.show(name)) for name, dims in names.items()}
+    template["part"] = (("part",), np.array([""]))
+    template["surface_part"] = (("surface",), np.zeros(1, np.int32))
+    store.create(template, pieces.sizes, dict.fromkeys(AXES, CHUNK), facts, quantities)
+    store.write({
+        "part": name_objects(catalogue, pieces.objects),
+        "surface_part": np.repeat(pieces.owner, pieces.keys[:, 4]).astype(np.int32),
+    })  # fmt: skip
+    for name, dims in names.items():
+        at = pieces.find_axis(name)
+        if at is None:
+            continue
+        size = pieces.sizes[dims[at]]
+        for begin in range(0, size, CHUNK):
+            stop = min(begin + CHUNK, size)
+            where = *(slice(None),) * at, slice(begin, stop)
+            store.write({name: pieces.read(name, begin, stop)}, where)
+
+
+def name_objects(catalogue: Catalogue, objects: NDArray[np.int64]) -> NDArray:
+    """Return the name of each object, (file, object), with its layer if there are several files."""
+    names: list[str] = []
+    for number in np.unique(objects[:, 0]).tolist():
+        file = catalogue.files[number]
+        known = file.names_of_objects
+        lead = f"{file.layer}/" if file.layer else ""
+        names += [lead + known[thing] for thing in objects[objects[:, 0] == number, 1].tolist()]
+    return np.array(names)

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from umbra.casters.casting import prepare_casting
 from umbra.cpu.plane import PlaneSweep
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.renderer import Renderer
 from umbra.gl.resources import TextureBuffer
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import PLACE, SharedDepthTarget
+from umbra.gl.volume_counter import VolumeCounter
 from umbra.scene import Scene, directional_light
 from umbra.scene.grid import Grid
 from umbra.window.daylight import Suns

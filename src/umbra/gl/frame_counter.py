@@ -16,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import EDGE_ON, Projection
@@ -28,7 +26,9 @@ from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
-from umbra.gl.transmission import SheerSurfaces, TransmitterTables
+from umbra.gl.transmitters import SheerSurfaces, TransmitterTables
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer

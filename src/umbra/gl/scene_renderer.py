@@ -15,27 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.batches import find_solid_faces
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.lighting import LightPasses, ShownLights, TransparentLayers
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.upsampling import SmallMasks
-from umbra.gl.plan import Statistics, VolumePlan
+from umbra.gl.multisampling import Averaging, split_samples
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Timers
-from umbra.gl.samples import Averaging, split_samples
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
 from umbra.gl.still import StillView
-from umbra.gl.surfaces import SurfaceRenderer, decode_images
+from umbra.gl.surface_renderer import SurfaceRenderer, decode_images
 from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
-from umbra.gl.transmission import TransmitterTables
+from umbra.gl.transmitters import TransmitterTables
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import Statistics, VolumePlan
 from umbra.methods import Softness
 from umbra.rays.transmission import find_opaque
 from umbra.scene import Camera, Light, Scene

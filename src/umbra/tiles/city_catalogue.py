@@ -24,14 +24,21 @@ from umbra.ground.feet import Feet
 from umbra.ground.level import Bases, Terrain, measure_bases, measure_terrain
 from umbra.readers import read
 from umbra.readers.apart import check_apart, make_crs_error
+from umbra.readers.file_layers import name_layers
 from umbra.readers.georeference import is_same_plan
-from umbra.readers.layers import name_layers
 from umbra.scene import Scene, Source
-from umbra.tiles.city_file import BASES, WORDS, CityFile
-from umbra.tiles.files import list_files
-from umbra.tiles.geometry import write_geometry
-from umbra.tiles.outside import OUTSIDE, name_as_read, read_outside, tell_reading
-from umbra.tiles.reading import check_reading
+from umbra.tiles.city_file import (
+    BASES,
+    OUTSIDE,
+    WORDS,
+    CityFile,
+    check_reading,
+    list_files,
+    name_as_read,
+    read_outside,
+    tell_reading,
+)
+from umbra.tiles.file_geometry import write_geometry
 from umbra.tiles.sealed import read_sealed, sum_files, write_sealed
 
 __all__ = ["Catalogue", "CityFile", "add_scene", "make_catalogue", "read_catalogue"]

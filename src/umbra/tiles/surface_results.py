@@ -3,7 +3,7 @@ Walls and roofs of a city, counted tile by tile.
 
 A tile holds the objects whose centre lies in its square. An object is sampled and wound as if it
 stood alone, so its samples do not depend on its tile. Samples are written in a folder of the tile;
-when all tiles are done, ``pieces.py`` and ``assembly.py`` put them in the order of files and parts.
+when all tiles are done, ``surface_pieces.py`` puts them in the order of files and parts.
 """
 
 from collections.abc import Iterator
@@ -21,11 +21,10 @@ from umbra.receivers.samples import sample_surfaces
 from umbra.receivers.single import DIMS
 from umbra.receivers.surface_samples import Samples
 from umbra.study.compare import NeighbourSums
-from umbra.tiles.casters import make_tile_casters
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.job import Workplace
-from umbra.tiles.lattice import CityTile
-from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection
-from umbra.tiles.neighbours import split_neighbours
+from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection, make_tile_casters
+from umbra.tiles.proposal import split_neighbours
 from umbra.tiles.receive import Tiles, count_receivers
 from umbra.volume.adjacency import make_caster
 

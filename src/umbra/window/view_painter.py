@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.layers import blend_layers, follow_lights, see_behind
+from umbra.cpu.picture_layers import blend_layers, follow_lights, see_behind
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device, release_all
-from umbra.gl.plan import Statistics
-from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
+from umbra.gl.scene_renderer import Renderer
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.gl.target import PictureTargets
+from umbra.gl.volume_plan import Statistics
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
@@ -26,10 +26,10 @@ from umbra.scene import Camera, Scene
 from umbra.scene.camera import choose_sky
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
+from umbra.window.frame_profile import Relief, ShadowProfile, count_profile
 from umbra.window.motion import Motion
 from umbra.window.overlays import Overlays
-from umbra.window.profile import Relief, ShadowProfile, count_profile
-from umbra.window.view import ViewState
+from umbra.window.view_state import ViewState
 
 __all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.drawing.covers import Covers, CoverTriangles, cut_triangles, find_limits
-from umbra.drawing.lines import VisibleLines, find_edges, find_lines
 from umbra.drawing.overlay import Ring, intersect, join, subtract
-from umbra.drawing.regions import PlanarRegions
+from umbra.drawing.planar_regions import PlanarRegions
+from umbra.drawing.visible_lines import VisibleLines, find_edges, find_lines
 from umbra.rays.depth import rasterise_depth
 from umbra.scene import Camera
 

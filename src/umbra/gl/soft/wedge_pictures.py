@@ -15,9 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import RINGS, draw_ground
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_light_source
@@ -25,6 +23,8 @@ from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight

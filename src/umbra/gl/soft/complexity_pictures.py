@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
 from umbra.gl.projection import Projection, find_light_source
 from umbra.gl.soft.visibility import Visibility
-from umbra.gl.soft.wedges import WedgePainter
+from umbra.gl.soft.wedge_pictures import WedgePainter
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
