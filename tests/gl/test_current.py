@@ -17,7 +17,7 @@ from umbra.errors import UmbraError
 from umbra.gl.backends import BACKENDS
 from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.plan_sweep import GlSweep
-from umbra.gl.scene_renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.target import Target
 from umbra.scene import Camera, make_scene, point_light
 from umbra.scene.grid import Grid
@@ -63,7 +63,7 @@ def test_renderers_counters_and_sweeps_in_turn(shared_device, alone):
     def make(mesh):
         scene = make_scene(*mesh)
         return (
-            Renderer(scene, ground=0.0),
+            SceneRenderer(scene, ground=0.0),
             GlFrameCounter(scene, ground=0.0),
             GlSweep(scene, None, GRID, 0.0, False),
         )

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.drawing.covers import Covers, CoverTriangles, cut_triangles, find_limits
-from umbra.drawing.overlay import Ring, intersect, join, subtract
+from umbra.drawing.overlay import Ring, intersect, subtract, unite
 from umbra.drawing.planar_regions import PlanarRegions
 from umbra.drawing.visible_lines import VisibleLines, find_edges, find_lines
 from umbra.rays.depth import rasterise_depth
@@ -223,7 +223,7 @@ class SurfaceFinder:
             part = intersect(subject, [half])
             if part:
                 found += self._divide(part, across, hides_below=hides_below)
-        return join(found)
+        return unite(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +239,7 @@ class _Crossing:
 def _leave(subject: list[Ring], covers: list[Ring], areas: NDArray[np.float64]) -> list[Ring]:
     """Return what covers leave of a subject; the largest may leave nothing."""
     if not covers:
-        return join(subject)
+        return unite(subject)
     if len(covers) <= _LARGEST:
         return subtract(subject, covers)
     order = np.argsort(-areas, kind="stable").tolist()

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, cut_polygon, misses
+from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, clip_polygon, misses
 from umbra.drawing.planar_regions import PlanarRegions
 from umbra.kernels import borrowing, copy_rows, inner
 from umbra.volume.adjacency import weld_vertices
@@ -279,7 +279,7 @@ def _find_clear(
                 copy_rows(corners[f], p)
                 n = 3
                 for i in range(walls.shape[0]):
-                    n = cut_polygon(p, n, walls[i], q)
+                    n = clip_polygon(p, n, walls[i], q)
                     p, q = q, p
                     if n < 3:
                         break

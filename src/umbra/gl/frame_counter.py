@@ -20,7 +20,7 @@ from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import EDGE_ON, Projection
+from umbra.gl.projection import EDGE_ON, CameraProjection
 from umbra.gl.resources import Indices
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft import SoftMethods
@@ -117,7 +117,7 @@ class GlFrameCounter(DeviceUser):
             )
             self._sheer = SheerSurfaces(self.device, self.geometry, tables) if tables else None
         self._target: Target | None = None
-        self._seen: tuple[Camera, Projection, DepthBuffer | None] | None = None
+        self._seen: tuple[Camera, CameraProjection, DepthBuffer | None] | None = None
         self.plan: VolumePlan | None = None
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
@@ -225,7 +225,7 @@ class GlFrameCounter(DeviceUser):
             found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
         return found
 
-    def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[Projection, Target]:
+    def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[CameraProjection, Target]:
         """Return the projection and target of a view; redraw it if another replaced it."""
         last = self._seen
         if last is None or last[0] is not camera or last[2] is not view.before:
@@ -235,7 +235,7 @@ class GlFrameCounter(DeviceUser):
         return self._seen[1], self._target
 
     def _draw(
-        self, camera: Camera, projection: Projection, before: DepthBuffer | None
+        self, camera: Camera, projection: CameraProjection, before: DepthBuffer | None
     ) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
             release_all(self._target)

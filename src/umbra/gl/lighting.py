@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.masks import Counts
-from umbra.gl.projection import Projection, find_scissors
+from umbra.gl.projection import CameraProjection, find_scissors
 from umbra.gl.shading import MOST_LAMPS, Lamp, Lamps, Scissor, Shading
 from umbra.gl.soft import SoftLights
 from umbra.gl.state import State
@@ -58,7 +58,7 @@ class TransparentLayers:
         state: State,
         shading: Shading,
         surfaces: SurfaceRenderer,
-        projection: Projection,
+        projection: CameraProjection,
         targets: PictureTargets,
         ground: float | None,
     ) -> Iterator[PictureTargets]:
@@ -161,7 +161,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         origin: NDArray,
     ) -> None:
@@ -214,7 +214,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         group: list[tuple[int, Lamp]],
         *,
@@ -243,7 +243,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         number: int,
         lamp: Lamp,

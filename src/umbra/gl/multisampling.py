@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Programs
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PictureTargets
 from umbra.scene import Camera
@@ -81,7 +81,7 @@ class Averaging:
         camera: Camera,
         offsets: list[tuple[float, float]],
         planner: "Planner",
-    ) -> Iterator[Projection]:
+    ) -> Iterator[CameraProjection]:
         """
         Yield each projection to draw ``targets.drawn`` with, then write the mean.
 

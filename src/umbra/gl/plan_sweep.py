@@ -17,7 +17,7 @@ from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import bound_count, find_most
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
@@ -213,7 +213,7 @@ class GlSweep(DeviceUser):
         np.divide(across, length, out=normals[:, :3], where=length > 0, casting="same_kind")
         return TextureBuffer(self.device, normals, "rgba32f")
 
-    def _look_down(self, scene: Scene) -> Projection:
+    def _look_down(self, scene: Scene) -> CameraProjection:
         """Project the grid's cells to pixels, from above the model to below the ground."""
         grid = self.grid
         whole = scene.bounds() - scene.origin
@@ -228,7 +228,7 @@ class GlSweep(DeviceUser):
         matrix[2, 3] = -1.0
         size = (grid.cols, grid.rows)
         camera = Camera(eye, eye - (0, 0, 1), np.array([0.0, 1.0, 0.0]), size, height=height)
-        return Projection(matrix, eye, camera, camera, self.device.reverses_depth)
+        return CameraProjection(matrix, eye, camera, camera, self.device.reverses_depth)
 
     def _draw_surface(self) -> None:
         """Draw the receivers' face numbers and depth, the ground's elsewhere."""

@@ -24,7 +24,7 @@ from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.upsampling import SmallMasks
 from umbra.gl.multisampling import Averaging, split_samples
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Timers
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.shading import Lamps, Shading
@@ -42,10 +42,10 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY, Sky, find_exposure
 from umbra.soft import AreaLight, find_middles
 
-__all__ = ["Renderer"]
+__all__ = ["SceneRenderer"]
 
 
-class Renderer(DeviceUser):
+class SceneRenderer(DeviceUser):
     """
     Draws pictures of one scene with shadows, hard or soft, from any number of lights.
 
@@ -119,7 +119,7 @@ class Renderer(DeviceUser):
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
-        self.projection: Projection | None = None
+        self.projection: CameraProjection | None = None
         self.timers: Timers | None = None
 
     @on_device
@@ -279,7 +279,7 @@ class Renderer(DeviceUser):
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         lights: Sequence[Light],
         counter: Counts,
         method: str,
@@ -325,7 +325,7 @@ class Renderer(DeviceUser):
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         lights: Sequence[Light | AreaLight],
         counter: Counts,
         method: str,
@@ -377,7 +377,7 @@ class Renderer(DeviceUser):
         return in_stencil and self.surfaces.has_normals
 
     def _plan(
-        self, projection: Projection, lights: Sequence[Light], method: str, *, exact: bool
+        self, projection: CameraProjection, lights: Sequence[Light], method: str, *, exact: bool
     ) -> list[VolumePlan]:
         """Plan lights; ``exact`` where their volumes are not for the stencil alone."""
         choices = self.choices or VolumeOptions(shorten=True)

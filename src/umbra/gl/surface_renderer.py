@@ -17,7 +17,7 @@ from umbra.gl.batches import IMAGES, Batch, FaceBatches
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices, Texture, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
@@ -88,7 +88,12 @@ class SurfaceRenderer:
         return any("HAS_NORMALS" in batch.has for batch in self.batches)
 
     def draw(
-        self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
+        self,
+        state: State,
+        projection: CameraProjection,
+        ground: float | None,
+        *,
+        cull: bool = False,
     ) -> None:
         """
         Draw opaque surfaces into the surface target in use.
@@ -110,7 +115,7 @@ class SurfaceRenderer:
     def draw_at_once(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         ground: float | None,
         lamp: Lamp | None,
         *,
@@ -155,7 +160,7 @@ class SurfaceRenderer:
     def _draw(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         ground: float | None,
         cull: bool,
         needs: tuple[str, ...],
@@ -182,7 +187,7 @@ class SurfaceRenderer:
     def draw_layer(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         behind: Target,
         ground: float | None,
         *,
@@ -210,7 +215,7 @@ class SurfaceRenderer:
         release_all(*programs, *self._tables.values(), *images, self._indices)
 
     def _set_up(
-        self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
+        self, projection: CameraProjection, needs: tuple[str, ...], lamp: Lamp | None = None
     ) -> Program:
         program = self._surface.find("BY_POINT", *needs)
         self._geometry.bind(program)

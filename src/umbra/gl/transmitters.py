@@ -10,7 +10,7 @@ from umbra.errors import InputError
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import FloatPicture, Indices, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
@@ -65,7 +65,7 @@ class TransmitterTables:
         for unit, buffer in enumerate(self._buffers, _FIRST_UNIT):
             buffer.bind(unit)
 
-    def uniforms(self, projection: Projection) -> dict[str, object]:
+    def uniforms(self, projection: CameraProjection) -> dict[str, object]:
         """Return the uniforms of ``transmission.glsl``."""
         high = projection.eye.astype(np.float32)
         return {
@@ -79,7 +79,7 @@ class TransmitterTables:
         self,
         lamp: Lamp,
         light: Light | AreaLight,
-        projection: Projection,
+        projection: CameraProjection,
         origin: NDArray[np.float64],
     ) -> Lamp:
         """Attenuate a lamp by the triangles; an area light from several points."""
@@ -119,7 +119,11 @@ class SheerSurfaces:
         self._indices.write(geometry.faces[transmitters.faces].ravel())
 
     def draw(
-        self, state: State, projection: Projection, first: int, before: DepthBuffer | None = None
+        self,
+        state: State,
+        projection: CameraProjection,
+        first: int,
+        before: DepthBuffer | None = None,
     ) -> None:
         """
         Draw the numbers of visible triangles, from ``first`` on, into the target in use.
@@ -147,7 +151,7 @@ class SheerSurfaces:
     def trace(
         self,
         places: NDArray[np.float64],
-        projection: Projection,
+        projection: CameraProjection,
         light: Light,
         origin: NDArray[np.float64],
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.flags import CUT, VolumeSelection
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.volumes import BodyVolumes
 
 __all__ = [
@@ -152,7 +152,7 @@ class VolumePlan:
         Those of the casters themselves, not of their levels of detail; made when looked up.
     """
 
-    projection: Projection
+    projection: CameraProjection
     light: NDArray[np.float64]
     bottom: float
     draws: tuple[Draw, ...]

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.massing.picks import settle
+from umbra.massing.picks import keep_enough
 from umbra.massing.planes import SLACK, SUM, Needs, measure_lit
 from umbra.massing.upper_bounds import take_cheapest
 
@@ -176,7 +176,7 @@ def _is_fixed(needs: Needs) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def find_heights(needs, top, kept, without=-1):
+def find_cell_heights(needs, top, kept, without=-1):
     """Return the heights (n_cells,) that the kept pieces leave, without those of one group."""
     heights = top.copy()
     crossings = needs.crossings
@@ -196,7 +196,7 @@ def find_heights(needs, top, kept, without=-1):
 def _settle_all(needs, heights, kept):
     """Let each group choose its pieces among what given heights leave; return these."""
     for g in range(needs.wanted.size):
-        settle(needs, g, heights, kept)
+        keep_enough(needs, g, heights, kept)
     return heights
 
 
@@ -206,15 +206,15 @@ def _take_turns(needs, top, order, kept, begin, rounds):
     heights = top.copy()
     if begin:
         for g in order:
-            settle(needs, g, heights, kept)
+            keep_enough(needs, g, heights, kept)
     else:
-        heights = find_heights(needs, top, kept)
+        heights = find_cell_heights(needs, top, kept)
     volume = heights.sum()
     for _ in range(rounds):
         for g in order:
-            others = find_heights(needs, top, kept, g)
-            settle(needs, g, others, kept)
-        heights = find_heights(needs, top, kept)
+            others = find_cell_heights(needs, top, kept, g)
+            keep_enough(needs, g, others, kept)
+        heights = find_cell_heights(needs, top, kept)
         if heights.sum() <= volume + 1e-6:
             break
         volume = heights.sum()
@@ -248,15 +248,15 @@ def _exchange(needs, top, kept, heights, chances):
         before = kept.copy()
         for g in some:
             kept[needs.start[needs.group[g]] : needs.start[needs.group[g + 1]]] = False
-        tried = find_heights(needs, top, kept)
+        tried = find_cell_heights(needs, top, kept)
         for need in range(dear.size):  # every other time members of a group are chosen by chance
             dear[need] = 1.0 + (number % 2) * 2.0 * chance[(7 * need + 3) % chance.size]
         for g in some:
-            settle(needs, g, tried, kept, dear)
+            keep_enough(needs, g, tried, kept, dear)
         for g in some:
-            others = find_heights(needs, top, kept, g)
-            settle(needs, g, others, kept, dear)
-        tried = find_heights(needs, top, kept)
+            others = find_cell_heights(needs, top, kept, g)
+            keep_enough(needs, g, others, kept, dear)
+        tried = find_cell_heights(needs, top, kept)
         if tried.sum() >= heights.sum() - 1e-9:
             heights[:] = tried
         else:

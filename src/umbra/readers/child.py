@@ -35,7 +35,7 @@ __all__ = [
     "list_records",
     "make_early_end",
     "read_message",
-    "serve",
+    "serve_reader",
     "write_message",
 ]
 
@@ -226,7 +226,7 @@ def make_early_end(what: str, remedy: str, *, has_hung: bool) -> InputError:
     return InputError(msg, has_hung=has_hung)
 
 
-def serve(target: str, limits: tuple[float, float, float]) -> None:
+def serve_reader(target: str, limits: tuple[float, float, float]) -> None:
     """Read a request from standard input, and write its pieces to standard output."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     # The library's output must not mix with the pieces.

@@ -13,7 +13,7 @@ from umbra.gl.foreign import ForeignTarget
 from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.matrices import read_projection
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_clip_range, find_light_source, turn_scissor
+from umbra.gl.projection import CameraProjection, find_clip_range, find_light_source, turn_scissor
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State
 from umbra.gl.volume_counter import VolumeCounter
@@ -185,7 +185,7 @@ class ShadowVolumes(SceneUser):
 
 
 def _find_reach(
-    seen: Projection, scene: Scene, light: Light, target: ForeignTarget
+    seen: CameraProjection, scene: Scene, light: Light, target: ForeignTarget
 ) -> tuple[tuple[int, int, int, int], tuple[float, float]]:
     """Find the scissor of a light's range in a framebuffer, and its depth bounds."""
     source = find_light_source(light, scene.origin)

@@ -286,10 +286,10 @@ def _spell_out(text: str, zone: str) -> str:
     if _THIS_YEAR.fullmatch(text):
         return f"{dt.datetime.now(ZoneInfo(zone)).year:04}-{text}"
     if any(letter.isalpha() for letter in text):
-        from umbra.sun.terms import find_term, is_term  # noqa: PLC0415 - it imports this module
+        from umbra.sun.terms import find_term_day, is_term  # noqa: PLC0415 - it imports this module
 
         if is_term(text):
-            return str(find_term(text, zone))
+            return str(find_term_day(text, zone))
     return text
 
 

@@ -12,7 +12,7 @@ from zoneinfo import ZoneInfo
 from umbra.errors import InputError, find_similar
 from umbra.sun.position import find_longitude
 
-__all__ = ["TERMS", "find_term", "is_term"]
+__all__ = ["TERMS", "find_term_day", "is_term"]
 
 TERMS = {
     "equinox": 0, "spring-equinox": 0, "march-equinox": 0, "summer-solstice": 90,
@@ -31,7 +31,7 @@ def is_term(word: str) -> bool:
     return _WORD.fullmatch(word.strip().lower()) is not None
 
 
-def find_term(word: str, zone: str = "UTC") -> dt.date:
+def find_term_day(word: str, zone: str = "UTC") -> dt.date:
     """
     Find the date of a term by a zone's calendar; without a year, of this year.
 

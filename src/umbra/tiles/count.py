@@ -141,7 +141,7 @@ def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
 
 
 @dataclass(frozen=True)
-class Needs:
+class TileNeeds:
     """
     What counting a window reads.
 
@@ -168,7 +168,7 @@ class Needs:
         return _BASE + faces * _FACE + grid.rows * grid.cols * cell
 
 
-def find_needs(place: Workplace, grid: Grid) -> Needs:
+def find_needs(place: Workplace, grid: Grid) -> TileNeeds:
     """Find the units that are seen in a window or cast onto it, of any light."""
     near = Neighbourhood(place)
     x, y = grid.x, grid.y
@@ -177,11 +177,11 @@ def find_needs(place: Workplace, grid: Grid) -> Needs:
     seen = near.find_seen(low, high)
     box = find_tile_box(place, near, seen, low, high)
     units = seen | near.find_casting(box, place.lights.vectors)
-    return Needs(seen, units, box, near.count_faces(units))
+    return TileNeeds(seen, units, box, near.count_faces(units))
 
 
 def count_window(
-    place: Workplace, grid: Grid, needs: Needs
+    place: Workplace, grid: Grid, needs: TileNeeds
 ) -> tuple[Variables, list[NeighbourSums], int, int]:
     """
     Count the cells of a window.

@@ -16,7 +16,7 @@ from umbra.errors import InputError
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.readers.georeference import locate_bounds
-from umbra.readers.model import Crowns, FilePlace, settle
+from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
@@ -256,7 +256,7 @@ def _locate(catalogue: Catalogue) -> Scene:
         return locate_bounds(scene, catalogue.bounds)
     names = ("latitude", "longitude", "elevation", "true_north")
     each = {one.path: [one.place[name] for name in names] for one in catalogue.files}
-    return settle(scene, {path: FilePlace(*facts) for path, facts in each.items()})
+    return state_site(scene, {path: FilePlace(*facts) for path, facts in each.items()})
 
 
 def _find_template(place: Workplace) -> dict[str, Any]:

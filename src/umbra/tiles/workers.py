@@ -27,7 +27,7 @@ from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
 
-__all__ = ["WorkerEngine", "serve"]
+__all__ = ["WorkerEngine", "serve_tiles"]
 
 _CODE = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
@@ -179,7 +179,7 @@ def _read(answer: bytes) -> TileRecord | BaseException:
     return kind(told.get("message", "the run has ended"))
 
 
-def serve() -> None:
+def serve_tiles() -> None:
     """Count the tiles that standard input names until it ends."""
     pipes = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # Libraries must read no tiles, and their output must not mix with the answers.

@@ -33,7 +33,7 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
     if term == "equinox":
         return [day for name in ("spring-equinox", "autumn-equinox")
                 for day in find_term(name, year, zone)]  # fmt: skip
-    return [terms.find_term(f"{year}-{term}", zone)]
+    return [terms.find_term_day(f"{year}-{term}", zone)]
 
 
 def _count_centuries(seconds: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -35,7 +35,7 @@ from umbra.window.view_painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.view_state import ViewState
 from umbra.writers.pixels import write_png
 
-__all__ = ["PANEL", "Viewer", "show"]
+__all__ = ["PANEL", "Viewer", "run_viewer"]
 
 PANEL = 290
 """Width of the panel, in the window's units."""
@@ -284,7 +284,7 @@ class Viewer:
         return path
 
 
-def show(
+def run_viewer(
     scene: Scene,
     view: ViewState,
     *,

@@ -19,7 +19,7 @@ from umbra.gl.context import release_all
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.resources import TextureBuffer
-from umbra.gl.scene_renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import PLACE, SharedDepthTarget
 from umbra.gl.volume_counter import VolumeCounter
@@ -103,7 +103,7 @@ def count_profile(
 class ShadowProfile:
     """Draws the profile of a period over a renderer's picture."""
 
-    def __init__(self, renderer: Renderer) -> None:
+    def __init__(self, renderer: SceneRenderer) -> None:
         self._renderer, self._device = renderer, renderer.device
         device = renderer.device
         self._counts: tuple[Planner, VolumeCounter] | None = None

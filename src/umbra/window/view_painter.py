@@ -14,7 +14,7 @@ from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device, release_all
 from umbra.gl.resources import Timers
-from umbra.gl.scene_renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.gl.target import PictureTargets
@@ -148,7 +148,7 @@ class ViewPainter:
     def _begin(self) -> None:
         """Prepare the scene with the parts that cast."""
         warn: Callable[[str], object] = self._warnings.append
-        self.renderer = Renderer(
+        self.renderer = SceneRenderer(
             self.scene, self.ground, casters=self._list_casters(), device=self.device,
             softness=Softness(samples=SAMPLES), warn=warn,
         )  # fmt: skip

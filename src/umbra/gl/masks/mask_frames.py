@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks import MASKS, Method, Step
+from umbra.gl.masks import MASKS, MaskStep, Method
 from umbra.gl.masks.counter import MaskCounter
 from umbra.gl.masks.passes import Forward, Look, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection, make_projection
+from umbra.gl.projection import CameraProjection, make_projection
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
@@ -36,7 +36,7 @@ from umbra.scene import Camera, Light, Scene
 
 __all__ = ["MaskPicture"]
 
-_ONE = Step("multiply", 0.0)
+_ONE = MaskStep("multiply", 0.0)
 
 
 class MaskPicture(DeviceUser):
@@ -188,7 +188,7 @@ class MaskPicture(DeviceUser):
     def _draw_light(
         self,
         state: State,
-        shown: Projection,
+        shown: CameraProjection,
         plan: VolumePlan | None,
         look: Look,
         shadows: str | None,
@@ -242,11 +242,11 @@ class MaskPicture(DeviceUser):
         painter = self._colors.painter
         if self.method is not None:
             self._draw_volumes(state, plan, dark)
-            painter.draw_rectangle(state, Step("by alpha", 1.0), "rgb", "apply")
+            painter.draw_rectangle(state, MaskStep("by alpha", 1.0), "rgb", "apply")
             return
         self._stencil.count(state, color, plan)
         where = Stencil(test="notequal", reference=0)
-        step = Step("multiply", dark)
+        step = MaskStep("multiply", dark)
         painter.draw_rectangle(state, step, "rgb", "apply", stencil=where)
 
     def _draw_volumes(self, state: State, plan: VolumePlan, dark: float) -> None:
@@ -258,7 +258,7 @@ class MaskPicture(DeviceUser):
             painter.draw_rectangle(state, step, self.method.write)
 
     def _draw_mask(
-        self, state: State, shown: Projection, plan: VolumePlan, mask: Target, look: Look
+        self, state: State, shown: CameraProjection, plan: VolumePlan, mask: Target, look: Look
     ) -> None:
         """Draw a separate mask: depth at its resolution, volumes, rectangles."""
         start = self.method.start if self.method else 1.0
@@ -281,7 +281,7 @@ class MaskPicture(DeviceUser):
         self._colors.painter.draw_rectangle(state, _ONE, True, "copy", stencil=where)
 
     def _apply(
-        self, state: State, shown: Projection, mask: Target, picture: Target, dark: float
+        self, state: State, shown: CameraProjection, mask: Target, picture: Target, dark: float
     ) -> None:
         assert self._upsampler is not None
         low, high = self.method.lit if self.method else (0.75, 1.0)

@@ -21,7 +21,7 @@ from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.passes import Tally
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.soft import SoftLights
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
@@ -58,7 +58,7 @@ class Upsampler:
     def apply(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         mask: Target,
         picture: Target,
         tally: Tally,
@@ -233,7 +233,7 @@ class SmallMasks(Visibility):
         self._find_surface = find_surface
         self._choice = ("auto", 1, "joint")
         self._plans: list[VolumePlan] = []
-        self._projections: tuple[Projection, Projection] | None = None
+        self._projections: tuple[CameraProjection, CameraProjection] | None = None
         self._is_drawn = False
         self._held: _Held | None = None
 
@@ -245,7 +245,7 @@ class SmallMasks(Visibility):
         return SoftLights(self, {n: AreaLight(light, 0.0) for n, light in enumerate(lights)})
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Plan the reduced picture; see `Visibility`."""
         method, scale, _ = self._choice

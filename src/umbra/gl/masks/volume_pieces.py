@@ -21,7 +21,7 @@ from umbra.gl.flags import CUT, DARK_CAP, LIGHT_CAPS, Z_FAILS
 from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.volumes import FAR, BodyVolumes
 
-__all__ = ["Pieces", "VolumeBatch", "make_pieces"]
+__all__ = ["VolumeBatch", "VolumePieces", "make_pieces"]
 
 _Key = tuple[str, bool]
 _Lists = dict[_Key, list[NDArray[np.uint32]]]
@@ -41,7 +41,7 @@ class VolumeBatch:
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class VolumePieces:
     """
     All volumes of a plan: batches, and the index list (n,) of their draws.
 
@@ -96,7 +96,7 @@ class _Builder:
         self._open, self._weight, self._ends = {}, 0, 0
 
 
-def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces:
+def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> VolumePieces:
     """
     Split the volumes of a plan by the method ``auto`` into batches no wider than ``at_once``.
 
@@ -108,7 +108,7 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces
         _add_body(builder, each, plan, offset, split)
         offset += each.body.n_shells * len(each.body.groups)
     builder.close()
-    return Pieces(
+    return VolumePieces(
         builder.batches, np.concatenate(builder.lists), builder.n_volumes, builder.n_split
     )
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from umbra.gl.context import release_all
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft.complexity_pictures import SpotCounts
 from umbra.gl.soft.visibility import Visibility
@@ -58,7 +58,7 @@ class SampledShadows(Visibility):
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
         self._points: list[Light] = []
-        self._projection: Projection | None = None
+        self._projection: CameraProjection | None = None
         self._chunk = -1
         self._plans: list[VolumePlan] = []
 
@@ -67,7 +67,7 @@ class SampledShadows(Visibility):
         self._turn = turn, turns
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         turn, turns = self._turn
@@ -114,7 +114,7 @@ class SoftLights:
         self._method, self.areas = method, areas
         self._places = {number: place for place, number in enumerate(areas)}
 
-    def begin(self, projection: Projection, plans: Sequence[VolumePlan | None]) -> None:
+    def begin(self, projection: CameraProjection, plans: Sequence[VolumePlan | None]) -> None:
         """Prepare a picture; plans are the hard volumes of all its lights."""
         found = [plan for number in self.areas if (plan := plans[number]) is not None]
         if self._method is not None:

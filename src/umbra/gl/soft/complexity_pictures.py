@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import release_all
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
-from umbra.gl.projection import Projection, find_light_source
+from umbra.gl.projection import CameraProjection, find_light_source
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedge_pictures import WedgePainter
 from umbra.gl.state import Pass, State
@@ -60,7 +60,7 @@ class SpotCounts(Visibility):
         self._plans: Sequence[VolumePlan] = ()
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         self._lights, self._plans = lights, plans

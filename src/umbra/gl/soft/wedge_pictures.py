@@ -18,7 +18,7 @@ from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import RINGS, draw_ground
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_light_source
+from umbra.gl.projection import CameraProjection, find_light_source
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
@@ -51,7 +51,7 @@ class Keys:
         )
         self._picture = SharedDepthTarget(self._device, "rgba32f" if has_normals else "r32f")
 
-    def draw(self, state: State, target: Target, projection: Projection) -> int:
+    def draw(self, state: State, target: Target, projection: CameraProjection) -> int:
         """
         Draw the keys of the surfaces in a target's depth; return the texture.
 
@@ -73,7 +73,7 @@ class Keys:
         release_all(self._picture, self._indices, self._faces, self._ground)
 
 
-def _find_depths(projection: Projection) -> np.ndarray:
+def _find_depths(projection: CameraProjection) -> np.ndarray:
     """Return the nearest depth of a parallel view, and its depth range [m]."""
     if projection.camera.is_perspective:
         return np.zeros(2)
@@ -124,11 +124,11 @@ class WedgePainter:
         self._keys = Keys(planner, has_normals=has_normals)
         self._programs = Programs(self._device, "wedge.vert.glsl", "wedge.frag.glsl")
         self._edges: list[LightEdges] = []
-        self._projection: Projection | None = None
+        self._projection: CameraProjection | None = None
         self._key = 0
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         self._projection, self._key = projection, 0
@@ -208,7 +208,7 @@ class WedgePainter:
         )  # fmt: skip
         return program
 
-    def _find_reach(self, projection: Projection) -> float:
+    def _find_reach(self, projection: CameraProjection) -> float:
         """Return the extent of wedges; 0 means infinity, which is out of parallel views."""
         if projection.camera.is_perspective:
             return 0.0
@@ -235,7 +235,7 @@ class Wedges(Visibility):
         )
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         self._plans = plans

@@ -23,7 +23,7 @@ from umbra.gl.flags import COARSE, CUT, DRAWS, LIGHT_CAPS, Z_FAILS, VolumeSelect
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_clip_range, find_light_source
+from umbra.gl.projection import CameraProjection, find_clip_range, find_light_source
 from umbra.gl.request import find_request_key
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
@@ -142,7 +142,7 @@ def _bound(each: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.
 
 def list_layers(
     layers: LightLayers,
-    projection: Projection,
+    projection: CameraProjection,
     light: Light,
     origin: NDArray[np.float64],
     floor: float,
@@ -180,7 +180,7 @@ def list_layers(
 def plan_layers(
     layers: LightLayers,
     hard: VolumePlan,
-    projection: Projection,
+    projection: CameraProjection,
     selection: VolumeSelection,
     draws: Sequence[Draw],
     steps: Sequence[float],
@@ -267,11 +267,11 @@ class ScaledLayers(Visibility):
         self._key: tuple | None = None
         self._plans: list[list[VolumePlan]] = []
         self._middles: list[VolumePlan] = []
-        self._projection: Projection | None = None
+        self._projection: CameraProjection | None = None
         self._is_shown = False
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         self._projection, self._middles, self._is_shown = projection, list(plans), False
