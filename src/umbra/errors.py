@@ -22,6 +22,7 @@ __all__ = [
     "make_printable",
     "shorten",
     "show_value",
+    "write_for_docs",
     "write_for_shell",
 ]
 
@@ -47,35 +48,8 @@ _COMMANDS = re.compile(
     "\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
 )
 _BREAK = re.compile(r"[ \t\r]*\n[ \t\r\n]*")
-_SPELLED = {
-    "by_day=False": "sum",
-    "end": "to",
-    "formats": "write",
-    "ground=False": "no-ground",
-    "highest": "max",
-    "latitude": "lat",
-    "lights": "light",
-    "longitude": "lon",
-    "spots": "spot",
-    "start": "from",
-    "true_north": "north",
-    "zone": "tz",
-}
-"""Options with another name on the command line."""
-
-_OPTIONS = """
-allow_outside area at base_column bbox by by_day canopy canopy_heights caption cast cell crs date
-detail device every every_days exact extent eye fov geometric_error ground height height_column
-layer_gap layer_length leaf_on light_samples light_size mask_filter mask_scale masks max_memory
-measure method min_spell name_column near no_cast on points proposed receivers refraction report
-rules albedo samples shadows sheet size sky_directions soft spacing spells style sunshine target
-threads transmissivity transparent trunk under up who weather write end latitude lights longitude
-spots start true_north zone formats memory min_altitude pictures scheduler show subtitle tiles
-title workers windows plot year areas areas_on reveal highest keep max_height place lift move
-horizon horizon_from
-"""
-OPTIONS = frozenset(_OPTIONS.split())
-"""Options that messages may name."""
+FLAGS: dict[str, str] = {}
+"""Options of commands by their names in Python, filled where records of options are defined."""
 
 _OPTION = re.compile(
     r"(?<![\w'\"=./-])([a-z][a-z_]*)="
@@ -183,15 +157,20 @@ def write_for_shell(text: str) -> str:
     return _OPTION.sub(_spell, text)
 
 
+def write_for_docs(text: str) -> str:
+    """Write the options in a text as docstrings do: `` ``no_cast`` ``."""
+    return _OPTION.sub(lambda found: f"``{found[0].removesuffix('=')}``", text)
+
+
 def _spell(found: re.Match[str]) -> str:
     name, value = found.groups()
-    if name not in OPTIONS:
+    if name not in FLAGS:
         return found[0]
-    word = _SPELLED.get(found[0]) or _SPELLED.get(name, name).replace("_", "-")
+    flag = FLAGS.get(found[0], FLAGS[name])
     if value in {None, "True", "False"}:
-        return f"--{word}"
+        return flag
     values = re.sub(r"[\[\]()']", "", value).replace(", ", "x" if name == "size" else ",")
-    return f"--{word} {values}"
+    return f"{flag} {values}"
 
 
 class UmbraError(Exception):
@@ -211,7 +190,7 @@ class UmbraError(Exception):
 
     def __init__(self, message: str, **data: object) -> None:
         super().__init__(shorten(make_printable(_BREAK.sub(" ", message))))
-        named = (found[1] for found in _OPTION.finditer(message) if found[1] in OPTIONS)
+        named = (found[1] for found in _OPTION.finditer(message) if found[1] in FLAGS)
         self.data = {"option": next(named, None)} | data
 
     def __getattr__(self, name: str) -> object:

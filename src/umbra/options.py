@@ -8,14 +8,14 @@ from contextlib import suppress
 from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
-from umbra.errors import InputError, find_similar, show_value
+from umbra.errors import FLAGS, InputError, find_similar, show_value
 from umbra.ground_option import check_ground
 
 __all__ = [
-    "Option", "check_types", "is_area_file", "list_options", "option", "read_flag", "read_length",
-    "read_names", "read_path", "read_text", "read_texts",
+    "Given", "Option", "Options", "check_types", "is_area_file", "list_options", "needed", "option",
+    "read_flag", "read_length", "read_names", "read_path", "read_text", "read_texts", "record",
 ]  # fmt: skip
 
 _UNITS = {
@@ -23,6 +23,9 @@ _UNITS = {
 }  # fmt: skip
 AREA_ENDINGS = (".geojson", ".json", ".gpkg", ".shp", ".dxf")
 """Endings of files of areas."""
+G_contra = TypeVar("G_contra", contravariant=True)
+K_co = TypeVar("K_co", covariant=True)
+T = TypeVar("T")
 _LENGTH = re.compile(rf"(.*?)\s*({'|'.join(_UNITS)})?", re.IGNORECASE | re.DOTALL)
 
 
@@ -38,11 +41,16 @@ class Option:
         ``texts``, ``flag``, ``ground``; or ``text``, ``dates``, ``table``, ``path`` and ``any``,
         checked where they are used.
     help : str
-        Help text of the command line.
+        What it does, for the command's help and for docstrings; other options as in errors,
+        ``eye=``.
+    more : str
+        Further words for docstrings alone.
     heading : str
         Heading in the command's help.
     flag : str, optional
         Flag on the command line, made from the name by default; None: only in Python.
+    off : str
+        A further flag, which gives False.
     metavar : str, optional
         Placeholder of the value in the command's help.
     unit : str
@@ -73,8 +81,10 @@ class Option:
 
     type: str
     help: str = ""
+    more: str = ""
     heading: str = ""
     flag: str | None = ""
+    off: str = ""
     metavar: str | None = None
     unit: str = ""
     choices: tuple[Any, ...] = ()
@@ -97,9 +107,55 @@ class Option:
         return f"({', '.join(word.split(','))})" if self.type == "numbers" else f"'{word}'"
 
 
+class Given(Generic[G_contra, K_co]):
+    """
+    The type of a field ``Given[GIVEN, KEPT]``: what a caller may pass, and what the record keeps.
+
+    Of descriptors type checkers know both; the field itself is a plain one, which ``check_types``
+    or the record normalises.
+    """
+
+    def __get__(self, record: object, owner: Any = None) -> K_co:
+        raise NotImplementedError
+
+    def __set__(self, record: object, value: G_contra) -> None:
+        raise NotImplementedError
+
+
 def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> Any:  # noqa: A002
     """Make a field of a record of options, with the parameters of ``Option``."""
     return field(default=default, metadata={"option": Option(type=type, help=help, **more)})
+
+
+def needed(type: str, help: str = "", **more: Any) -> Any:  # noqa: A002
+    """Make a field without a default."""
+    return field(metadata={"option": Option(type=type, help=help, **more)})
+
+
+@dataclass_transform(kw_only_default=True, field_specifiers=(needed,))
+def record(cls: type[T]) -> type[T]:
+    """
+    Make a class a frozen record of options, whose fields are given by name.
+
+    Type checkers do not hear that it is frozen: of a frozen subclass mypy takes a field ``Given``
+    to keep what is given.
+    """
+    return dataclass(frozen=True, kw_only=True, eq=False)(cls)
+
+
+class Options:
+    """Base of records of options; the shell's names of its fields are then known to errors."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __init_subclass__(cls) -> None:
+        for name, one in vars(cls).items():
+            said = getattr(one, "metadata", {}).get("option")
+            if said is not None and said.flag is not None:
+                on, _, off = (said.flag or f"--{name.replace('_', '-')}").partition("/")
+                FLAGS[name] = FLAGS[on[2:].replace("-", "_")] = on
+                if off or said.off:
+                    FLAGS[f"{name}=False"] = off or said.off
 
 
 def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:

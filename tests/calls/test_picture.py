@@ -1,7 +1,6 @@
 """``umbra.render``, ``make_camera`` and ``show``: what the commands do, in Python."""
 
 import importlib.util
-import inspect
 import sys
 from io import BytesIO
 from types import SimpleNamespace
@@ -13,11 +12,8 @@ from support.model_files import save_obj
 from support.shapes import sheet
 
 import umbra
-from umbra.calls.camera_options import CameraOptions
-from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.cli import main
 from umbra.methods import Softness
-from umbra.options import list_options
 
 TABLE = sheet([(-1, -1, 4), (1, -1, 4), (1, 1, 4), (-1, 1, 4)])
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -108,24 +104,6 @@ def test_half_a_view_is_told(scene):
         umbra.make_camera(scene, eye=(0, 0, 9))
     assert "both --eye X,Y,Z and --target X,Y,Z" in caught.value.for_shell()
     assert caught.value.option == "target"
-
-
-@pytest.mark.parametrize(
-    ("call", "record", "own"),
-    [
-        (umbra.render, RenderOptions, {"scene", "camera", "lights", "arrays"}),
-        (umbra.make_camera, CameraOptions, {"scene"}),
-        (umbra.show, ViewOptions, {"scene", "site"}),
-    ],
-)
-def test_signatures_are_those_of_the_records(call, record, own):
-    shown = {name: one.default for name, one in inspect.signature(call).parameters.items()}
-    told = call.__doc__.split("Returns")[0]
-    assert {name: default for name, default in shown.items() if name not in own} == {
-        name: default for name, _, default in list_options(record)
-    }
-    for name in shown:
-        assert name in told, f"{name} is not in the docstring"
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,46 @@ def test_soups_and_towns_by_rays(seed):
     assert np.abs(found - rays).mean() < 3e-4
 
 
+def make_quilt(n=12):
+    """A slope of small triangles before the sun in the zenith."""
+    at = np.linspace(-5, 5, n + 1)
+    x, y = (axis.ravel() for axis in np.meshgrid(at, at))
+    vertices = np.stack([x, y, 10 + 0.1 * x + 0.07 * np.sin(y)], 1)
+    first = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    a, b, c, d = first, first + 1, first + n + 2, first + n + 1
+    return vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype("i4")
+
+
+def test_joined_faces_hide_all_of_a_disc_and_a_hole_shows_its_share():
+    vertices, faces = make_quilt()
+    wide = 12.0  # degrees: some dozens of faces
+    assert find((vertices, faces), (0, 0, 1), radius=wide) == 0.0
+    assert find(rewound((vertices, faces)), (0, 0, 1), radius=wide) == 0.0
+    middle = vertices[faces].mean(1)
+    hole = np.argmin(np.hypot(*(middle[:, :2] - (0.9, 0.4)).T))
+    flat = vertices[faces[hole]][:, :2] / vertices[faces[hole]][:, 2:] / np.tan(np.radians(wide))
+    (a, b), (c, d) = flat[1] - flat[0], flat[2] - flat[0]
+    share = find((vertices, np.delete(faces, hole, 0)), (0, 0, 1), radius=wide)
+    assert share == pytest.approx(abs(a * d - b * c) / 2 / np.pi, rel=1e-9)
+
+
+def test_a_cone_meets_every_box_that_holds_a_face_in_it():
+    """Suns along the axes and beside them, where slopes of the cone's sides vanish."""
+    rng = np.random.default_rng(3)
+    corners = rng.uniform(-30, 30, (2000, 1, 3)) + rng.uniform(-0.5, 0.5, (2000, 3, 3))
+    mesh = corners.reshape(-1, 3), np.arange(6000, dtype=np.int32).reshape(-1, 3)
+    tree = make_face_tree(make_caster(*mesh))
+    points = rng.uniform(-20, 20, (60, 3)) * [1, 1, 0]
+    seen = 0
+    for way in ((0, 0, 1), (1, 0, 0.04), (0, -1, 0.05), (0.02, 0.02, 1), (-1, 1e-9, 0.3)):
+        toward = np.array(way, float) / np.linalg.norm(way)
+        found = find_free_disc(tree, points, np.full((60, 3), np.nan), toward[None, None], 2.0)[0]
+        rays = judge(tree, points, np.full((60, 3), np.nan), toward, 3000, 2.0)
+        assert np.abs(found - rays).max() < 3e-3
+        seen += ((found > 0) & (found < 1)).sum()
+    assert seen > 100
+
+
 def test_a_thicket_is_judged_by_rays():
     rng = np.random.default_rng(5)
     leaves = rng.normal(size=(3000, 1, 3)) * 0.5 + rng.normal(size=(3000, 3, 3)) * 0.05

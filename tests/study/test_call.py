@@ -1,13 +1,10 @@
 """Slips in a call from Python are told by name, with the remedy."""
 
-import inspect
-
 import numpy as np
 import pytest
 from support.shapes import box
 
 import umbra
-from umbra.options import list_options
 from umbra.receivers import KINDS
 from umbra.receivers.kind import SampleKind
 from umbra.study import StudyOptions
@@ -59,18 +56,6 @@ def test_slips_in_what_is_studied(scene):
         umbra.shadow_study("a.obj", SITE, **SMALL)
     with pytest.raises(umbra.InputError, match="site is a tuple, not a Site"):
         umbra.shadow_study(scene, (48.2, 16.37), **SMALL)
-
-
-def test_the_signature_is_that_of_the_record():
-    shown = dict(inspect.signature(umbra.shadow_study).parameters)
-    assert list(shown)[:3] == ["scene", "site", "date"]
-    options = {name: default for name, _, default in list_options(StudyOptions)}
-    assert options.pop("date") is None
-    options["chunks"] = None
-    assert {name: one.default for name, one in list(shown.items())[3:]} == options
-    told = umbra.shadow_study.__doc__.split("Returns")[0]
-    for name in options:
-        assert name in told, f"{name} is not in the docstring"
 
 
 def test_a_record_of_options_has_one_form():

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection
 from support.shapes import box
 
-from umbra.scene import make_scene
-from umbra.study import count_finer, make_preview, preview, refine_preview, run_study
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import count_finer, finer, make_preview, refine_preview, run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.folder.captions import describe_smooth
-from umbra.writers.hours import make_hours_sheet
-from umbra.writers.plan import DayMap, Plan
+from umbra.writers.plan import Plan
 from umbra.writers.sheet import lay_out_sheet
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -65,40 +63,26 @@ def count_teeth(lines):
     return turns
 
 
-def test_lines_and_labels_come_from_finer_hours_and_paint_stays():
-    study = study_tower()
-    plan = Plan(study.x, study.y)
-    fine = count_finer(study).shadow_hours
-    one, other = (
-        make_hours_sheet(plan, [DayMap(study.shadow_hours, finer=hours)], 8.0)
-        for hours in (None, fine)
+def test_finer_losses_are_nearer_to_exact_ones(tmp_path):
+    parts = {"old": box((-5, -5, 0), (5, 5, 20)), "new": box((20, -5, 0), (30, 5, 50))}
+    scene = make_scene(parts=[Part(name, "house", Mesh(*mesh)) for name, mesh in parts.items()])
+    asked = {**DAY, "extent": EXTENT, "cell": 1.0, "receivers": "top", "proposed": ("new",)}
+    study = run_study(scene, VIENNA, **asked)
+    lost = count_finer(study).find_lost([0])
+    exact = run_study(scene, VIENNA, **asked, exact=True).more["hours_lost"][1]
+    there = np.isfinite(exact)
+    assert (~there).any()  # the new roof
+    coarse, fine = (
+        np.abs(hours - exact)[there].max() * 60 for hours in (study.more["hours_lost"][1], lost)
     )
-    lines = [
-        np.concatenate([path.vertices for artist in sheet.leaf.findobj(LineCollection)
-                        for path in artist.get_paths()])
-        for sheet in (one, other)
-    ]  # fmt: skip
-    assert lines[0].shape != lines[1].shape
-    images = [
-        [artist.image for artist in sheet.leaf.artists if hasattr(artist, "image")]
-        for sheet in (one, other)
-    ]
-    assert all((a == b).all() for a, b in zip(*images, strict=True))
-
-
-def test_finer_hours_of_larger_cells_fit_any_plan():
-    study = study_tower(cell=0.25)  # 1280 x 640
-    found = count_finer(study)
-    assert found.shadow_hours.shape == (400, 800)
-    blocked = study.heights > 0
-    plan = Plan(study.x, study.y, blocked.astype(np.float32))
-    sheet = make_hours_sheet(plan, [DayMap(study.shadow_hours, finer=found.shadow_hours)], 8.0)
-    assert sheet.map_size[0] > 300
+    assert coarse > 7.5
+    assert fine < 2.1  # two edges of each tower's shadow
+    assert exact[there].max() > 1
 
 
 def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     study, small = study_tower(cell=0.25), study_tower()
-    face = preview.FACE * 12
+    face = finer.FACE * 12
     done = []
     tile = type(study.model.make_tile(study.grid.coarser(8)))
     make = tile.make_counter
@@ -117,16 +101,16 @@ def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     monkeypatch.setattr(tile, "make_counter", watch)
     own = 32 * (study.grid.rows * study.grid.cols + face)
     seconds = []
-    for free in (0, own, 3 * own, preview.FREE):
+    for free in (3 * own, 5 * own, finer.FREE):
         done.clear()
-        monkeypatch.setattr(preview, "FREE", free)
+        monkeypatch.setattr(finer, "FREE", free)
         seconds.append(count_finer(study).seconds)
         assert sum(done) <= max(own, free)
-    assert seconds == [450, 450, 180, 60]
-    monkeypatch.setattr(preview, "FREE", 0)
-    assert count_finer(small) is None  # its cells are no larger for lines
-    monkeypatch.setattr(preview, "FREE", 4 * own)
-    assert count_finer(study, pictures=4).seconds == 450  # which share what is free
+    assert seconds == [300, 180, 60]
+    monkeypatch.setattr(finer, "FREE", 0)
+    assert count_finer(small) is None
+    monkeypatch.setattr(finer, "FREE", 12 * own)
+    assert count_finer(study, pictures=4).seconds == 300  # which share what is free
 
 
 def test_two_runs_draw_the_same():
@@ -135,7 +119,7 @@ def test_two_runs_draw_the_same():
 
 
 def test_what_is_counted_otherwise_has_no_finer_steps():
-    assert count_finer(study_tower(receivers="south", extent=None)) is None
+    assert count_finer(study_tower(disc=True)) is None
     assert count_finer(study_tower(exact=True)) is None
     assert count_finer(study_tower(every="1min", start="12:00", end="12:10")) is None
     assert count_finer(run_study(TOWER, VIENNA, **{**DAY, "date": ["2026-03-21", "2026-06-21"]},
@@ -152,14 +136,13 @@ def test_steps_are_cut_into_whole_minutes_or_seconds(every, end, seconds):
     assert found.up_hours == pytest.approx(1)  # the last step is shorter
 
 
-def test_maps_have_more_cells_than_their_lines():
-    scene = make_scene(*box((-5, -5, 0), (5, 5, 12)), name="tower")
-    study = run_study(
-        scene, Site(48.2, 16.37, "Europe/Vienna"), date="2026-03-21", every="1h",
-        receivers="ground", extent=(-100, -5, 100, 5), size=(2000, 10),
-    )  # fmt: skip
-    assert len(preview.make_preview(study).x) == 1600
-    assert count_finer(study).shadow_hours.shape[1] == 800
+def test_an_elevation_takes_finer_steps_for_less_of_the_work():
+    study = study_tower(receivers="south", extent=None)
+    found = count_finer(study)
+    assert 60 <= found.seconds < 900
+    assert found.shadow_hours.shape == study.shadow_hours.shape
+    plan = count_finer(study_tower())
+    assert plan.seconds <= found.seconds
 
 
 LOW = {"date": "2026-12-21", "start": "09:00", "end": "10:00", "cell": 4.0}
@@ -202,6 +185,6 @@ def test_the_profile_tells_the_size_of_its_cells():
 def test_a_profile_is_counted_anew_only_where_it_shows_and_costs_little(options, work, monkeypatch):
     study = study_tower(**{**LOW, "every": "1h", **options})
     if work is not None:
-        monkeypatch.setattr(preview, "FREE", work)
+        monkeypatch.setattr(finer, "FREE", work)
     coarse = make_preview(study)
     assert refine_preview(study, coarse) is coarse

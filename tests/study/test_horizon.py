@@ -14,6 +14,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.lights import read_horizon
 from umbra.study.study import run_study
+from umbra.sun import find_sun
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna", elevation=200.0)
 TURNED = umbra.Site(48.2, 16.37, "Europe/Vienna", elevation=200.0, true_north=30.0)
@@ -246,10 +247,40 @@ def test_faults_are_told(tmp_path, text):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "more", [{"exact": True}, {"disc": True}, {"measure": "sky_blocked_by", "by": "part"}]
-)
-def test_what_knows_no_land_is_refused(scene, tmp_path, more):
+def test_what_knows_no_land_is_refused(scene, tmp_path):
     with pytest.raises(InputError) as caught:
-        study(scene, horizon=save(tmp_path, [1] * 8), **more)
+        study(scene, horizon=save(tmp_path, [1] * 8), disc=True)
     assert caught.value.option == "horizon"
+
+
+def test_instants_at_the_land_are_solved(scene, tmp_path):
+    """The sun comes over the land and goes behind it to a second; the hours stay up."""
+    path = save(tmp_path, [12, 14, 9, 16, 12, 10, 18, 11])
+    plain, land = study(scene, exact=True), study(scene, exact=True, horizon=path)
+    fine = study(scene, every="1min", horizon=path)
+    assert np.allclose(land.sun_hours, fine.sun_hours, atol=1.5 / 60)
+    assert np.allclose(land.sun_hours + land.shadow_hours, plain.sun_hours + plain.shadow_hours)
+    spells = study(scene, exact=True, spells=True, horizon=path)
+    sun = find_sun(VIENNA, spells.first_sun.values[:1].astype("datetime64[us]"))
+    assert np.allclose(sun.altitude, read_horizon(path).find_edge(sun.azimuth), atol=0.005)
+    mine = study(scene, exact=True, by="part", horizon=path).cast_hours
+    coarse = study(scene, every="1min", by="part", horizon=path).cast_hours
+    assert np.allclose(mine, coarse, atol=1.5 / 60)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_land_takes_its_share_of_the_sky(scene, tmp_path, exact):
+    """What casters take, the nearest first, the land and the free sky add up to the whole."""
+    asked = {**SKY, "points": [(0, -5000, 0), (0, -12, 0)], "date": None, "exact": exact}
+    asked |= {"measure": "sky_blocked_by,sky_component", "by": "part"}
+    found = study(scene, horizon=save(tmp_path, [30] * 8), **asked)
+    assert found.caster.values.tolist() == ["house", "land"]
+    assert np.allclose(found.sky_blocked + found.sky_component, 100, atol=0.01)
+    assert np.allclose(found.sky_blocked_by.sum("caster"), found.sky_blocked)
+    turn = math.radians(30)
+    free = (math.cos(turn) ** 2 / 3 + 4 / 9 * (1 - math.sin(turn) ** 3)) / (7 / 9)
+    shares = found.sky_blocked_by.sel(caster="land").values
+    assert shares[0] == pytest.approx(100 * (1 - free), abs=0.01 if exact else 0.3)
+    alone = study(scene, **asked).sky_blocked_by.sel(caster="house").values
+    assert found.sky_blocked_by.sel(caster="house").values == pytest.approx(alone, abs=1e-3)
+    assert shares[1] < shares[0] - 1

@@ -2,20 +2,18 @@
 
 import ast
 import re
-from dataclasses import fields
 from pathlib import Path
 
 import click
 import pytest
 
 import umbra
-from umbra.calls.options import RenderOptions
-from umbra.cli.envelope import command as envelope
-from umbra.cli.inspect import command as inspect
 from umbra.cli.prove import command as prove
 from umbra.cli.render import command as render
 from umbra.cli.study import command as study
-from umbra.errors import OPTIONS, InputError, UmbraError, write_for_shell
+from umbra.cli.view import command as view
+from umbra.errors import FLAGS, InputError, UmbraError, write_for_shell
+from umbra.options import Options, list_options
 
 SOURCE = Path(umbra.__file__).parent
 SHELL = re.compile(r"(?<!\w)--[a-z]")
@@ -57,37 +55,37 @@ def test_an_error_knows_the_option():
     assert InputError("no part", pattern="x").pattern == "x"
 
 
+def find_records(base):
+    """List umbra's own records of options."""
+    for record in base.__subclasses__():
+        if record.__module__.startswith("umbra."):
+            yield from (record, *find_records(record))
+
+
 def test_each_option_that_messages_may_name_is_one_of_the_command_line():
     typed = {
         text
-        for command in (envelope, inspect, prove, render, study)
+        for command in (prove, render, study, view)
         for parameter in command.params
         if isinstance(parameter, click.Option)
         for text in (*parameter.opts, *parameter.secondary_opts)
     }
-    assert {write_for_shell(f"{name}=") for name in OPTIONS} <= typed
-    assert write_for_shell("by_day=False") in typed
-
-
-def test_options_of_pictures_are_named_as_the_command_spells_them():
-    for one in fields(RenderOptions):
-        assert write_for_shell(f"{one.name}=") == f"--{one.name.replace('_', '-')}"
+    flags = {
+        FLAGS[name]
+        for record in find_records(Options)
+        for name, said, _ in list_options(record)
+        if said.flag is not None
+    }
+    assert len(flags) > 80
+    assert flags <= typed
+    assert write_for_shell("by_day=False") == "--sum"
 
 
 def find_texts(path):
-    """
-    List what a module says in words of the shell.
-
-    Docstrings and flags are no messages; of records of options, whose help is the command's,
-    only messages are meant.
-    """
+    """List messages in words of the shell; docstrings, flags and a command's remedies are none."""
     nodes = list(ast.walk(ast.parse(path.read_text())))
-    if path.name.endswith("options.py"):
-        said = [
-            n for n in nodes if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "msg"
-        ]
-        nodes = [node for message in said for node in ast.walk(message)]
     docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    docs |= {id(n.value) for n in nodes if isinstance(n, ast.keyword) and n.arg == "remedy"}
     texts = [n for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)]
     return [
         (path.name, node.lineno)

@@ -56,7 +56,7 @@ class Picture:
 
 def make_page(folder):
     """Write a page with the renderer alone, and return its path."""
-    exports = {"model": "unpackModel", "renderer": "Renderer"}
+    exports = {"model": "unpackModel", "renderer": "Renderer", "sun_masks": "SunMasks"}
     scripts = [f"{{ {bundle(module)} window.{name} = ${module}.{name}; }}"
                for module, name in exports.items()]  # fmt: skip
     script = "\n".join([*scripts, SCRIPT])

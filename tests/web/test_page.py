@@ -29,6 +29,10 @@ PLACE = np.array([1000.0, 340000.0, 20.0])
 HOSTILE = '</script><img src=x onerror="document.title=1">'
 READY = "document.documentElement?.dataset.ready == 'yes' && umbra.waits === 0"
 DETAILS = "document.querySelectorAll('.panel > details')"
+OBJECTS, DISTANCES = (
+    f"[...{DETAILS}].find((e) => e.firstChild.textContent.startsWith('{word}'))"
+    for word in ("Objects", "Distances")
+)
 NOW = "[...document.querySelectorAll('.now-words')].map((e) => e.textContent)"
 
 
@@ -90,7 +94,7 @@ def test_the_page_is_small_whole_and_does_nothing_that_files_command(live, writt
     assert written.stat().st_size < 400_000
     assert live.ask("document.title") == "Scene"
     assert live.ask("document.images.length") == 0
-    live.ask(f"{DETAILS}[2].open = true")
+    live.ask(f"{OBJECTS}.open = true")
     live.wait("document.querySelectorAll('.things .label').length")
     labels = "[...document.querySelectorAll('.things .label')]"
     assert live.ask(f"{labels}.map((e) => e.firstChild.data)") == ["tower", HOSTILE, "house"]
@@ -261,7 +265,7 @@ def test_a_place_tells_its_sun_and_who_casts_before_and_after(live):
 
 def test_an_object_that_is_switched_off_casts_nothing(live):
     live.ask(f"umbra.set({{place: {place_at(2, 15)}, minutes: 13 * 60 + 30, compare: 'after'}})")
-    live.ask(f"{DETAILS}[2].open = true")
+    live.ask(f"{OBJECTS}.open = true")
     live.wait("document.querySelectorAll('.things select').length")
     put(live, ".things select", "off")
     assert live.ask(NOW) == ["Now in the sun."]
@@ -353,7 +357,7 @@ def test_distances_and_sections_are_kept_by_a_link(live, written):
         settle(live)
     ends = live.ask("umbra.state.distances[0]")
     length = float(np.linalg.norm(np.subtract(*ends)))
-    assert f"{length:.2f} m" in live.ask(f"{DETAILS}[3].textContent")
+    assert f"{length:.2f} m" in live.ask(f"{DISTANCES}.textContent")
     live.ask("umbra.set({section: {axis: 'level', at: 0.5, flipped: false}, minutes: 615})")
     live.ask("umbra.set({compare: 'before'})")
     live.wait("location.hash.includes('cut=level') && location.hash.includes('compare=before')")
@@ -453,7 +457,7 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
     shown = read_picture(page)
     seen = 0
     for column, row in itertools.product(range(100, 900, 90), range(100, 650, 90)):
-        place = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
+        place = page.ask(f"umbra.stage.renderer.pick({column + 0.5}, {row + 0.5})")
         if place["part"] >= 0:
             continue
         x, y = (np.array(place["position"]) + page.ask("umbra.model.origin"))[:2]
@@ -500,7 +504,7 @@ def test_hours_lie_on_walls_and_roofs_in_their_own_colours(page, quarter, tmp_pa
         settle(page)
         shown = read_picture(page)
         for column, row in itertools.product(range(60, 900, 17), range(60, 650, 17)):
-            hit = page.ask(f"umbra.stage.renderer.pick({column}, {row})")
+            hit = page.ask(f"umbra.stage.renderer.pick({column + 0.5}, {row + 0.5})")
             around = shown[row - 1 : row + 2, column - 1 : column + 2]
             if hit is None or hit["part"] < 0 or np.ptp(around, axis=(0, 1)).any():
                 continue

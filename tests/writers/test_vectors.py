@@ -16,7 +16,7 @@ from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid
-from umbra.study import run_study
+from umbra.study import count_finer, run_study
 from umbra.study.preview import Moment, find_moments
 from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
@@ -211,10 +211,14 @@ def test_hour_lines_part_the_cells(study):
     lines = list(find_hour_lines(study))
     assert [line.shadow_hours for line in lines][:3] == [1, 2, 3]
     is_open = study.heights <= study.ground
+    finer = count_finer(study, longest=None)
+    assert finer.shadow_hours.shape == study.shadow_hours.shape
+    assert finer.seconds <= 300  # a third of the study's steps
     for line in lines:
+        assert line.seconds == finer.seconds
         assert line.sun_hours == pytest.approx(study.up_hours - line.shadow_hours)
         # Between two neighbours of which one has the hours, a line passes.
-        deep = study.shadow_hours >= line.shadow_hours - 1e-3
+        deep = finer.shadow_hours >= line.shadow_hours - 1e-3
         both = is_open[:, 1:] & is_open[:, :-1]
         rows, cols = np.nonzero((deep[:, 1:] != deep[:, :-1]) & both)
         whole = shapely.MultiLineString(line.lines)
@@ -388,7 +392,7 @@ def facade():
 def test_lines_of_an_elevation_lie_on_it_and_cross_no_edge(facade):
     hour_lines = list(find_hour_lines(facade))
     assert 1.0 in [line.shadow_hours for line in hour_lines]
-    hours = facade.shadow_hours
+    hours = count_finer(facade, longest=None).shadow_hours
     for hour_line in hour_lines:
         for x, z in np.concatenate(hour_line.lines):
             # In the shadow of the high house on the low one's wall, off the corner at x = 8.

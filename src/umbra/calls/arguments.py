@@ -4,53 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal
-
-from numpy.typing import ArrayLike
+from typing import Any, ParamSpec, Protocol
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.errors import InputError, check_type
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Scene
+from umbra.signatures import takes
 
 __all__ = ["check_picture_memory", "make_camera", "tell_moved_parts"]
 
+P = ParamSpec("P")
 _BYTES, _LIGHT_BYTES = 330, 16  # memory per pixel, and per pixel and light
 
 
-def make_camera(
-    scene: Scene,
-    *,
-    eye: ArrayLike | None = None,
-    target: ArrayLike | None = None,
-    view: Literal["isometric", "plan", "street", "bird"] | None = None,
-    up: ArrayLike = (0.0, 0.0, 1.0),
-    size: tuple[int, int] = (1024, 768),
-    fov: float | None = None,
-    height: float | None = None,
-    near: float | None = None,
-) -> Camera:
+class CameraCall(Protocol[P]):
+    """The signature of ``umbra.make_camera``."""
+
+    def __call__(self, scene: Scene, *_: P.args, **options: P.kwargs) -> Camera: ...
+
+
+def _take(record: Callable[P, CameraOptions]) -> Callable[[Any], CameraCall[P]]:
+    return takes(record, "a camera")
+
+
+@_take(CameraOptions)
+def make_camera(scene: Scene, *, options: CameraOptions) -> Camera:
     """
     Make a camera for a scene; by default of the whole model.
 
     Parameters
     ----------
     scene : Scene
-    eye, target : (3,) float, optional
-        Both or none [m]; by default the whole model from above.
-    view : {'isometric', 'plan', 'street', 'bird'}, optional
-        The whole model in a named view, in place of eye and target: isometric and plan are
-        orthographic; a street is seen from 1.7 m above the lowest point, with upright verticals.
-    up : (3,) float
-        Upward in the picture.
-    size : (int, int)
-        Columns and rows of pixels.
-    fov : float, optional
-        Vertical field of view [degrees], 50 by default, 28 of a named view.
-    height : float, optional
-        Height of the picture [m], for an orthographic view instead.
-    near : float, optional
-        Near plane [m]; by default 0.1, or a thousandth of a model smaller than 100 m.
+    options : CameraOptions
+        Each by its name.
 
     Returns
     -------
@@ -62,16 +49,6 @@ def make_camera(
         If one of eye and target is missing, or the view is degenerate.
     """
     check_type("scene", scene, Scene)
-    options = CameraOptions(
-        eye=eye,  # type: ignore[arg-type]
-        target=target,  # type: ignore[arg-type]
-        view=view,
-        up=up,  # type: ignore[arg-type]
-        fov=fov,
-        height=height,
-        size=size,
-        near=near,
-    )
     return options.make(scene)
 
 

@@ -1,14 +1,17 @@
 """Options of a picture's camera: each with its type, default, unit, help, flag and heading."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from umbra.errors import InputError
-from umbra.options import check_types, option
+from umbra.options import Given, Options, check_types, option, record
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from umbra.scene import Camera, Scene
 
 __all__ = ["CameraOptions"]
@@ -18,8 +21,8 @@ _FOV = 50.0  # [degrees]
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # any valid view, for early checks
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CameraOptions:
+@record
+class CameraOptions(Options):
     """
     A camera for a scene, checked; see ``umbra.make_camera``.
 
@@ -29,11 +32,11 @@ class CameraOptions:
         If one of eye and target is missing, or the view is degenerate.
     """
 
-    eye: Sequence[float] | None = _camera(
+    eye: Given[ArrayLike | None, Sequence[float] | None] = _camera(
         "numbers", "Position of the camera [m]; default: the whole model, seen from above.",
         unit="m", count=3, metavar="X,Y,Z",
     )  # fmt: skip
-    target: Sequence[float] | None = _camera(
+    target: Given[ArrayLike | None, Sequence[float] | None] = _camera(
         "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z"
     )
     view: Literal["isometric", "plan", "street", "bird"] | None = _camera(
@@ -41,7 +44,7 @@ class CameraOptions:
         "plan are orthographic, street stands 1.7 m above the lowest point.",
         choices=("isometric", "plan", "street", "bird"),
     )  # fmt: skip
-    up: Sequence[float] = _camera(
+    up: Given[ArrayLike, Sequence[float]] = _camera(
         "numbers", "Direction that points up in the picture; default: 0,0,1.",
         default=(0.0, 0.0, 1.0), count=3, metavar="X,Y,Z",
         remedy="numbers joined by commas; the file's own axis is --axis-up",
@@ -52,14 +55,14 @@ class CameraOptions:
         unit="degree",
         metavar="DEG",
     )
-    height: float | None = _camera(
+    height: Given[float | str | None, float | None] = _camera(
         "length", "Orthographic view: the height that the picture shows [m].", unit="m",
         metavar="M",
     )  # fmt: skip
     size: tuple[int, int] = _camera(
         "size", "Size of the picture in pixels; default: 1024x768.", default=(1024, 768), count=2
     )
-    near: float | None = _camera(
+    near: Given[float | str | None, float | None] = _camera(
         "length",
         "Distance of the near plane [m]; default: 0.1, or a thousandth of the diagonal of a "
         "model smaller than 100 m.",
@@ -97,7 +100,7 @@ class CameraOptions:
         """The field of view, where it matters [degrees]."""
         return _FOV if self.fov is None else self.fov
 
-    def make(self, scene: "Scene") -> "Camera":
+    def make(self, scene: Scene) -> Camera:
         """Make the camera; by default the model fills the picture but for a margin."""
         from umbra.scene import Camera  # noqa: PLC0415
         from umbra.scene.camera import fit_camera  # noqa: PLC0415

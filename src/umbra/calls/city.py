@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from umbra.errors import InputError, UmbraError, show_value
 from umbra.options import read_names, read_path
 from umbra.readers import read
+from umbra.signatures import check_names
 from umbra.study.options import StudyOptions
-from umbra.study.study import check_names
 from umbra.sun.site import Site, find_site
 from umbra.tiles.options import CityOptions
 
@@ -171,7 +171,8 @@ def city_study(
     >>> city = umbra.city_study("lod2/*.gml", out="city/", date="2026-12-21", receivers="top")
     >>> city.dataset.sun_hours.sel(x=691000, y=5335000, method="nearest").compute()
     """
-    chosen = _take_options(**options)
+    check_names(options, StudyOptions.__dataclass_fields__, "a study")
+    chosen = StudyOptions(**options)
     city = CityOptions(
         tiles=tiles, memory=memory, min_altitude=min_altitude, workers=workers,
         scheduler=scheduler,
@@ -257,8 +258,3 @@ def _tell_cut(run: "CityRun") -> list[str]:
     if not is_open or not options.asks_hours:
         return []
     return tell_long_shadows(CityResult(run.folder).find_sides())
-
-
-@check_names
-def _take_options(**options: Any) -> StudyOptions:
-    return StudyOptions(**options)

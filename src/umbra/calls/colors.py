@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.openness import find_openness
-from umbra.calls.options import RenderOptions
+from umbra.calls.options import DrawingOptions
 from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device
@@ -36,7 +36,7 @@ def color_page(
     lights: Sequence[Light],
     seen: SeenModel,
     style: Style,
-    options: RenderOptions,
+    options: DrawingOptions,
     shadows: str,
     ground: float | None,
     sky: Sky,
@@ -121,7 +121,7 @@ def _find_openness(
     camera: Camera,
     seen: SeenModel,
     style: Style,
-    options: RenderOptions,
+    options: DrawingOptions,
     ground: float | None,
     wanted: Sequence[tuple[VisibleRegion, object]],
 ) -> NDArray[np.float32] | None:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from umbra.calls.lines import draw_lines
-from umbra.calls.options import RenderOptions
+from umbra.calls.options import DrawingOptions
 from umbra.calls.samples import Averages
 from umbra.calls.styles import Style
 from umbra.cpu.shade import encode_srgb
@@ -18,7 +18,7 @@ _LEAST = 10  # [pixels]
 _INK, _HALO = (28, 28, 34, 255), (255, 255, 255, 210)
 
 
-def finish(averages: Averages, style: Style, options: RenderOptions) -> NDArray[np.uint8]:
+def finish(averages: Averages, style: Style, options: DrawingOptions) -> NDArray[np.uint8]:
     """Turn what the samples show into a picture, (rows, cols, 3 or 4) uint8."""
     linear = averages.colors
     if options.transparent:  # nothing is black, so colours are multiplied by their coverage

@@ -95,7 +95,7 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     lights = list(view.shining().values())
     picture = draw_picture(scene, camera, lights, drawing, said.append, casters)
     for text in said:
-        warnings.warn(text, stacklevel=3)
+        warnings.warn(text, stacklevel=4)
     if options.out is not None:
         from umbra.folders.atomic import replace_file  # noqa: PLC0415
         from umbra.writers.pixels import write_png  # noqa: PLC0415

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from umbra.calls.options import RenderOptions, ViewOptions
+from umbra.calls.options import DrawingOptions, ViewOptions
 from umbra.calls.styles import Style
 from umbra.ground.choice import find_ground, tell_feet
 from umbra.ground.level import has_terrain
@@ -12,7 +12,7 @@ __all__ = ["choose_ground", "stand_scene"]
 
 
 def choose_ground(
-    scene: Scene, options: RenderOptions, style: Style, tell: Callable[[str], object]
+    scene: Scene, options: DrawingOptions, style: Style, tell: Callable[[str], object]
 ) -> tuple[Scene, float | None]:
     """Return the scene with its ground, and the height of a plane [m]: given, or assumed."""
     if options.ground is False:

@@ -18,7 +18,7 @@ from umbra.folders.atomic import replace_file
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.sun import Site
-from umbra.writers.live import clear_ground, find_face_surfaces, make_hours
+from umbra.writers.live import clear_ground, find_face_surfaces, make_hours, make_palette
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -59,6 +59,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "ground": _find_ground(scene, study, height),
         "proposed": proposed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
+        "palette": make_palette(),
         "hours": hours,
         "hasLink": True,
         "takesWheel": True,

@@ -1,27 +1,38 @@
 """
 Options of pictures and windows: each with its type, default, unit, help, flag and heading.
 
-These records define the options of ``umbra render`` and ``umbra view``, the checks and the
-defaults; ``umbra.render``, ``umbra.make_camera`` and ``umbra.show`` write their signatures out
-in full, and a test compares the two.
+These records are the options of ``umbra render`` and ``umbra view``, and the signatures and
+docstrings of ``umbra.render`` and ``umbra.show``.
 """
 
+from __future__ import annotations
+
 import math
+import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.devices import DEFAULT, DEVICES, find_device
 from umbra.errors import InputError, make_printable, show_value
 from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
-from umbra.options import check_types, option
+from umbra.options import Given, Options, check_types, option, record
 
 if TYPE_CHECKING:
+    from umbra.calls.result import ShadowStudy
     from umbra.scene import Light
     from umbra.sun import Site
 
-__all__ = ["SHADOWS", "VECTORS", "LightOptions", "RenderOptions", "ViewOptions"]
+__all__ = [
+    "SHADOWS",
+    "VECTORS",
+    "DrawingOptions",
+    "LightOptions",
+    "RenderOptions",
+    "ShadowOptions",
+    "ViewOptions",
+]
 
 VECTORS = ("svg", "pdf")
 """Formats of drawings as vectors, by the endings of their files."""
@@ -47,17 +58,13 @@ def _tell_methods() -> str:
     return "; ".join(texts) + "."
 
 
-_cast = partial(
-    _casters, "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
-)
-_no_cast = partial(
-    _casters, "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
-)
+_cast = partial(_casters, "patterns", "Only these parts cast shadows: names or kinds.", default=())
+_no_cast = partial(_casters, "patterns", "These parts cast no shadows: names or kinds.", default=())
 _ground = partial(
-    _counting, "ground",
+    option, "ground",
     "What the ground is: feet, a surface through the feet of the buildings; level, a plane at "
     "their median height; a height [m]; or a terrain file. Default: as umbra study assumes.",
-    unit="m", metavar="feet|level|Z|FILE",
+    unit="m", metavar="feet|level|Z|FILE", off="--no-ground",
 )  # fmt: skip
 _looks = partial(option, heading="Style")
 _threads = partial(
@@ -90,8 +97,8 @@ _gap = partial(
 )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LightOptions:
+@record
+class LightOptions(Options):
     """
     The lights of a command, checked; Python passes records or vectors to ``umbra.render``.
 
@@ -103,15 +110,15 @@ class LightOptions:
 
     lights: Sequence[Sequence[float]] = _lights(
         "numbers",
-        "A light; W=1 is a point (default), W=0 a direction toward the light; repeatable.",
+        "A light; W=1 is a point (default), W=0 a direction toward the light.",
         default=(), flag="--light", count=(3, 4), is_repeated=True, unit="m", metavar="X,Y,Z[,W]",
     )  # fmt: skip
     spots: Sequence[Sequence[float]] = _lights(
-        "numbers", "A spot light: its position, target and half angle; repeatable.",
+        "numbers", "A spot light: its position, target and half angle.",
         default=(), flag="--spot", count=7, is_repeated=True, metavar="X,Y,Z,TX,TY,TZ,DEG",
     )  # fmt: skip
     date: str | None = _lights(
-        "text", "Add the sun on this local date, YYYY-MM-DD, at --at.", metavar="DATE"
+        "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
     )
     at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
 
@@ -131,7 +138,7 @@ class LightOptions:
         """Number of lights."""
         return len(self.lights) + len(self.spots) + (self.date is not None)
 
-    def make(self, find_site: "Callable[[], Site]") -> "list[Light]":
+    def make(self, find_site: Callable[[], Site]) -> list[Light]:
         """Make the lights; the site is found only if the sun is one of them."""
         from umbra.sun import sun_light  # noqa: PLC0415
 
@@ -140,7 +147,7 @@ class LightOptions:
             made.append(sun_light(find_site(), self.date, self.at))
         return made
 
-    def tell_sun(self, site: "Site") -> str:
+    def tell_sun(self, site: Site) -> str:
         """Describe the sun's date, time and place."""
         from umbra.sun.clock import find_stamps  # noqa: PLC0415
         from umbra.sun.local_time import parse_date  # noqa: PLC0415
@@ -148,7 +155,7 @@ class LightOptions:
         stamp = find_stamps(parse_date(str(self.date)), [str(self.at)], site.zone)
         return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {site.show()}"
 
-    def _make_given(self) -> "list[Light]":
+    def _make_given(self) -> list[Light]:
         from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415
 
         made = [_name_slips("lights", make_lights, v)[0] for v in self.lights]
@@ -168,8 +175,50 @@ def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Seque
         raise InputError(msg, option=name) from error
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RenderOptions:
+@record
+class DrawingOptions(Options):
+    """Options of pictures of pixels and of vectors."""
+
+    cast: Sequence[str] = _cast()
+    no_cast: Sequence[str] = _no_cast()
+    ground: Given[float | str | Path | bool | None, float | str | bool | None] = _ground(
+        more="False: none. Plain pictures and arrays have none by default.", heading="Style",
+        passes=(False,),
+    )  # fmt: skip
+    style: str = _looks(
+        "choice",
+        "architectural: pale, with lines, a ground, and corners that the sky darkens; material: "
+        "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
+        "models with textures or gloss, plain with arrays.",
+        default="auto", choices=("auto", "architectural", "material", "plain"),
+    )  # fmt: skip
+    transparent: bool = _looks("flag", "Leave the background out (PNG with alpha).", default=False)
+    caption: str = _looks(
+        "text", "A line at the foot of the picture; default: of umbra render with date= the time "
+        "and place.", default="", metavar="TEXT",
+    )  # fmt: skip
+    threads: int | None = _threads()
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        if not isinstance(self.caption, str):
+            msg = f"caption is text; got {show_value(self.caption)}"
+            raise InputError(msg, option="caption")
+        object.__setattr__(self, "caption", make_printable(" ".join(self.caption.split("\n"))))
+
+
+@record
+class ShadowOptions(Options):
+    """Options of drawings as vectors alone."""
+
+    shadows: str = _looks(
+        "choice", "In SVG and PDF: filled, or with parallel lines on pale faces.",
+        more="Hatched: in another direction for each light.", default="solid", choices=SHADOWS,
+    )  # fmt: skip
+
+
+@record
+class RenderOptions(DrawingOptions):
     """
     Options of a picture's shadows, checked; see ``umbra.render``.
 
@@ -179,9 +228,6 @@ class RenderOptions:
         If an option is wrong, or does not go with the others.
     """
 
-    cast: Sequence[str] = _cast()
-    no_cast: Sequence[str] = _no_cast()
-    ground: float | str | bool | None = _ground(passes=(False,))
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
         "text", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
@@ -195,8 +241,8 @@ class RenderOptions:
     )
     light_size: float | Sequence[float] = _lights(
         "number",
-        "With soft shadows, the radius of all lights or, repeated, of each: metres, or for a "
-        "direction degrees (default: 0.2665, the sun's).",
+        "With soft shadows, the radius of all lights, or of each: metres, or for a direction "
+        "degrees (default: 0.2665, the sun's).",
         default=(), is_repeated=True, metavar="R",
     )  # fmt: skip
     light_samples: int | None = _lights(
@@ -213,28 +259,11 @@ class RenderOptions:
         "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
         default=8, least=1, metavar="N",
     )  # fmt: skip
-    style: str = _looks(
-        "choice",
-        "architectural: pale, with lines, a ground, and corners that the sky darkens; material: "
-        "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
-        "models with textures or gloss, plain with arrays.",
-        default="auto", choices=("auto", "architectural", "material", "plain"),
-    )  # fmt: skip
-    transparent: bool = _looks("flag", "Leave the background out (PNG with alpha).", default=False)
-    caption: str = _looks(
-        "text", "A line at the foot of the picture; default: with --date the time and place.",
-        default="", metavar="TEXT",
-    )  # fmt: skip
-    threads: int | None = _threads()
 
     def __post_init__(self) -> None:
-        check_types(self)
+        super().__post_init__()
         methods = find_device(self.device).methods
         methods.check(self.method)
-        if not isinstance(self.caption, str):
-            msg = f"caption is text; got {show_value(self.caption)}"
-            raise InputError(msg, option="caption")
-        object.__setattr__(self, "caption", make_printable(" ".join(self.caption.split("\n"))))
         if self.soft is not None:
             methods.check_soft(self.soft)
         elif self.light_size:
@@ -289,13 +318,15 @@ class RenderOptions:
             raise InputError(msg, option="light_samples")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ViewOptions:
+@record
+class ViewOptions(Options):
     """Initial state of a view, checked; see ``umbra.show``."""
 
     date: str | None = _window("any", "Local date YYYY-MM-DD; default: 21 March.", metavar="DATE")
     at: str | None = _window("text", "Local time; default: 15:00.", metavar="HH:MM")
-    ground: float | str | bool | None = _ground(heading="Window", passes=(True, False))
+    ground: Given[float | str | Path | bool | None, float | str | bool | None] = _ground(
+        more="False: none.", heading="Window", passes=(True, False)
+    )
     method: str | None = _counting("text", _tell_methods(), metavar="NAME")
     soft: str | None = _lights(
         "choice", "Soft shadows, as in umbra render; the panel sets the sizes of the lights.",
@@ -317,15 +348,24 @@ class ViewOptions:
     no_cast: Sequence[str] = _no_cast()
     proposed: Sequence[str] = _casters(
         "patterns",
-        "Parts of a proposal, which a page compares, before and after; repeatable.", default=(),
+        "Parts of a proposal, which a page compares, before and after.", default=(),
     )  # fmt: skip
-    study: Any = option("any", flag=None)
-    animation: int | str | None = option("any", flag=None)
-    time: float | None = option("number", unit="s", flag=None)
-    view: Any = _window(
+    study: ShadowStudy | None = option(
+        "any", "A study of receivers 'ground' or 'top', whose hours a page or a notebook shows as "
+        "colours.", flag=None,
+    )  # fmt: skip
+    animation: int | str | None = option(
+        "any", "Animation of the scene: its number, its name, or 'all'. It plays in a window "
+        "unless time= is given.", flag=None,
+    )  # fmt: skip
+    time: float | None = option(
+        "number", "Initial time of the animation, of the first one by default [s].", unit="s",
+        flag=None,
+    )  # fmt: skip
+    view: str | os.PathLike[str] | None = _window(
         "file", "A saved view to start with, and the file to save views in.", metavar="FILE.json"
     )
-    out: Any = _window(
+    out: str | os.PathLike[str] | None = _window(
         "file",
         "File of the first screenshot; further ones get a number; default: named after the model. "
         "FILE.html: write a page of the model, without a window.",

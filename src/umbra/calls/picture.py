@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import Any, Literal, ParamSpec, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +18,17 @@ from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import check_type
 from umbra.machine import choose_threads
-from umbra.options import read_flag
+from umbra.options import needed, option, record
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.registry import take_notes
 from umbra.scene import Camera, Light, Scene, directional_light
 from umbra.scene.lights import SomeLights, make_lights
-
-if TYPE_CHECKING:
-    pass
+from umbra.signatures import takes
 
 __all__ = ["Picture", "choose_ground", "draw_picture", "find_own_lights", "render", "tell_near_cut"]
 
+P = ParamSpec("P")
+Q = ParamSpec("Q")
 Warn = Callable[[str], object]
 
 
@@ -102,50 +102,55 @@ class Picture:
         return file.getvalue()
 
 
-@overload
+@record
+class PictureOptions(RenderOptions):
+    """Options of ``umbra.render``."""
+
+    arrays: bool = option(
+        "flag", "Return the whole `Picture`, whose arrays hold the pixels' centres.",
+        default=False, flag=None,
+    )  # fmt: skip
+
+
+@record
+class _ArrayOptions(RenderOptions):
+    arrays: Literal[True] = needed("flag", flag=None)
+
+
+@record
+class _ImageOptions(RenderOptions):
+    arrays: Literal[False] = option("flag", flag=None)
+
+
+class RenderCall(Protocol[P, Q]):
+    """The signature of ``umbra.render``."""
+
+    @overload
+    def __call__(
+        self, scene: Scene, camera: Camera | None = None, lights: SomeLights = (), *_: P.args,
+        **options: P.kwargs,
+    ) -> Picture: ...  # fmt: skip
+    @overload
+    def __call__(
+        self, scene: Scene, camera: Camera | None = None, lights: SomeLights = (), *_: Q.args,
+        **options: Q.kwargs,
+    ) -> NDArray[np.uint8]: ...  # fmt: skip
+
+
+def _take(
+    arrays: Callable[P, Any],  # noqa: ARG001  (type checkers read both)
+    image: Callable[Q, Any],  # noqa: ARG001
+) -> Callable[[Any], RenderCall[P, Q]]:
+    return takes(PictureOptions, "a picture")
+
+
+@_take(_ArrayOptions, _ImageOptions)
 def render(
-    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
-    arrays: Literal[True], cast: str | Sequence[str] = ..., no_cast: str | Sequence[str] = ...,
-    ground: float | str | bool | None = ..., method: str = ...,
-    device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
-    style: str = ..., transparent: bool = ..., caption: str = ..., threads: int | None = ...,
-) -> Picture: ...  # fmt: skip
-@overload
-def render(
-    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
-    arrays: Literal[False] = ..., cast: str | Sequence[str] = ...,
-    no_cast: str | Sequence[str] = ..., ground: float | str | bool | None = ..., method: str = ...,
-    device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
-    mask_scale: int = ..., mask_filter: str = ..., detail: float = ..., samples: int = ...,
-    style: str = ..., transparent: bool = ..., caption: str = ..., threads: int | None = ...,
-) -> NDArray[np.uint8]: ...  # fmt: skip
-def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
     camera: Camera | None = None,
     lights: SomeLights = (),
     *,
-    cast: str | Sequence[str] = (),
-    no_cast: str | Sequence[str] = (),
-    ground: float | str | bool | None = None,
-    method: str = "auto",
-    device: str = "auto",
-    soft: str | None = None,
-    light_size: float | Sequence[float] = (),
-    light_samples: int | None = None,
-    layer_length: float = 2.5,
-    layer_gap: float = 0.4,
-    mask_scale: int = 1,
-    mask_filter: str = "joint",
-    detail: float = 0.0,
-    samples: int = 8,
-    style: str = "auto",
-    transparent: bool = False,
-    caption: str = "",
-    threads: int | None = None,
-    arrays: bool = False,
+    options: PictureOptions,
 ) -> NDArray[np.uint8] | Picture:
     """
     Draw a picture with exact hard shadows of any number of lights, or with soft ones.
@@ -159,50 +164,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     lights : Light, (n, 4) float, or a sequence of either
         In ``(x, y, z, w)`` w = 1 is a point [m], w = 0 a direction toward the light. By
         default the file's lights, or one from the upper left; ``umbra.sun_light`` is the sun.
-    cast, no_cast : str or sequence of str
-        Shell patterns of the parts that cast, or do not; others are only visible.
-    ground : float, str or False, optional
-        z of a plane to draw [m], ``'feet'``, ``'level'`` or a terrain file, as in a study, which
-        is the default under a model that has no ground of its own; False: none. Plain
-        pictures and arrays get none by default.
-    method : str
-        ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
-        ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
-    device : {'auto', 'cpu', 'gl'}
-        ``'auto'`` is the CPU.
-    soft : {'samples', 'wedges', 'complexity', 'weng'}, optional
-        Soft shadows, by samples of the light, penumbra wedges, depth complexity or scaled layers.
-    light_size : float or sequence of float
-        Radius of all lights or of each, for soft shadows: [m] for a point, [degrees] for a
-        direction; 0.2665, the sun's, by default.
-    light_samples : int, optional
-        Points on each light: 256 by default for samples, 64 for depth complexity.
-    layer_length, layer_gap : float
-        Reach of the widest scaled layer, and gap between layers, in tenths of the
-        silhouette's radius.
-    mask_scale : {1, 2, 4}
-        On gl: count shadows in a picture smaller by this factor, then enlarge the mask.
-    mask_filter : {'joint', 'bilinear', 'nearest'}
-        Filter of the enlargement; joint takes only pixels of the same surface.
-    detail : float
-        On gl: pixels by which hard shadows may be off, cast from coarser meshes where that
-        suffices; 0: all are exact.
-    samples : int
-        Samples per pixel averaged along edges, up to 64; 1 takes the pixel's centre alone.
-        Arrays always hold the centres.
-    style : {'auto', 'architectural', 'material', 'plain'}
-        ``'architectural'``: pale colours, lines, an open sky that darkens corners, a ground;
-        ``'material'``: the model's own colours, without lines; ``'plain'``: surfaces and shadows
-        alone. ``'auto'`` takes ``'material'`` of models with textures or gloss, and ``'plain'``
-        with ``arrays``.
-    transparent : bool
-        A fourth channel, 0 where nothing is seen.
-    caption : str
-        A line at the foot of the picture.
-    threads : int, optional
-        All cores by default.
-    arrays : bool
-        Return the whole `Picture`.
+    options : PictureOptions
+        Each by its name.
 
     Returns
     -------
@@ -229,22 +192,16 @@ def render(  # noqa: PLR0913  (each option by its name)
     >>> sun = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
     >>> image = umbra.render(scene, lights=sun)
     """
-    arrays = read_flag("arrays", arrays)
-    options = RenderOptions(
-        cast=cast, no_cast=no_cast, ground=ground, method=method, device=device, soft=soft,
-        light_size=light_size, light_samples=light_samples, layer_length=layer_length,
-        layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, detail=detail,
-        samples=samples, style=style, transparent=transparent, caption=caption, threads=threads,
-    )  # fmt: skip
     check_type("scene", scene, Scene)
     if camera is not None:
         check_type("camera", camera, Camera)
     camera = make_camera(scene) if camera is None else camera
     said: list[str] = []
-    picture = draw_picture(scene, camera, make_lights(lights), options, said.append, is_bare=arrays)
+    shining, is_bare = make_lights(lights), options.arrays
+    picture = draw_picture(scene, camera, shining, options, said.append, is_bare=is_bare)
     for text in said:
-        warnings.warn(text, stacklevel=2)
-    return picture if arrays else picture.image
+        warnings.warn(text, stacklevel=3)
+    return picture if is_bare else picture.image
 
 
 def draw_picture(

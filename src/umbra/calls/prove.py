@@ -14,6 +14,7 @@ from umbra.errors import InputError, check_type
 from umbra.rules.read import read_rule
 from umbra.rules.record import Rule
 from umbra.scene import Scene
+from umbra.signatures import check_names
 from umbra.study.setup import settle_ground
 from umbra.sun import Site
 from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
@@ -138,11 +139,7 @@ def prove(
     """
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
-    known = ProofOptions.__dataclass_fields__
-    for name in options:
-        if name not in known:
-            msg = f"a proof has no option '{name}'; there are {', '.join(known)}"
-            raise InputError(msg, option=name)
+    check_names(options, ProofOptions.__dataclass_fields__, "a proof")
     many = [rules] if isinstance(rules, (str, Path)) else list(rules)
     proof = make_proof(scene, site, ProofOptions(rules=tuple(map(str, many)), **options))
     for note in proof.notes:

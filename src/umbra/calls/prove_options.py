@@ -1,13 +1,14 @@
 """Options of a proof, each with its type, default, help and heading."""
 
+from __future__ import annotations
+
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import check_types, option
+from umbra.options import Options, check_types, option, record
 from umbra.study.options import StudyOptions
 from umbra.verdicts.sunlight import check_year
 
@@ -20,8 +21,8 @@ _sheet = partial(option, heading="Sheet")
 _running = partial(option, heading="Running")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ProofOptions:
+@record
+class ProofOptions(Options):
     """
     Options of a proof; see ``umbra.prove``.
 
@@ -33,7 +34,7 @@ class ProofOptions:
 
     rules: Sequence[str] = _rules(
         "texts",
-        "Rule to judge by: a name that 'umbra rules' lists, NAME:VARIANT, or a file; repeatable.",
+        "Rule to judge by: a name that 'umbra rules' lists, NAME:VARIANT, or a file.",
         default=(), metavar="NAME|FILE",
     )  # fmt: skip
     year: int | None = _rules(
@@ -74,13 +75,13 @@ class ProofOptions:
         default=(),
     )
     cast: Sequence[str] = _casters(
-        "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
+        "patterns", "Only these parts cast shadows: names or kinds.", default=()
     )
     no_cast: Sequence[str] = _casters(
-        "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
+        "patterns", "These parts cast no shadows: names or kinds.", default=()
     )
     canopy: Sequence[str] = _casters(
-        "patterns", "Parts that transmit a share of the light, such as trees; repeatable.",
+        "patterns", "Parts that transmit a share of the light, such as trees.",
         default=(),
     )  # fmt: skip
     transmissivity: Any = _casters(

@@ -4,10 +4,11 @@ Options of every command that reads files: the site, the reading, canopy rasters
 They are those of ``umbra.read``, ``umbra.find_site`` and ``umbra.pose``, which check them.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
 from functools import partial
 
-from umbra.options import option
+from umbra.options import Options, option, record
 
 __all__ = ["CanopyOptions", "ReadingOptions", "SiteOptions"]
 
@@ -16,8 +17,8 @@ _reading = partial(option, heading="Reading")
 _canopy = partial(option, heading="Casters")
 
 
-@dataclass(frozen=True, kw_only=True)
-class SiteOptions:
+@record
+class SiteOptions(Options):
     """The site, where the file does not say it; see ``umbra.find_site``."""
 
     latitude: float | None = _site(
@@ -38,8 +39,8 @@ class SiteOptions:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReadingOptions:
+@record
+class ReadingOptions(Options):
     """What a file does not state, and which of it is wanted; see ``umbra.read``."""
 
     up_axis: str | None = _reading(
@@ -68,7 +69,7 @@ class ReadingOptions:
     )  # fmt: skip
     animation: str | None = _reading(
         "text",
-        "The animation that --time is of, or that umbra view plays: its name, its number, or all; "
+        "The animation that time= is of, or that umbra view plays: its name, its number, or all; "
         "default: 0, the first.",
         metavar="NAME",
     )
@@ -127,8 +128,8 @@ class ReadingOptions:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class CanopyOptions:
+@record
+class CanopyOptions(Options):
     """What canopy rasters do not state; see ``umbra.read``."""
 
     trunk: str | None = _canopy(

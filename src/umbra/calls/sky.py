@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,14 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from umbra.errors import InputError, check_type
+from umbra.land.settle import NamedLand
+from umbra.lights import Horizon
 from umbra.receivers.points import check_points
 from umbra.scene import Scene
 from umbra.sky.casters import find_sky_casters
+from umbra.sky.land import add_land
 from umbra.sky.view import ExactSky
 from umbra.sun import Site, find_site, parse_dates
 from umbra.sun.local_time import Date
 
-__all__ = ["SkyView", "find_known_site", "sky_view", "view_skies"]
+__all__ = ["SkyView", "find_known_site", "find_land", "sky_view", "view_skies"]
 
 
 class SkyView(ExactSky):
@@ -51,6 +55,8 @@ def sky_view(
     *,
     cast: Sequence[str] = (),
     no_cast: Sequence[str] = (),
+    horizon: Any = None,
+    horizon_from: float | None = None,
 ) -> SkyView:
     """
     Find the sky that a point sees, exactly: by its outlines, without a ray or a patch.
@@ -66,6 +72,10 @@ def sky_view(
         For the sun, and for true north; by default the file's, if it says one.
     cast, no_cast : sequences of str
         Shell patterns of the parts that obstruct, and of those that do not; all do by default.
+    horizon : path or pandas.Series, optional
+        Land far away, as ``umbra.shadow_study`` takes it: it obstructs as an object ``land``.
+    horizon_from : float, optional
+        Distance from which the land of a raster counts [m].
 
     Returns
     -------
@@ -88,7 +98,9 @@ def sky_view(
     if place.shape != (3,) or toward.shape != (3,):
         msg = "a point and its normal are three numbers each, such as point=(3, 4, 1.6)"
         raise InputError(msg, point=point)
-    return view_skies(scene, np.hstack([place, toward])[None], site, cast, no_cast)[0]
+    known = find_known_site(scene) if site is None else site
+    land = find_land(scene, known, horizon, horizon_from)
+    return view_skies(scene, np.hstack([place, toward])[None], known, cast, no_cast, land)[0]
 
 
 def view_skies(
@@ -97,18 +109,30 @@ def view_skies(
     site: Site | None = None,
     cast: Sequence[str] = (),
     no_cast: Sequence[str] = (),
+    land: Horizon | None = None,
 ) -> list[SkyView]:
     """Find the skies of several points, (n, 3) or with normals (n, 6), as ``sky_view``."""
     given = check_points(points)
     if given.shape[1] == 3:
         given = np.hstack([given, np.tile([0.0, 0.0, 1.0], (len(given), 1))])
-    casters, names = find_sky_casters(scene, scene.select(cast, no_cast))
-    known = find_known_site(scene) if site is None else site
-    first = SkyView(casters, names, given[0, :3], given[0, 3:], given[0, :3], known)
+    parts = scene.select(cast, no_cast)
+    whole, around = add_land(scene, land, 0.0 if site is None else site.true_north)
+    casters, names = find_sky_casters(whole, [*parts, *around])
+    first = SkyView(casters, names, given[0, :3], given[0, 3:], given[0, :3], site)
     return [
         replace(first, local=row[:3] - scene.origin, normal=row[3:].copy(), point=row[:3].copy())
         for row in given
     ]
+
+
+def find_land(
+    scene: Scene, site: Site | None, horizon: Any, horizon_from: float | None
+) -> Horizon | None:
+    """Read the land around a model; tell what a raster is read as."""
+    land = NamedLand.of(horizon, horizon_from).settle(scene.model_bounds(), site)
+    for line in () if land is None else land.told:
+        warnings.warn(line, stacklevel=3)
+    return land
 
 
 def find_known_site(scene: Scene) -> Site | None:

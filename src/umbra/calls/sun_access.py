@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.calls.sky import find_known_site
+from umbra.calls.sky import find_known_site, find_land
 from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError, check_type
 from umbra.machine import choose_threads
@@ -17,6 +17,7 @@ from umbra.receivers.points import check_points
 from umbra.scene import Scene
 from umbra.sky.casters import SkyCasters, find_sky_casters
 from umbra.sky.heights import find_heights
+from umbra.sky.land import add_land
 from umbra.sky.points import find_seen, measure_sky
 from umbra.sky.tensors import find_open
 from umbra.sun import Site, find_sun
@@ -36,6 +37,8 @@ def sun_access(
     *,
     cast: Sequence[str] = (),
     no_cast: Sequence[str] = (),
+    horizon: Any = None,
+    horizon_from: float | None = None,
     threads: int | None = None,
 ) -> Any:
     """
@@ -52,6 +55,10 @@ def sun_access(
         By default the file's, if it says one.
     cast, no_cast : sequences of str
         Shell patterns of the parts that cast shadows, and of those that do not; all do by default.
+    horizon : path or pandas.Series, optional
+        Land far away, as ``umbra.shadow_study`` takes it; it counts in every column.
+    horizon_from : float, optional
+        Distance from which the land of a raster counts [m].
     threads : int, optional
         All cores by default.
 
@@ -96,6 +103,7 @@ def sun_access(
         raise InputError(msg, option="site")
     threads = choose_threads(threads)
     parts = scene.select(cast, no_cast)
+    land = find_land(scene, known, horizon, horizon_from)
     local = np.ascontiguousarray(given[:, :3] - scene.origin)
     has_normals = given.shape[1] == 6
     normals = given[:, 3:] if has_normals else np.tile(_LEVEL, (len(given), 1))
@@ -105,10 +113,13 @@ def sun_access(
     shaded = np.ones((len(index), len(given)), np.uint8)
     tree = prepare_casting(scene, parts, threads).tree
     shaded[up] = find_hidden(tree, local, normals, sun.direction[up], threads)
-    casters, _ = find_sky_casters(scene, parts)
+    if land is not None:
+        shaded[up[land.covers(sun.direction[up], known.true_north)]] = 1
+    whole, around = add_land(scene, land, known.true_north)
+    casters, _ = find_sky_casters(whole, [*parts, *around])
     skies = measure_sky(casters, local, normals, threads)
-    whole = find_open(normals)[0]
-    share = np.divide(skies.sky_view_factor, whole, out=np.zeros_like(whole), where=whole > 0)
+    open_ = find_open(normals)[0]
+    share = np.divide(skies.sky_view_factor, open_, out=np.zeros_like(open_), where=open_ > 0)
     found = {
         "shaded_fraction": shaded.astype(np.float64).ravel(),
         "horizon_elevation": _find_horizons(casters, local, sun.direction).ravel(),

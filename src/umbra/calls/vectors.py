@@ -6,21 +6,23 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 import numpy as np
 
 from umbra.calls.arguments import make_camera
 from umbra.calls.ground import choose_ground
-from umbra.calls.options import SHADOWS, VECTORS, RenderOptions
+from umbra.calls.options import VECTORS, DrawingOptions, ShadowOptions
 from umbra.calls.picture import find_own_lights, tell_near_cut
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.drawn_page import Page, list_losses
-from umbra.errors import InputError, check_type, show_value
+from umbra.errors import InputError, check_type
+from umbra.options import record
 from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY
 from umbra.scene.lights import SomeLights, make_lights
+from umbra.signatures import takes
 
 if TYPE_CHECKING:
     import os
@@ -32,6 +34,7 @@ MOST = 300_000
 _UNTOLD = {"method": "auto", "soft": None, "mask_scale": 1}
 """Options of pictures that drawings do not have, and their values."""
 
+P = ParamSpec("P")
 Advance = Callable[[int, int, str, str], object]
 
 
@@ -91,29 +94,41 @@ def find_vector_format(path: Path) -> str:
     return kind
 
 
+@record
+class VectorOptions(ShadowOptions, DrawingOptions):
+    """Options of ``umbra.draw_vectors``."""
+
+
+class VectorCall(Protocol[P]):
+    """The signature of ``umbra.draw_vectors``."""
+
+    def __call__(
+        self, scene: Scene, camera: Camera | None = None, lights: SomeLights = (), *_: P.args,
+        **options: P.kwargs,
+    ) -> VectorDrawing: ...  # fmt: skip
+
+
+def _take(record: Callable[P, VectorOptions]) -> Callable[[Any], VectorCall[P]]:
+    return takes(record, "a drawing")
+
+
+@_take(VectorOptions)
 def draw_vectors(
     scene: Scene,
     camera: Camera | None = None,
     lights: SomeLights = (),
     *,
-    cast: str | Sequence[str] = (),
-    no_cast: str | Sequence[str] = (),
-    ground: float | str | bool | None = None,
-    style: str = "auto",
-    shadows: str = "solid",
-    transparent: bool = False,
-    caption: str = "",
+    options: VectorOptions,
 ) -> VectorDrawing:
     """
     Draw a picture as vectors: visible faces, exact shadows on them, outlines and creases.
 
     Parameters
     ----------
-    scene, camera, lights, cast, no_cast, ground, style, transparent, caption
+    scene, camera, lights
         As for `umbra.render`; no spots, and no lamps of a limited range.
-    shadows : {'solid', 'hatched'}
-        ``'solid'``: in the colours of the picture; ``'hatched'``: pale faces, with parallel lines
-        where a light does not arrive, in another direction for each light.
+    options : VectorOptions
+        Each by its name.
 
     Returns
     -------
@@ -137,19 +152,13 @@ def draw_vectors(
     >>> sun = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
     >>> umbra.draw_vectors(scene, lights=sun, shadows="hatched").write("quarter.pdf")
     """
-    options = RenderOptions(
-        cast=cast, no_cast=no_cast, ground=ground, style=style, transparent=transparent,
-        caption=caption,
-    )  # fmt: skip
     check_type("scene", scene, Scene)
     if camera is not None:
         check_type("camera", camera, Camera)
-    drawing = draw_seen(
-        scene, make_camera(scene) if camera is None else camera, make_lights(lights), options,
-        shadows,
-    )  # fmt: skip
+    view = make_camera(scene) if camera is None else camera
+    drawing = draw_seen(scene, view, make_lights(lights), options, options.shadows)
     for note in drawing.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     return drawing
 
 
@@ -157,7 +166,7 @@ def draw_seen(
     scene: Scene,
     camera: Camera,
     lights: Sequence[Light],
-    options: RenderOptions,
+    options: DrawingOptions,
     shadows: str = "solid",
     *,
     tell: Callable[[str], object] = lambda _line: None,
@@ -168,7 +177,7 @@ def draw_seen(
     from umbra.calls.styles import choose_style, find_sky  # noqa: PLC0415
 
     require(["pyclipr"], "vectors", "a drawing as vectors")
-    _check(scene, options, shadows)
+    _check(scene, options)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)
     style = choose_style(options.style, scene, is_bare=False)
@@ -184,13 +193,10 @@ def draw_seen(
     return VectorDrawing(seen, page, notes)
 
 
-def _check(scene: Scene, options: RenderOptions, shadows: str) -> None:
+def _check(scene: Scene, options: DrawingOptions) -> None:
     """Refuse what no drawing can show."""
-    if not isinstance(shadows, str) or shadows not in SHADOWS:
-        msg = f"shadows= is one of {', '.join(SHADOWS)}; got {show_value(shadows)}"
-        raise InputError(msg, option="shadows")
     for name, usual in _UNTOLD.items():
-        if getattr(options, name) != usual:
+        if getattr(options, name, usual) != usual:
             msg = f"{name}= is for pictures (PNG); drawings as vectors have exact hard shadows"
             raise InputError(msg, option=name)
     triangles = sum(part.triangles for part in scene.parts)

@@ -1,11 +1,13 @@
 """The window of ``umbra view``, or what a notebook shows instead."""
 
+from __future__ import annotations
+
 import importlib.util
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeGuard
 
 from umbra.calls.first_view import begin_view, draw_view
 from umbra.calls.ground import stand_scene
@@ -13,42 +15,34 @@ from umbra.calls.options import ViewOptions
 from umbra.errors import check_type
 from umbra.machine import choose_threads
 from umbra.scene import Scene
+from umbra.signatures import takes
 from umbra.sun import Site
 
 if TYPE_CHECKING:
     from umbra.calls.picture import Picture
-    from umbra.calls.result import ShadowStudy
     from umbra.web.widget import LiveView
 
 __all__ = ["is_page", "open_window", "show"]
 
+P = ParamSpec("P")
 
-def show(  # noqa: PLR0913  (each option by its name)
-    scene: Scene,
-    site: Site | None = None,
-    *,
-    date: str | None = None,
-    at: str | None = None,
-    ground: float | str | bool | None = None,
-    method: str | None = None,
-    soft: str | None = None,
-    layer_length: float | None = None,
-    layer_gap: float | None = None,
-    mask_scale: int | None = None,
-    mask_filter: str | None = None,
-    detail: float | None = None,
-    device: str | None = None,
-    size: tuple[int, int] = (1280, 800),
-    threads: int | None = None,
-    cast: str | Sequence[str] = (),
-    no_cast: str | Sequence[str] = (),
-    proposed: str | Sequence[str] = (),
-    study: "ShadowStudy | None" = None,
-    animation: int | str | None = None,
-    time: float | None = None,
-    view: str | os.PathLike[str] | None = None,
-    out: str | os.PathLike[str] | None = None,
-) -> "Picture | LiveView | None":
+
+class ShowCall(Protocol[P]):
+    """The signature of ``umbra.show``."""
+
+    def __call__(
+        self, scene: Scene, site: Site | None = None, *_: P.args, **options: P.kwargs
+    ) -> Picture | LiveView | None: ...
+
+
+def _take(record: Callable[P, ViewOptions]) -> Callable[[Any], ShowCall[P]]:
+    return takes(record, "a view")
+
+
+@_take(ViewOptions)
+def show(
+    scene: Scene, site: Site | None = None, *, options: ViewOptions
+) -> Picture | LiveView | None:
     """
     Show a scene in a window; in a notebook as a model that moves, or as a picture.
 
@@ -63,39 +57,8 @@ def show(  # noqa: PLR0913  (each option by its name)
     scene : Scene
     site : Site, optional
         The file's site by default; without one the light comes from the upper left.
-    date : str, optional
-        Local date, 21 March by default.
-    at : str, optional
-        Local clock time, ``"15:00"`` by default.
-    ground : float, str or bool, optional
-        As in a study: z of a plane [m], ``'feet'``, ``'level'`` or a terrain file; False for
-        none.
-    method, soft : str, optional
-        As in `umbra.render`.
-    layer_length, layer_gap, mask_scale, mask_filter, detail : optional
-        As in `umbra.render`, unless ``view`` states them.
-    device : {'gl', 'cpu'}, optional
-        By default gl for a window, cpu for a picture.
-    size : (int, int)
-        Of the window or the picture.
-    threads : int, optional
-        All cores by default.
-    cast, no_cast : str or sequence of str
-        Patterns of the parts that cast, or do not; others are only visible.
-    proposed : str or sequence of str
-        Patterns of the parts of a proposal, which a page compares: before and after.
-    study : ShadowStudy, optional
-        Of receivers ``ground`` or ``top``: a page or a notebook shows its hours as colours.
-    animation : int or str, optional
-        Animation of the scene: its number, its name, or ``"all"``. It plays in a window
-        unless ``time`` is given.
-    time : float, optional
-        Initial time of the animation, of the first one by default [s].
-    view : path, optional
-        Initial view, as saved in a window.
-    out : path, optional
-        File of screenshots; in a notebook, of the picture. ``.html`` writes a page of the
-        model that moves in any browser, and opens nothing.
+    options : ViewOptions
+        Each by its name.
 
     Returns
     -------
@@ -110,9 +73,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     UmbraError
         If a package that the window needs is missing.
     """
-    given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
     check_type("scene", scene, Scene)
-    options = ViewOptions(**given)
     if site is None:
         site = _find_site(scene, options)
     else:
@@ -132,7 +93,7 @@ def show(  # noqa: PLR0913  (each option by its name)
     return None
 
 
-def is_page(path: object) -> bool:
+def is_page(path: object) -> TypeGuard[str | os.PathLike[str]]:
     """Return whether a file's ending asks for a page."""
     return str(path).lower().endswith((".html", ".htm"))
 

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 import click
 
+from umbra.errors import write_for_shell
 from umbra.ground_option import FEET, LEVEL
 from umbra.options import Option, list_options, read_length
 from umbra.registry import list_added
@@ -158,7 +160,8 @@ class HeadedOption(click.Option):
         self, *args: Any, heading: str = "Options", is_kept: bool = True, is_file: bool = False,
         registry: str = "", unless: str = "", **options: Any,
     ) -> None:  # fmt: skip
-        super().__init__(*args, **{"required": bool(unless), **options})
+        super().__init__(*args, **options)
+        self.required = self.required or bool(unless)
         self._unless = unless
         self.heading, self.is_kept, self.is_file = heading, is_kept, is_file
         self.registry = registry
@@ -238,6 +241,9 @@ def record_options(
         for name, said, default in reversed([*list_options(record)]):
             if said.flag is not None:
                 flag = flags.get(name) or said.flag or f"--{name.replace('_', '-')}"
+                if said.off:
+                    off = {"heading": said.heading, "is_flag": True, "help": f"No {name}."}
+                    command = click.option(said.off, cls=HeadedOption, **off, **more)(command)
                 command = click.option(flag, name, **_describe(said, default), **more)(command)
         return command
 
@@ -246,12 +252,19 @@ def record_options(
 
 def take_record(record: type[R], given: dict[str, Any]) -> R:
     """Build a record from a command's values, and remove them from there."""
-    names = [name for name, said, _ in list_options(record) if said.flag is not None]
-    return record(**{name: given.pop(name) for name in names})
+    values = {}
+    for name, said, _ in list_options(record):
+        if said.flag is not None:
+            values[name] = given.pop(name)
+        if said.off and given.pop(said.off[2:].replace("-", "_")):
+            values[name] = False
+    return record(**values)
 
 
 def _describe(said: Option, default: Any) -> dict[str, Any]:
     """Return an option as ``click.option`` takes it."""
+    is_required = default is MISSING
+    default = None if is_required else default
     is_many = said.is_repeated or said.type in {"dates", "patterns", "texts"}
     types: dict[str, Any] = {
         "number": float,
@@ -275,11 +288,18 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
         "is_file": said.type in {"table", "path"},
         "registry": said.registry,
         "unless": said.unless,
+        "required": is_required,
         "type": kind,
         "is_flag": said.type == "flag",
         "multiple": is_many,
         "default": default,
         "show_default": bool(default) and not is_many and not isinstance(default, tuple),
         "metavar": "PATTERN" if said.type == "patterns" else said.metavar,
-        "help": said.help,
+        "help": _tell(said.help, is_repeated=is_many and ",..." not in str(said.metavar)),
     }
+
+
+def _tell(words: str, *, is_repeated: bool) -> str:
+    """Return an option's help in the shell's words."""
+    more = "; repeatable." if is_repeated else "."
+    return write_for_shell(words.removesuffix(".") + more)

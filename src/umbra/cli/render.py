@@ -9,8 +9,8 @@ from typing import Any
 import click
 
 from umbra.calls.camera_options import CameraOptions
-from umbra.calls.options import SHADOWS, VECTORS, LightOptions, RenderOptions
-from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
+from umbra.calls.options import VECTORS, LightOptions, RenderOptions, ShadowOptions
+from umbra.cli.options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,
     read_model,
@@ -34,13 +34,7 @@ HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting
 @site_options
 @reading_options("--axis-up")
 @record_options(RenderOptions)
-@click.option(
-    "--no-ground", cls=HeadedOption, heading="Style", is_flag=True, help="No ground plane."
-)
-@click.option(
-    "--shadows", cls=HeadedOption, heading="Style", type=click.Choice(SHADOWS), default="solid",
-    help="In SVG and PDF: filled, or with parallel lines on pale faces.",
-)  # fmt: skip
+@record_options(ShadowOptions)
 @click.option(
     "--out", type=NewPath(), metavar="FILE.png", help="The picture; FILE.svg or .pdf: as vectors."
 )
@@ -53,7 +47,6 @@ def command(
     files: tuple[str, ...],
     out: Path | None,
     arrays: Path | None,
-    no_ground: bool,
     shadows: str,
     quiet: bool,
     as_json: bool,
@@ -74,7 +67,6 @@ def command(
     written, kind = _find_paths(out, arrays), _find_kind(out)
     lights = take_record(LightOptions, given)
     _check_site(lights)
-    given["ground"] = False if no_ground else given["ground"]
     options = take_record(RenderOptions, given)
     if out is None:  # arrays are those of the pixels' centres
         options = replace(options, samples=1)

@@ -1,6 +1,7 @@
 """``umbra sky``: the sky above a place."""
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import click
 from umbra.cli.options import HeadedOption, NewPath, SectionedCommand
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options, take_site
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
-from umbra.errors import InputError, find_similar
+from umbra.errors import InputError, find_similar, write_for_shell
 from umbra.machine import load_compiler
 
 if TYPE_CHECKING:
@@ -52,6 +53,16 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
     "--no-cast", heading="Casters", multiple=True, metavar="PATTERN",
     help="These parts do not obstruct; repeatable.",
 )  # fmt: skip
+@_option(
+    "--horizon", heading="Casters", metavar="FILE",
+    help="Land up to 100 km away: a raster of heights (GeoTIFF), or a table azimuth,elevation from "
+    "true north, PVGIS' horizon profile, or elevations of --write horizon.",
+)  # fmt: skip
+@_option(
+    "--horizon-from", heading="Casters", metavar="M",
+    help="Distance from which the land of a raster counts; default: as far as the model reaches "
+    "from its middle.",
+)  # fmt: skip
 @site_options
 @reading_options()
 @_option(
@@ -77,6 +88,7 @@ def command(
     out: Path | None,
     quiet: bool,
     as_json: bool,
+    **around: str | None,
 ) -> None:
     """
     Show the sky above a place: how much of it is free, what obstructs it, and the sun's paths.
@@ -93,6 +105,7 @@ def command(
     import numpy as np  # noqa: PLC0415
 
     from umbra.calls.sky import view_skies  # noqa: PLC0415
+    from umbra.land.settle import NamedLand  # noqa: PLC0415
     from umbra.receivers.points import read_points  # noqa: PLC0415
     from umbra.sky.projections import find_projection  # noqa: PLC0415
     from umbra.sun import parse_dates  # noqa: PLC0415
@@ -104,6 +117,7 @@ def command(
     if (at is None) == (points is None):
         msg = "give the place: --at X,Y,Z, or --points FILE.csv for several (one of the two)"
         raise InputError(msg)
+    named = NamedLand.of(around["horizon"], around["horizon_from"])
     find_projection(projection, np.array([0.0, 0.0, 1.0]), 0.0)
     if dates:
         parse_dates(dates)
@@ -118,9 +132,13 @@ def command(
         stages.begin(name_reading(files))
         scene = read_model(files, tells=True)
         stages.show_scene(scene)
-        stages.begin("tracing the sky")
         site = _find_site(scene, dates)
-        views = view_skies(scene, places, site, cast, no_cast)
+        look = partial(stages.advance, what="reading the land", unit="blocks")
+        land = named.settle(scene.model_bounds(), site, look)
+        for line in () if quiet or land is None else land.told:
+            echo(f"note: {write_for_shell(line)}", err=True)
+        stages.begin("tracing the sky")
+        views = view_skies(scene, places, site, cast, no_cast, land)
         stems = _name_files(names, len(views))
         written: list[Path] = []
         if out is not None:

@@ -34,14 +34,10 @@ HEADINGS = ("Window", "Site", "Lights", "Casters", "Counting", "Reading")
     is_flag=True,
     help="Show it in the browser: serve a page to this machine until Ctrl-C.",
 )
-@click.option(
-    "--no-ground", cls=HeadedOption, heading="Window", is_flag=True, help="No ground plane."
-)
 @reading_options("--axis-up")
 def command(
     files: tuple[str, ...],
     web: bool,
-    no_ground: bool,
     **given: Any,
 ) -> None:
     """
@@ -62,7 +58,6 @@ def command(
         from umbra.window.screen import check_display  # noqa: PLC0415
 
         check_display(instead)
-    given["ground"] = False if no_ground else given["ground"]
     moved = {name: read_values()[name] for name in ("animation", "time")}
     chosen = replace(take_record(ViewOptions, given), **moved)
     scene = read_model(files, poses=False, tells=True)

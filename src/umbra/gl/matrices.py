@@ -50,7 +50,7 @@ def read_projection(
 
     Returns
     -------
-    projection : Projection
+    projection : CameraProjection
         Whose clip matrix gives the same places and depths.
 
     Raises

@@ -205,7 +205,7 @@ def find_start(
     start : int
         0 in perspective, and under a directional light.
     tilt : (2,) float64
-        Tilt of the rays, left and down, as tangents; for ``Projection.tilted``.
+        Tilt of the rays, left and down, as tangents; for ``CameraProjection.tilted``.
     """
     tilt = np.zeros(2)
     if camera.is_perspective:

@@ -198,7 +198,7 @@ def make_projection(
 
     Returns
     -------
-    projection : Projection
+    projection : CameraProjection
     """
     right, up, forward = camera.axes()
     eye = camera.eye - origin

@@ -1,17 +1,61 @@
 """The horizon that a caller named, when the place and the size of the model are known."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.lights import Horizon, LandRaster
+from umbra.lights import Horizon, LandRaster, read_horizon
+from umbra.options import read_length
 from umbra.sun import Site
 
-__all__ = ["check_nearest", "is_raster", "settle_horizon"]
+__all__ = ["NamedLand", "check_nearest", "is_raster", "settle_horizon"]
 
 _FARTHEST = 50_000.0  # distance from which land may begin to count [m]
+
+
+@dataclass(frozen=True)
+class NamedLand:
+    """
+    The land as a caller named it.
+
+    Parameters
+    ----------
+    horizon : Horizon, LandRaster or None
+    nearest : float, optional
+        Distance from which the land of a raster counts [m].
+    is_refracted : bool
+    """
+
+    horizon: Horizon | LandRaster | None = None
+    nearest: float | None = None
+    is_refracted: bool = True
+
+    @classmethod
+    def of(cls, horizon: Any, nearest: Any = None, *, is_refracted: bool = True) -> Self:
+        """Read what ``horizon=`` and ``horizon_from=`` name; InputError if it is wrong."""
+        found = None if horizon is None else read_horizon(horizon)
+        if isinstance(nearest, str):
+            try:
+                nearest = read_length(nearest)
+            except ValueError as error:
+                msg = f"horizon_from= {error}"
+                raise InputError(msg, option="horizon_from") from None
+        check_nearest(found, nearest)
+        return cls(found, nearest, is_refracted)
+
+    def settle(
+        self, bounds: NDArray[np.float64], site: Site | None,
+        progress: Callable[[int, int], object] = lambda _done, _all: None,
+    ) -> Horizon | None:  # fmt: skip
+        """Return the horizon of a model's middle, as ``settle_horizon``."""
+        return settle_horizon(
+            self.horizon, bounds, site, nearest=self.nearest, is_refracted=self.is_refracted,
+            progress=progress,
+        )  # fmt: skip
 
 
 def is_raster(given: object) -> bool:

@@ -6,7 +6,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = ["LANES", "meet_boxes", "meet_rectangles"]
+__all__ = ["LANES", "meet_boxes", "meet_cone", "meet_rectangles"]
 
 LANES = 8
 _LONG, _SHORT = ir.IntType(64), ir.IntType(32)
@@ -57,6 +57,51 @@ def meet_boxes(
             row = builder.extract_value(sides, k)
             near = choose(">", meet(row, start, k), near)
             far = choose("<", meet(builder.sub(_LONG(3 + 2 * k), row), end, k), far)
+        far = builder.fmul(far, ir.Constant(_VECTOR, [_SLACK] * LANES))
+        return _pack(builder, builder.fcmp_ordered("<=", near, far))
+
+    return signature, generate
+
+
+@intrinsic
+def meet_cone(
+    _: Any, boxes: Any, node: Any, places: Any, inverses: Any, exits: Any
+) -> Any:  # numpydoc ignore=RT01
+    """
+    Return a bit mask of the node's boxes that a cone may meet; bit 0 is the first box.
+
+    Parameters
+    ----------
+    boxes : (n_nodes, 6, LANES) float32
+        Lowest x, y, z and highest x, y, z of each box.
+    node : int64
+    places : (6,) float32
+        The cone's apex, for each row of ``boxes``.
+    inverses : (6,) float32
+        1 / its slope along the axis toward each row, finite.
+    exits : (6,) bool
+        Whether the cone leaves the box's range at this row, else it enters.
+    """
+    six = types.UniTuple(types.float32, 6)
+    signature = types.int64(boxes, types.int64, six, six, types.UniTuple(types.boolean, 6))
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, node, places, inverses, exits = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        first = builder.gep(data, [builder.mul(node, _LONG(6 * LANES))])
+        near = ir.Constant(_VECTOR, [0.0] * LANES)
+        far = ir.Constant(_VECTOR, [float("inf")] * LANES)
+        for k in range(6):
+            side = _load(builder, builder.gep(first, [_LONG(k * LANES)]))
+            away = builder.fsub(side, _spread(builder, places, k))
+            met = builder.fmul(away, _spread(builder, inverses, k))
+            is_exit = builder.extract_value(exits, k)
+            if is_exit.type != ir.IntType(1):
+                is_exit = builder.trunc(is_exit, ir.IntType(1))
+            later = builder.select(builder.fcmp_ordered(">", met, near), met, near)
+            sooner = builder.select(builder.fcmp_ordered("<", met, far), met, far)
+            near = builder.select(is_exit, near, later)
+            far = builder.select(is_exit, sooner, far)
         far = builder.fmul(far, ir.Constant(_VECTOR, [_SLACK] * LANES))
         return _pack(builder, builder.fcmp_ordered("<=", near, far))
 

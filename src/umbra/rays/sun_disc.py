@@ -2,10 +2,11 @@
 The share of a disc in the sky, such as the sun, that points see: exact against straight edges.
 
 On the plane that touches the unit sphere in the disc's middle faces are polygons with straight
-sides, and the disc is a circle. The plane is cut into slabs at all corners and crossings of sides:
-in each the free part of every level line is bounded by the same sides and arcs, whose areas have
-closed forms. Any faces will do, as in the sweep of the sky. Where a thicket of faces covers a disc,
-it is judged by many rays.
+sides, and the disc is a circle. Most discs are seen whole, or one face covers them: usually that
+which covered the last one, or that which a ray to the middle meets. Joined faces cover a disc where
+no edge of one face alone crosses it. Of the others the area is measured (``disc_area.py``). Any
+faces will do, as in the sweep of the sky. Where a thicket of faces covers a disc, it is judged by
+many rays.
 """
 
 import math
@@ -14,19 +15,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, inlined, run_shared, take_next
+from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
 from umbra.machine import use_threads
+from umbra.rays.disc_area import find_side, integrate
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
-from umbra.rays.lanes import LANES
+from umbra.rays.lanes import meet_cone
 
 __all__ = ["find_free_disc"]
 
 _CORNERS = 6
-_FACES = 128  # most that cover one disc in part; of more it is judged by rays
-_HEIGHTS = 8192
+_FACES = 512  # most that cover one disc in part; of more it is judged by rays,
+_MEASURED = 128  # or of so many that are not joined
+_EDGES = 4096  # a power of 2, above twice the sides of all faces
+_HEIGHTS = 8192  # most corners and crossings in a disc, likewise
 _RAYS = 4096
 _TINY = 1e-30
+_COARSE = 2.0**-21  # of coordinates: the rounding of boxes in float32
+_ASK = 4  # faces beside the disc's middle from which a ray to it is cast
 _NEAR = 1e-13  # nearest depth of a corner [m]
 _FAR = 4.0  # half side of the square that planes through the point are cut from [radii]
 
@@ -71,27 +77,30 @@ def find_free_disc(
 @njit(cache=True, nogil=True)
 def _find(tree, points, normals, toward, radius, shares, taken):
     n = points.shape[0]
+    stack = np.zeros(DEEPEST, np.int32)
+    sides = np.zeros((_FACES, _CORNERS, 2))
+    sizes = np.zeros(_FACES, np.int32)
+    faces = np.zeros(_FACES, np.int64)
+    edges = np.zeros(_EDGES, np.int64)
+    heights = np.zeros(_HEIGHTS)
+    spans = np.zeros((_FACES, 6))
     while True:
         block = take_next(taken)
         if block >= (n + 15) // 16:
             return
-        stack = np.zeros(DEEPEST, np.int32)
-        sides = np.zeros((_FACES, _CORNERS, 2))
-        sizes = np.zeros(_FACES, np.int32)
-        heights = np.zeros(_HEIGHTS)
-        spans = np.zeros((_FACES, 4))
         for i in range(block * 16, min(n, (block + 1) * 16)):
+            last = np.int64(-1)  # the last face that covered the disc usually still does
             for k in range(toward.shape[0]):
                 d = get(toward[k], i if toward.shape[1] > 1 else 0)
-                shares[k, i] = _find_one(
-                    tree, get(points, i), get(normals, i), d, radius, stack, sides, sizes, heights,
-                    spans,
+                shares[k, i], last = _find_one(
+                    tree, get(points, i), get(normals, i), d, radius, last, stack, sides, sizes,
+                    faces, edges, heights, spans,
                 )  # fmt: skip
 
 
 @borrowing
-def _find_one(tree, p, n, d, radius, stack, sides, sizes, heights, spans):
-    """Return the free share of one disc."""
+def _find_one(tree, p, n, d, radius, last, stack, sides, sizes, faces, edges, heights, spans):
+    """Return the free share of one disc, and a face that may cover the next."""
     e = (1.0, 0.0, 0.0) if abs(d[0]) < abs(d[1]) else (0.0, 1.0, 0.0)
     along = dot(e, d)
     ux, uy, uz = e[0] - along * d[0], e[1] - along * d[1], e[2] - along * d[2]
@@ -106,32 +115,109 @@ def _find_one(tree, p, n, d, radius, stack, sides, sizes, heights, spans):
             continue
         got = _cover_behind(dot(m, d), radius * dot(m, u), radius * dot(m, v), sides, sizes, count)
         if got < 0:
-            return 0.0
+            return 0.0, last
         count = got
-    inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
+    planes = count
+    if last >= 0 and _add_face(tree, last, p, d, u, v, radius, sides, sizes, count) < 0:
+        return 0.0, last
+    middle = np.int64(-2)  # the face that hides the disc's middle, -1 for none, -2: not asked
+    if last >= 0 and planes == 0:
+        middle = is_hidden(p, n, d, tree, stack, last)
+        if middle >= 0 and _add_face(tree, middle, p, d, u, v, radius, sides, sizes, count) < 0:
+            return 0.0, middle
+    places, inverses, exits = _make_cone(p, d, radius)
     stack[0] = 0
     size = 1
     while size > 0:
         size -= 1
         node = np.int64(stack[size])
-        for lane in range(LANES):
-            if not _meets(tree.boxes, node, lane, p, d, inverse, radius):
-                continue
-            child = np.int64(tree.links[node, lane])
+        met = meet_cone(tree.boxes, node, places, inverses, exits)
+        while met != 0:
+            child = np.int64(tree.links[node, find_lowest(met)])
+            met &= met - 1
             if child >= 0:
                 stack[size] = child
                 size += 1
                 continue
             if count == _FACES:
-                return _sample(tree, p, n, d, u, v, radius, stack)
+                return _sample(tree, p, n, d, u, v, radius, stack), last
             got = _add_face(tree, ~child, p, d, u, v, radius, sides, sizes, count)
             if got < 0:
-                return 0.0
+                return 0.0, ~child
+            if got > count:
+                faces[count] = ~child
             count = got
+            if count == _ASK and planes == 0 and middle == -2:
+                middle = is_hidden(p, n, d, tree, stack[size:], last)
+                if middle >= 0 and (
+                    _add_face(tree, middle, p, d, u, v, radius, sides, sizes, count) < 0
+                ):
+                    return 0.0, middle
     if count == 0:
-        return 1.0
-    share = _integrate(sides, sizes, count, heights, spans)
-    return share if share >= 0.0 else _sample(tree, p, n, d, u, v, radius, stack)
+        return 1.0, np.int64(-1)
+    if middle >= 0 and _are_joined(tree, p, sides, faces, sizes, count, edges):
+        return 0.0, middle
+    share = -1.0
+    if count <= _MEASURED:
+        share = integrate(sides, sizes, count, heights, spans)
+    if share < 0.0:
+        share = _sample(tree, p, n, d, u, v, radius, stack)
+    return share, max(middle, np.int64(-1))
+
+
+@borrowing
+def _are_joined(tree, p, sides, faces, sizes, count, edges):
+    """
+    Return whether every side that crosses the disc joins two faces, which hide it both.
+
+    Then each place of the disc is behind as many faces as its middle. ``edges`` is a table of the
+    faces' sides: the first and last vertex, and whether the point is in front of the face.
+    """
+    for k in range(edges.size):
+        edges[k] = -1
+    for i in range(count):
+        if sizes[i] != 3:
+            return False  # cut at the viewer's plane: its sides are no edges
+        ids, front = get(tree.ids, faces[i]), _is_front(tree, faces[i], p)
+        for k in range(3):
+            key = _make_key(ids[k], ids[(k + 1) % 3], front)
+            at = _look_up(edges, key)
+            if edges[at] >= 0:
+                return False
+            edges[at] = key
+    for i in range(count):
+        ids, front = get(tree.ids, faces[i]), _is_front(tree, faces[i], p)
+        for k in range(3):
+            x, y, dx, dy, _ = find_side(sides[i], k, 3)
+            if (x * dy - y * dx) ** 2 > dx * dx + dy * dy:
+                continue
+            if edges[_look_up(edges, _make_key(ids[(k + 1) % 3], ids[k], front))] < 0:
+                return False
+    return True
+
+
+@inlined
+def _make_key(a, b, front):
+    return (np.int64(a) << 32) | (np.int64(b) << 1) | np.int64(front)
+
+
+@inlined
+def _look_up(edges, key):
+    """Return the place of a key in a table, or where it would be."""
+    at = ((key * 0x9E3779B97F4A7C1) >> 20) & (edges.size - 1)
+    while edges[at] >= 0 and edges[at] != key:
+        at = (at + 1) & (edges.size - 1)
+    return at
+
+
+@inlined
+def _is_front(tree, f, p):
+    """Return whether a point is above a face's plane."""
+    m = tree.normals
+    c = tree.corners
+    return (
+        m[f, 0] * (p[0] - c[f, 0]) + m[f, 1] * (p[1] - c[f, 1]) + m[f, 2] * (p[2] - c[f, 2]) > 0.0
+    )
 
 
 @borrowing
@@ -152,32 +238,34 @@ def _sample(tree, p, n, d, u, v, radius, stack):
 
 
 @inlined
-def _invert(x):
-    return 1.0 / x if abs(x) > _TINY else 1.0 / _TINY
+def _make_cone(p, d, radius):
+    """
+    Return the disc's cone for ``meet_cone``.
+
+    At a distance t along the axis it reaches t (d - r) to t (d + r) from the point, on each
+    axis, so that lo - p <= t (d + r) and hi - p >= t (d - r) for a box that it meets.
+    """
+    r = 1.0001 * radius + 1e-7
+    x, y, z = _COARSE * abs(p[0]) + 1e-9, _COARSE * abs(p[1]) + 1e-9, _COARSE * abs(p[2]) + 1e-9
+    places = (
+        np.float32(p[0] + x), np.float32(p[1] + y), np.float32(p[2] + z),
+        np.float32(p[0] - x), np.float32(p[1] - y), np.float32(p[2] - z),
+    )  # fmt: skip
+    inverses = (
+        _invert(d[0] + r), _invert(d[1] + r), _invert(d[2] + r),
+        _invert(d[0] - r), _invert(d[1] - r), _invert(d[2] - r),
+    )  # fmt: skip
+    exits = (
+        d[0] + r <= 0.0, d[1] + r <= 0.0, d[2] + r <= 0.0,
+        d[0] - r > 0.0, d[1] - r > 0.0, d[2] - r > 0.0,
+    )  # fmt: skip
+    return places, inverses, exits
 
 
 @inlined
-def _meets(boxes, node, lane, p, d, inverse, radius):
-    """Return whether a box may meet the cone of the disc: the ray does, as thick as at its end."""
-    least_x, least_y = boxes[node, 0, lane] - p[0], boxes[node, 1, lane] - p[1]
-    least_z = boxes[node, 2, lane] - p[2]
-    most_x, most_y = boxes[node, 3, lane] - p[0], boxes[node, 4, lane] - p[1]
-    most_z = boxes[node, 5, lane] - p[2]
-    if not least_x <= most_x:  # an empty slot
-        return False
-    end = max(least_x * d[0], most_x * d[0]) + max(least_y * d[1], most_y * d[1])
-    end += max(least_z * d[2], most_z * d[2])
-    if not end > 0.0:
-        return False
-    thick = end * radius * 1.0001 + 1e-9
-    near, far = 0.0, math.inf
-    one, two = (least_x - thick) * inverse[0], (most_x + thick) * inverse[0]
-    near, far = max(near, min(one, two)), min(far, max(one, two))
-    one, two = (least_y - thick) * inverse[1], (most_y + thick) * inverse[1]
-    near, far = max(near, min(one, two)), min(far, max(one, two))
-    one, two = (least_z - thick) * inverse[2], (most_z + thick) * inverse[2]
-    near, far = max(near, min(one, two)), min(far, max(one, two))
-    return near <= far
+def _invert(x):
+    """Return 1 / x in float32, or a large finite number for 0, so that no box makes NaN."""
+    return np.float32(1.0 / x if abs(x) > _TINY else math.copysign(1.0 / _TINY, x))
 
 
 @borrowing
@@ -250,7 +338,7 @@ def _add_face(tree, f, p, d, u, v, radius, sides, sizes, count):
     sign = -1.0 if height > 0.0 else 1.0  # wound as in the tree, or seen from behind
     inside = True
     for k in range(n):
-        x, y, dx, dy, turn = _find_side(sides[count], k, n)
+        x, y, dx, dy, turn = find_side(sides[count], k, n)
         away, length = sign * turn * (x * dy - y * dx), math.hypot(dx, dy)
         if away <= -length:
             return count
@@ -259,138 +347,3 @@ def _add_face(tree, f, p, d, u, v, radius, sides, sizes, count):
         return -1
     sizes[count] = n
     return count + 1
-
-
-@borrowing
-def _integrate(sides, sizes, count, heights, spans):
-    """Return the share of the unit disc that no polygon covers; below 0 with too many crossings."""
-    n = _list_heights(sides, sizes, count, heights)
-    if n == heights.size:
-        return -1.0
-    free = 0.0
-    for q in range(n - 1):
-        low, high = heights[q], heights[q + 1]
-        if not high > low:
-            continue
-        y = 0.5 * (low + high)
-        round_ = _measure_arc(high) - _measure_arc(low)
-        half = math.sqrt(max(1.0 - y * y, 0.0))
-        m = 0
-        for i in range(count):
-            left, right = _cross(sides[i], sizes[i], y)
-            left_round, right_round = left <= -half, right >= half
-            if left >= right or right <= -half or left >= half:
-                continue
-            spans[m, 0] = -half if left_round else left
-            spans[m, 1] = half if right_round else right
-            spans[m, 2] = -round_ if left_round else left * (high - low)
-            spans[m, 3] = round_ if right_round else right * (high - low)
-            at = m
-            while at > 0 and spans[at - 1, 0] > spans[at, 0]:
-                for c in range(4):
-                    spans[at - 1, c], spans[at, c] = spans[at, c], spans[at - 1, c]
-                at -= 1
-            m += 1
-        reached, area = -half, -round_
-        for i in range(m):
-            if spans[i, 0] > reached:
-                free += spans[i, 2] - area
-            if spans[i, 1] > reached:
-                reached, area = spans[i, 1], spans[i, 3]
-        if reached < half:
-            free += round_ - area
-    return min(max(free / math.pi, 0.0), 1.0)
-
-
-@inlined
-def _find_side(corners, k, n):
-    """
-    Return a polygon's side from its nearer end: x, y, dx, dy, and -1 if that is its second end.
-
-    The farther may be so far that differences from it have no digit left.
-    """
-    j = k + 1 if k + 1 < n else 0
-    x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[j, 0], corners[j, 1]
-    if x0 * x0 + y0 * y0 <= x1 * x1 + y1 * y1:
-        return x0, y0, x1 - x0, y1 - y0, 1.0
-    return x1, y1, x0 - x1, y0 - y1, -1.0
-
-
-@borrowing
-def _measure_arc(y):
-    """Return the integral of sqrt(1 - y^2) from 0 on."""
-    y = min(max(y, -1.0), 1.0)
-    return 0.5 * (y * math.sqrt(1.0 - y * y) + math.asin(y))
-
-
-@borrowing
-def _cross(corners, n, y):
-    """Return from where to where a polygon covers the line at a height."""
-    left, right = math.inf, -math.inf
-    for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        y0, y1 = corners[k, 1], corners[j, 1]
-        if (y0 > y) != (y1 > y):
-            x0, y0, dx, dy, _ = _find_side(corners, k, n)
-            x = x0 + (y - y0) / dy * dx
-            left, right = min(left, x), max(right, x)
-    return left, right
-
-
-@borrowing
-def _list_heights(sides, sizes, count, heights):
-    """
-    List the heights of all corners and crossings in the disc, rising; return their number.
-
-    That of the array, if there is no room for more.
-    """
-    heights[0], heights[1] = -1.0, 1.0
-    n = 2
-    for i in range(count):
-        for k in range(sizes[i]):
-            n = _add_height(heights, n, sides[i, k, 1])
-            x, y, dx, dy, _ = _find_side(sides[i], k, sizes[i])
-            # Where the side passes the circle.
-            a, b, c = dx * dx + dy * dy, x * dx + y * dy, x * x + y * y - 1.0
-            root = b * b - a * c
-            if root <= 0.0 or a == 0.0:
-                continue
-            for sign in (-1.0, 1.0):
-                t = (-b + sign * math.sqrt(root)) / a
-                if 0.0 < t < 1.0:
-                    n = _add_height(heights, n, y + t * dy)
-            for other in range(i):
-                for q in range(sizes[other]):
-                    ox, oy, ex, ey, _ = _find_side(sides[other], q, sizes[other])
-                    ox, oy = ox - x, oy - y
-                    turn = dx * ey - dy * ex
-                    if turn == 0.0:
-                        continue
-                    t, w = (ox * ey - oy * ex) / turn, (ox * dy - oy * dx) / turn
-                    if 0.0 < t < 1.0 and 0.0 < w < 1.0:
-                        n = _add_height(heights, n, y + t * dy)
-    _sort(heights, n)
-    return n
-
-
-@borrowing
-def _add_height(heights, n, y):
-    """Add a height within the disc, if there is room; return the number."""
-    if n < heights.size and abs(y) < 1.0:
-        heights[n] = y
-        n += 1
-    return n
-
-
-@borrowing
-def _sort(values, n):
-    """Sort the first n values (Shell 1959)."""
-    gap = n // 2
-    while gap > 0:
-        for i in range(gap, n):
-            value, at = values[i], i
-            while at >= gap and values[at - gap] > value:
-                values[at] = values[at - gap]
-                at -= gap
-            values[at] = value
-        gap //= 2

@@ -185,6 +185,8 @@ class ReceiverKind:
         Whether cells lie along x and y, seen from the zenith.
     is_raster : bool
         Whether receivers are cells or pixels of a raster, else single samples.
+    counts_cells : bool
+        Whether the cells of a raster were counted themselves, not looked up in samples.
     is_level : bool
         Whether all lie in one level plane: it is drawn without shading and edges, and outlines
         of shadows are exact.
@@ -216,6 +218,7 @@ class ReceiverKind:
     is_chosen_by_name: ClassVar[bool] = True
     is_plan: ClassVar[bool] = False
     is_raster: ClassVar[bool] = True
+    counts_cells: ClassVar[bool] = True
     is_level: ClassVar[bool] = False
     lies_under_roofs: ClassVar[bool] = False
     belongs_to_parts: ClassVar[bool] = True

@@ -278,6 +278,7 @@ class SurfacesFromAbove(ViewFromAbove):
     """
 
     area_of = " of walls and roofs"
+    counts_cells = False
 
     def __init__(self, samples: Samples) -> None:
         self.samples = samples

@@ -4,18 +4,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from umbra.study.finer import FinerHours, count_finer
     from umbra.study.options import StudyOptions
-    from umbra.study.preview import FinerHours, Preview, count_finer, make_preview, refine_preview
+    from umbra.study.preview import Preview, make_preview, refine_preview
     from umbra.study.result import Study, split_dates, tell_dates
     from umbra.study.shown_samples import show_samples
     from umbra.study.study import run, run_study
 
 _HOMES = {
-    "FinerHours": "preview",
+    "FinerHours": "finer",
     "Preview": "preview",
     "Study": "result",
     "StudyOptions": "options",
-    "count_finer": "preview",
+    "count_finer": "finer",
     "make_preview": "preview",
     "refine_preview": "preview",
     "run": "study",

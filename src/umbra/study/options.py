@@ -1,14 +1,15 @@
 """
 Options of a study: each with its type, default, unit, help, flag and heading.
 
-``StudyOptions`` defines the command's options and headings, the checks of types and some
-attributes of the result; ``umbra.shadow_study`` writes its signature out in full, and a test
-compares the two.
+``StudyOptions`` defines the command's options and headings, the signature and the docstring of
+``umbra.shadow_study``, the checks of types and some attributes of the result.
 """
+
+from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from numbers import Real
 from pathlib import Path
@@ -16,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import find_device
 from umbra.errors import InputError, show_value
-from umbra.options import Option, check_types, list_options, option, read_length
+from umbra.options import Option, check_types, list_options, option, read_length, record
 from umbra.study.receiver_options import ReceiverOptions
-from umbra.study.time_options import Duration
 
 if TYPE_CHECKING:
     from umbra.lights import Weather
@@ -33,7 +33,7 @@ _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record
 class StudyOptions(ReceiverOptions):
     """
     Options of a study, checked and normalised; see ``umbra.shadow_study``.
@@ -45,59 +45,50 @@ class StudyOptions(ReceiverOptions):
     """
 
     by: Literal["part", "kind", "layer"] | None = _results(
-        "choice",
-        "Also write the hours of shadow due to each part, kind or layer; with --who only to those.",
-        choices=("part", "kind", "layer"),
-    )
+        "choice", "Also write the hours of shadow due to each part, kind or layer; with who= only "
+        "to those.", choices=("part", "kind", "layer"),
+    )  # fmt: skip
     who: Sequence[str] = _results(
-        "patterns",
-        "Also write the hours of shadow due to these parts: names, kinds or layers; repeatable.",
+        "patterns", "Also write the hours of shadow due to these parts: names, kinds or layers.",
         default=(),
-    )
+    )  # fmt: skip
     proposed: Sequence[str] = _results(
-        "patterns",
-        "Parts of the proposed development: also write the sun that they take from the others; "
-        "repeatable.",
-        default=(),
-    )
+        "patterns", "Parts of the proposed development: also write the sun that they take from "
+        "the others.", default=(),
+    )  # fmt: skip
     under: str | float | dt.timedelta | None = _results(
-        "any",
-        "With --proposed: find where fewer hours of sun are left than this, but were not "
-        "before; default: 2h.",
-        metavar="DURATION",
-    )
+        "any", "With proposed=: find where fewer hours of sun are left than this, but were not "
+        "before; default: 2h.", metavar="DURATION",
+    )  # fmt: skip
     spells: bool = _results(
-        "flag",
-        "Also write when sun first and last comes, how often it returns, the longest time of "
-        "sun, and the share of time in shadow.",
-        default=False,
-    )
+        "flag", "Also write when sun first and last comes, how often it returns, the longest time "
+        "of sun, and the share of time in shadow.", default=False,
+    )  # fmt: skip
     exact: bool | float = _results(
-        "flag",
-        "Compute when each cell enters and leaves shadow, to a second, instead of adding up steps; "
-        "and measures of the sky by the outlines of the free sky, instead of directions.",
-        default=False,
-        least=0,
-    )
-    min_spell: Duration | None = _results(
-        "any", "Also write the hours of sun that last this long at a time; implies --spells.",
+        "flag", "Compute when each cell enters and leaves shadow, to a second, instead of adding "
+        "up steps; and measures of the sky by the outlines of the free sky, instead of directions.",
+        more="A number is the tolerance instead of a second [s].", default=False, least=0,
+    )  # fmt: skip
+    min_spell: str | dt.timedelta | None = _results(
+        "any", "Also write the hours of sun that last this long at a time; implies spells=.",
         metavar="DURATION",
     )  # fmt: skip
     disc: bool = _results(
         "flag", "Weigh each step by the share of the sun's disc (0.2666 degrees radius) that is "
-        "seen, instead of its middle alone; and write its first and last contact.",
-        default=False,
+        "seen, instead of its middle alone; and write its first and last contact.", default=False,
     )  # fmt: skip
     masks: bool = _results(
-        "flag", "Also write which cells are in shadow at each step.", default=False
-    )
+        "flag", "Also write which cells are in shadow at each step.", more="It is ``in_shadow``.",
+        default=False,
+    )  # fmt: skip
     device: str = _running(
         "text", "What counts: auto (cpu, or a GPU that proves faster on large plans), cpu, gl.",
-        default="auto", metavar="NAME", registry="device",
+        more="What it cannot count, the CPU does, with a warning.", default="auto",
+        metavar="NAME", registry="device",
     )  # fmt: skip
     threads: int | None = _running(
-        "whole", "Number of threads; default: all cores.", least=1, metavar="N",
-        is_kept=False,
+        "whole", "Number of threads; default: all cores.", more="Results do not depend on it.",
+        least=1, metavar="N", is_kept=False,
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -179,14 +170,14 @@ class StudyOptions(ReceiverOptions):
                 raise InputError(msg, option=name)
 
     @cached_property
-    def measures(self) -> "list[Measure]":
+    def measures(self) -> list[Measure]:
         """The measures that are asked for besides hours of sun and shadow."""
         from umbra.study.measures import HOURS, find_measures  # noqa: PLC0415
 
         return [one for one in find_measures(self.measure) if one.name not in HOURS]
 
     @property
-    def quantities(self) -> "tuple[Quantity, ...]":
+    def quantities(self) -> tuple[Quantity, ...]:
         """The variables of these measures."""
         return tuple(one for measure in self.measures for one in measure.quantities)
 
@@ -211,7 +202,7 @@ class StudyOptions(ReceiverOptions):
         return is_of_suns or is_raster(self.horizon)
 
     @cached_property
-    def weather_year(self) -> "Weather":
+    def weather_year(self) -> Weather:
         """The weather file, read."""
         from umbra.lights import read_weather  # noqa: PLC0415
 
@@ -284,12 +275,8 @@ class StudyOptions(ReceiverOptions):
         is_settled = isinstance(self.horizon, Horizon)
         object.__setattr__(self, "horizon", read_horizon(self.horizon))
         check_nearest(self.horizon, self.horizon_from, is_settled=is_settled)
-        wrong = next((name for name in ("exact", "disc") if getattr(self, name)), None)
-        if wrong is not None:
-            msg = f"horizon= blocks suns and directions of the sky whole; leave {wrong}= or it out"
-            raise InputError(msg, option="horizon")
-        if any(one.by_caster for one in self.measures):
-            msg = "horizon= is no caster whose share of the sky is found; leave it or measure= out"
+        if self.disc:
+            msg = "horizon= hides the sun whole, by its middle; leave disc= or it out"
             raise InputError(msg, option="horizon")
 
     def _check_disc(self) -> None:
@@ -302,7 +289,7 @@ class StudyOptions(ReceiverOptions):
             raise InputError(msg, option="disc")
 
     @cached_property
-    def kind(self) -> "ReceiverKind":
+    def kind(self) -> ReceiverKind:
         """Kind of the receivers; a plan for ``auto``."""
         from umbra.receivers import find_kind  # noqa: PLC0415  (the help needs none)
 
@@ -321,9 +308,7 @@ class StudyOptions(ReceiverOptions):
             if said.attribute and (not said.receivers or self._is_own(name, said))
         }
 
-    def ask_hours(
-        self, receivers: str, *, measures: bool = False, **changes: Any
-    ) -> "StudyOptions":
+    def ask_hours(self, receivers: str, *, measures: bool = False, **changes: Any) -> StudyOptions:
         """Return options of other receivers, for hours or the same measures, and no more."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 

@@ -14,27 +14,22 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.lights import Lights, Period
 from umbra.receivers.tile import Counter
 from umbra.scene.grid import Grid
-from umbra.study.loop import add_up, make_tile_run
+from umbra.study.finer import LONGEST, find_most_work, find_work
 from umbra.study.result import Study
 from umbra.sun import find_sun
 from umbra.sun.clock import ROUND, Stamps, Steps, find_round_stamps, find_stamps
 
 __all__ = [
-    "FinerHours",
     "Moment",
     "Preview",
     "choose_stamps",
-    "count_finer",
     "find_moments",
     "make_preview",
     "refine_preview",
 ]
 
-LONGEST = 1600
-"""Cells along the longer side: more than a picture's map has pixels."""
 MOST = 400_000_000
 """Cells of all stamps together: a day of many stamps is drawn with larger cells."""
 COVERED = 0.9
@@ -269,89 +264,6 @@ def make_preview(
     )  # fmt: skip
 
 
-FINEST = 800
-"""Cells along the longer side, for tracing a picture's contours."""
-FACE = 75
-"""Work per sun and casting face, relative to that per cell. Measured."""
-FREE = 250_000_000
-"""Work that is always allowed: 0.15 to 0.6 s of one core, less than drawing takes."""
-LEAST = 60_000_000
-"""Least length of a cut step [us]."""
-
-
-@dataclass(frozen=True, eq=False)
-class FinerHours:
-    """
-    Hours of one date, on the cells that contours are traced on.
-
-    Parameters
-    ----------
-    shadow_hours : (rows, cols) float32
-        NaN where nothing receives.
-    up_hours : float
-        Time with the sun up, by these steps [h].
-    seconds : float
-        Length of a step [s].
-    """
-
-    shadow_hours: NDArray[np.float32]
-    up_hours: float
-    seconds: float
-
-
-def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
-    """
-    Count one date of a plan in finer steps, with at most as much work as the study took.
-
-    Small studies may take more, ``FREE``, still less than drawing. Work is the number of suns
-    times cells and faces, not time, so that a study has the same picture on every machine.
-
-    Parameters
-    ----------
-    study : Study
-        Of one date.
-    pictures : int
-        Number of dates that share ``FREE``.
-
-    Returns
-    -------
-    finer : FinerHours or None
-        None if the work does not allow finer steps, and for nights, several dates together,
-        views, canopies, and studies that solve instants exactly.
-    """
-    facts, period = study.facts, study.period
-    if (
-        not study.is_plan
-        or len(period.days) > 1
-        or not period.sun.is_up.any()
-        or "exact_tolerance_seconds" in facts
-        or "canopy_transmissivity" in facts
-    ):
-        return None
-    grid = study.grid.coarser(FINEST)
-    faces = FACE * len(study.model.caster.faces)
-    suns = int(period.sun.is_up.sum())
-    own = suns * (study.grid.rows * study.grid.cols + faces)
-    each = grid.rows * grid.cols + faces
-    parts = _choose_parts(period, int(max(own, FREE / pictures) / (each * max(suns, 1))))
-    if parts == 1:
-        return None
-    tile = study.model.make_tile(grid)
-    hours, starts = period.hours, period.starts
-    part = (period.ends - starts) / parts
-    middles = starts[:, None] + part[:, None] * (np.arange(parts) + 0.5)
-    path = find_sun(
-        study.site, middles.ravel().astype(np.int64).view("datetime64[us]"),
-        refraction=study.refraction,
-    )  # fmt: skip
-    length = np.repeat(hours / parts, parts)
-    lights = Lights.of(path.direction[path.is_up], length[path.is_up])  # the last step is shorter
-    run = make_tile_run(tile, None).behind_land(period)
-    total = add_up(run.counters[0], tile.shape, lights)[0]
-    total[tile.nothing] = np.nan
-    return FinerHours(total, float(length[path.is_up].sum()), 3600 * float(length[0]))
-
-
 SMOOTH = 1_200_000
 """Most cells of a preview that is counted anew: as many as a plan has by default."""
 
@@ -368,27 +280,15 @@ def refine_preview(
     Count shadows in cells as fine as a picture's pixels where the study's are larger.
 
     Outlines of long shadows would be the staircases of large cells. Takes at most as much work as
-    the study, or ``FREE``; rays, which canopies and views of some parts need, take more than that.
+    the study, or what is free; canopies and views of some parts need rays, which take more.
     Parameters and result as of ``make_preview``, which made ``preview``.
     """
     rows, cols = preview.heights.shape
     stamps = len((steps or study.steps).stamps)
     times = min(longest // max(rows, cols), math.isqrt(SMOOTH // (rows * cols)))
-    faces = FACE * len(study.model.caster.faces)
-    own = int(study.period.sun.is_up.sum()) * (len(study.y) * len(study.x) + faces)
     takes_rays = "canopy_transmissivity" in study.facts or getattr(study.model, "shown", None)
-    is_much = stamps * (times * times * rows * cols + faces) > max(own, FREE)
-    if times <= 1 or rows < len(study.y) or takes_rays or is_much:
+    if times <= 1 or rows < len(study.y) or takes_rays:
+        return preview
+    if find_work(study, preview.cells.grid.finer(times), stamps) > find_most_work(study):
         return preview
     return make_preview(study, longest, steps, finer=times, like=like)
-
-
-def _choose_parts(period: Period, most: int) -> int:
-    """Cut a step into at most N parts of whole minutes, or of whole seconds."""
-    step = round(float(period.hours[0]) * 3.6e9)
-    parts = range(min(most, step // LEAST), 1, -1)
-    for unit in (60_000_000, 1_000_000):
-        found = next((n for n in parts if step % (n * unit) == 0), 1)
-        if found > 1:
-            return found
-    return 1

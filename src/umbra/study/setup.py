@@ -341,7 +341,8 @@ class Setup:
         tiles = [tile.with_casters(some) for some in chosen]
         run = TileRun(tile.shape, [one.make_counter() for one in tiles], ..., tiles)
         results = ResultOptions(tolerance=self.results.tolerance)
-        arrays = ResultArrays(self.period, tile.shape, results, canopy, reads_days=True)
+        alone = replace(self.period, horizon=None)  # the land's hours are no caster's
+        arrays = ResultArrays(alone, tile.shape, results, canopy, reads_days=True)
         pass_lights(run, self.make_lights(), [ExactIntervals(arrays)])
         return np.array([arrays.read_hours(day) for day in range(len(self.period.days))])
 

@@ -5,13 +5,11 @@ The period is cut into steps, each judged at its midpoint, so that hours add up 
 the period less the night. The profile is drawn at the steps' ends.
 """
 
-import functools
-import inspect
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +17,9 @@ from numpy.typing import NDArray
 from umbra.casters import Canopy
 from umbra.casters.casting import select_casters
 from umbra.devices import DEFAULT, StudyCounters
-from umbra.errors import InputError, find_similar
 from umbra.ground.choice import Ground
 from umbra.lights import Lights
 from umbra.machine import choose_threads
-from umbra.options import list_options
 from umbra.receivers import find_kind
 from umbra.receivers.kind import ReceiverKind, Receivers, Request
 from umbra.scene import Scene
@@ -35,7 +31,7 @@ from umbra.study.result import Study
 from umbra.study.setup import Setup, settle_ground
 from umbra.sun import Site
 
-__all__ = ["check_names", "count_lights", "run", "run_study"]
+__all__ = ["count_lights", "run", "run_study"]
 
 
 def run(
@@ -110,35 +106,6 @@ def run_study(
 ) -> Study:
     """Run a study with the options of ``shadow_study`` and keep the data for its pictures."""
     return run(scene, site, StudyOptions(**options), progress)
-
-
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-def check_names(call: Callable[P, T]) -> Callable[P, T]:
-    """
-    Decorate a call that takes a study's options: report unknown options.
-
-    Raises
-    ------
-    InputError
-        From the call: if a name is unknown.
-    """
-    known = [name for name, _, _ in list_options(StudyOptions)]
-    own = inspect.signature(call).parameters
-
-    @functools.wraps(call)
-    def checked(*args: P.args, **given: P.kwargs) -> T:
-        for name in given:
-            if name not in known and name not in own:
-                near = find_similar(name, known)
-                advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
-                msg = f"a study has no option '{name}'; {advice}"
-                raise InputError(msg, option=name)
-        return call(*args, **given)
-
-    return checked
 
 
 def count_lights(

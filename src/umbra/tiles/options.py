@@ -1,14 +1,15 @@
 """Options of a study in tiles, besides those of any study."""
 
+from __future__ import annotations
+
 import math
 import re
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from umbra.errors import InputError, show_value
 from umbra.machine import count_cores, find_memory, name_memory
-from umbra.options import check_types, option, read_text
+from umbra.options import Options, check_types, option, read_text, record
 
 __all__ = ["CityOptions"]
 
@@ -23,8 +24,8 @@ _WORKERS_PER_CORE = 2
 """So that one counts while another waits for the disk."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CityOptions:
+@record
+class CityOptions(Options):
     """
     Options of a study in tiles, checked and normalised; see ``umbra.city_study``.
 
@@ -41,22 +42,22 @@ class CityOptions:
         metavar="LENGTH",
     )  # fmt: skip
     memory: Any = _tiles(
-        "any", "With --tiles: most memory of the run, such as 4GB; default: half of what there is.",
+        "any", "With tiles=: most memory of the run, such as 4GB; default: half of what there is.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
     min_altitude: float | None = _tiles(
         "number",
-        "With --tiles: leave out times when the sun is lower than this [degrees]; default: none.",
+        "With tiles=: leave out times when the sun is lower than this [degrees]; default: none.",
         unit="degree", metavar="DEG",
     )  # fmt: skip
     workers: int | None = _tiles(
         "whole",
-        "With --tiles: count in this many processes of this machine, each on one thread.",
+        "With tiles=: count in this many processes of this machine, each on one thread.",
         least=1, metavar="N", is_kept=False,
     )  # fmt: skip
     scheduler: str | None = _tiles(
         "text",
-        "With --tiles: count on a running Dask cluster: its scheduler's address, or the file "
+        "With tiles=: count on a running Dask cluster: its scheduler's address, or the file "
         "scheduler.json. The scheduler can run code as you: name only one that you trust. All "
         "workers must see the files and the output folder.",
         metavar="ADDRESS", is_kept=False,

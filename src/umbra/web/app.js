@@ -15,10 +15,12 @@ import { findSunlight, isLit } from "./place.js";
 import { makePlacePanel } from "./place_panel.js";
 import { makeShare } from "./share.js";
 import { makeSkyPanel } from "./sky_panel.js";
+import { SunHours } from "./sun_hours.js";
 import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
-import { findDense, frame } from "./viewpoint.js";
+import { findBuilt, findDense, findRise, frame } from "./viewpoint.js";
+import { makeYearPanel } from "./year_panel.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
 /**
@@ -31,6 +33,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {number | null} ground in the model's own coordinates [m]
  * @property {number[]} proposed parts of the proposal
  * @property {string[]} notes
+ * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
  * @property {Hours | null} hours
  * @property {boolean} hasLink whether the page's address keeps the view
  * @property {boolean} takesWheel whether the wheel zooms without Ctrl
@@ -66,21 +69,23 @@ export class App {
       for (const part of thing.parts) this.thingOf[part] = k;
     });
     /** what a first view shows: all, or where most of it stands */
-    this.box = findDense(model, this.thingOf) ?? model.bounds;
-    this.notes = [...config.notes, ...(this.box === model.bounds ? [] : [SPARSE])];
+    const built = findBuilt(model),
+      dense = findDense(model, this.thingOf);
+    this.box = dense ?? built;
+    this.notes = [...config.notes, ...(dense ? [SPARSE] : [])];
     const [low, high] = this.box;
     /** level ground, local [m] */
     this.ground = config.ground === null ? null : config.ground - model.origin[2];
-    this.middle = /** @type {Vec3} */ ([
-      (low[0] + high[0]) / 2,
-      (low[1] + high[1]) / 2,
-      this.ground ?? low[2],
-    ]);
     this.radius = Math.max(
       0.58 * Math.max(high[0] - low[0], high[1] - low[1]),
       high[2] - low[2],
       1,
     );
+    const centre = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+    this.middle = /** @type {Vec3} */ ([
+      ...centre,
+      this.ground ?? findRise(model, centre, this.radius, low[2]),
+    ]);
     this.revision = 0;
     const opening = findOpening(this);
     this.state = opening.state;
@@ -96,16 +101,19 @@ export class App {
     this.#findParts();
 
     this.stage = new Stage(this);
+    this.sunHours = new SunHours(this);
     this.parts = makeParts(this);
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
     this.sky = makeSkyPanel(this, this.place.findDays);
+    this.year = makeYearPanel(this);
     const share = makeShare(this);
     const hours = makeHours(this);
     this.panels = [
       this.timebar,
       this.place,
       this.sky,
+      ...(this.year ? [this.year] : []),
       this.parts,
       ...(hours ? [hours] : []),
       makeMeasure(this),
@@ -116,7 +124,7 @@ export class App {
     /** @type {Orbit} */
     this.orbit = new Orbit(this.stage.canvas, {
       viewpoint: this.state.viewpoint,
-      bounds: model.bounds,
+      bounds: built,
       floor: this.ground,
       north: this.north,
       takesWheel: config.takesWheel,
@@ -310,6 +318,7 @@ export class App {
     this.listening.abort();
     this.watch.disconnect();
     this.orbit.dispose();
+    this.sunHours.stop();
     this.stage.dispose();
     this.sky.dispose();
     fill(this.root);
@@ -352,7 +361,7 @@ export class App {
   async #layHours() {
     const { hours } = this.config,
       isShown = () => hours && this.state.hasHours;
-    const overlay = hours && isShown() ? await layHours(hours, this.model) : null;
+    const overlay = hours && isShown() ? await layHours(hours, this.config.palette, this.model) : null;
     if (overlay && !isShown()) return;
     this.stage.renderer.setOverlay(overlay);
     this.redraw();

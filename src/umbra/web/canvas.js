@@ -19,13 +19,13 @@ export function fitCanvas(canvas, ratio = window.devicePixelRatio) {
 
 /**
  * Pixels of a canvas in a CSS pixel.
- * @param {HTMLCanvasElement} canvas
+ * @param {Pick<HTMLCanvasElement, 'width' | 'clientWidth'>} canvas
  */
 export const findRatio = (canvas) => (canvas.clientWidth ? canvas.width / canvas.clientWidth : 1);
 
 /**
  * A view's rectangles in pixels from the lower left corner, as OpenGL's.
- * @param {HTMLCanvasElement} canvas
+ * @param {import('./sun_masks.js').Sheet} canvas
  * @param {View} view
  */
 export function findRectangles(canvas, view) {

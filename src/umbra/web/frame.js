@@ -1,6 +1,7 @@
 // The frame: the picture with its buttons, the bar of time, the panel of tools.
 
 import { button, el, fill, fold, icon } from "./dom.js";
+import { makeHourTip } from "./hour_tip.js";
 
 /**
  * @param {App} app
@@ -41,7 +42,7 @@ export const makeFrame = (app, panels, keys) => {
   );
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
-  picture.append(swipe, views, app.place.brief, app.sky.small);
+  picture.append(swipe, views, app.place.brief, app.sky.small, makeHourTip(app, stage.canvas));
   const notes =
     app.notes.length > 0 &&
     fold(

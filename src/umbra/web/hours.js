@@ -5,11 +5,11 @@ import { Patches, packColor } from "./patches.js";
 
 /** @typedef {import('./patches.js').Packed} Packed */
 
+/** @typedef {{ramp: number[][], noSun: [number, number, number]}} Palette from no hours to all */
+
 /**
  * @typedef {object} Hours results of a study
  * @property {string} title
- * @property {number[][]} ramp colours from 0 to most, sRGB 0 to 255
- * @property {[number, number, number]} noSun colour of places without any sun
  * @property {boolean} isSun whether the key names hours of sun, in place of shadow
  * @property {number} most [h]
  * @property {string} note
@@ -35,10 +35,11 @@ const DISC = 13; // [CSS pixels]
 /**
  * Make the overlay of hours.
  * @param {Hours} hours
+ * @param {Palette} palette of hours in shadow
  * @param {Model} model
  * @returns {Promise<Overlay>}
  */
-export const layHours = async ({ ramp, noSun, plan, samples }, model) => {
+export const layHours = async ({ plan, samples }, { ramp, noSun }, model) => {
   if (plan) {
     const image = new Image();
     image.src = plan.image;

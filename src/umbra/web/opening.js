@@ -35,6 +35,8 @@ export const findOpening = ({ config, model: { origin, parts }, thingOf, things 
     hasCompass: true,
     hasHours: config.hours !== null,
     hasEdges: true,
+    hasSunHours: false,
+    interval: [540, 1020],
     playing: null,
   });
   const link = (hasLink && location.hash) || view.page || "";

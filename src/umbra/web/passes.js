@@ -193,8 +193,9 @@ export class Passes {
    * @param {Sight} sight
    * @param {Record<string, any>} common
    * @param {Required<Style>} style
+   * @param {boolean} hasResults whether the overlay's patches and points are drawn
    */
-  drawOver(stage, sight, common, style) {
+  drawOver(stage, sight, common, style, hasResults) {
     const { device } = this;
     const { gl } = device;
     gl.depthMask(false);
@@ -202,14 +203,14 @@ export class Passes {
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const pixels = sight.rows / 2 / sight.half;
-    this.overlays.drawPatches(common);
+    if (hasResults) this.overlays.drawPatches(common);
     if (style.edges) {
       stage.listCreases(sight, pixels);
       device.use(CREASE).set({ ...common, pixels, weakest: WEAKEST, ink: [...style.edge, 0.65] });
       gl.bindVertexArray(stage.creases);
       gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
     }
-    this.overlays.drawDots(common, pixels);
+    if (hasResults) this.overlays.drawDots(common, pixels);
     gl.disable(gl.BLEND);
   }
 

@@ -1,5 +1,6 @@
 // The chosen place: its hours of sun on the date, and who stands in the sun's way now.
 
+import { findInstant, tellMinutes } from "./clock.js";
 import { tellClock } from "./timebar.js";
 import { button, el, fill, fold } from "./dom.js";
 import { findCasters } from "./place.js";
@@ -52,6 +53,19 @@ export const makePlacePanel = (app) => {
   const tellShare = (sun, date) => {
     const up = (app.daylight.day(date)?.up ?? []).reduce((sum, [from, to]) => sum + to - from, 0);
     return `${tellHours(sun.hours)} of ${tellHours(up / 3.6e6)}`;
+  };
+  /**
+   * Hours of sun in the interval of the page.
+   * @param {import('./place.js').Sunlight} sun
+   */
+  const tellInterval = (sun) => {
+    const { interval, date } = app.state;
+    const [from, to] = interval.map((minutes) => findInstant(zone, date, minutes));
+    const lit = sun.spells.reduce(
+      (sum, [begin, end]) => sum + Math.max(0, Math.min(end, to) - Math.max(begin, from)),
+      0,
+    );
+    return `${interval.map(tellMinutes).join("–")}: ${tellHours(lit / 3.6e6)} of sun.`;
   };
   const tellWhere = (/** @type {Place} */ place) => {
     const own = place.position.map((value, k) => (value + app.model.origin[k]).toFixed(2));
@@ -124,6 +138,7 @@ export const makePlacePanel = (app) => {
       title && el("h2", {}, title),
       figures,
       sun && drawStrip(sun, state.date),
+      sun && el("p", { class: "within" }, tellInterval(sun)),
       spells,
       el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)),
     );
@@ -163,6 +178,7 @@ export const makePlacePanel = (app) => {
       Math.floor(state.minutes),
       state.azimuth,
       state.altitude,
+      state.interval,
       place.position.join(),
     ].join("|");
     if (body.dataset.key === key) return;

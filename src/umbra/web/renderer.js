@@ -10,6 +10,7 @@
 //   surfaces.js  what is drawn: faces, creases
 //   device.js    WebGL2 itself; targets.js: what it draws into; ..._shaders.js: its programs
 //   seen.js      faces that a view sees and a light reaches
+//   sun_masks.js which instants of a day reach each pixel; hour_pass.js draws their sums
 //
 // A view is drawn as if nothing cast a shadow; then the first light's volumes are counted in the
 // stencil, and faces are drawn again without its light where the count is not 0. Each further light
@@ -18,6 +19,7 @@
 import { pickPlace, readCounts } from "./picking.js";
 import { findRatio, findRectangles, fitCanvas, narrow } from "./canvas.js";
 import { Device } from "./device.js";
+import { HourPass } from "./hour_pass.js";
 import { Passes, SKYLIGHT } from "./passes.js";
 import { Selection } from "./selection.js";
 import { findPlace } from "./shadows.js";
@@ -50,6 +52,7 @@ export class Renderer {
   buffers = /** @type {ReturnType<typeof makeBuffers>} */ (/** @type {unknown} */ (null));
   targets = /** @type {Targets} */ (/** @type {unknown} */ (null));
   passes = /** @type {Passes} */ (/** @type {unknown} */ (null));
+  hourPass = /** @type {HourPass} */ (/** @type {unknown} */ (null));
   /** @type {Selection[]} */
   stages = [];
 
@@ -91,6 +94,8 @@ export class Renderer {
      * @type {[number, number, number, number] | null}
      */
     this.clip = null;
+    /** @type {import('./hour_pass.js').HourLayer | null} drawn in place of light and shadow */
+    this.hours = null;
     /** @type {Line[]} drawn after all else */
     this.lines = [];
     this.style = { ...STYLE, ...options.style };
@@ -122,6 +127,8 @@ export class Renderer {
     this.sights.clear();
     this.targets = new Targets(this.device);
     this.passes = new Passes(this.device);
+    this.hourPass = new HourPass(this.device);
+    this.hours = null;
     if (this.overlay) this.passes.overlays.set(this.overlay);
   }
 
@@ -185,14 +192,15 @@ export class Renderer {
    * The camera of a view, in its pixels, with depth fitted to what is drawn; the same object while
    * none of these change.
    * @param {View} view
+   * @param {import('./sun_masks.js').Sheet} [sheet] other pixels than the canvas's
    */
-  findSight(view) {
-    const { viewport } = findRectangles(this.canvas, view);
+  findSight(view, sheet = this.canvas) {
+    const { viewport } = findRectangles(sheet, view);
     const camera = view.camera ?? this.camera;
     const key = JSON.stringify([camera, viewport[2], viewport[3], this.ground]);
     let sight = this.sights.get(key);
     if (!sight) {
-      if (this.sights.size > 3) this.sights.clear();
+      if (this.sights.size > 7) this.sights.clear();
       sight = new Sight(camera, viewport[2], viewport[3], this.device.reverses);
       sight.fit(this.model.blocks, this.ground);
       this.sights.set(key, sight);
@@ -204,8 +212,9 @@ export class Renderer {
   drawView(view) {
     const { viewport, scissor } = findRectangles(this.canvas, view);
     if (!(viewport[2] > 0 && viewport[3] > 0 && scissor[2] > 0 && scissor[3] > 0)) return;
-    const { device, passes, style, lights } = this;
+    const { device, passes, style, hours } = this;
     const { gl } = device;
+    const lights = hours ? [] : this.lights;
     const sight = this.findSight(view);
     const common = findUniforms(this, sight, device.setViewport(viewport));
     const stage = this.findStage(view);
@@ -216,7 +225,8 @@ export class Renderer {
 
     const shone = lights.map((light) => this.describe(light, sight));
     stage.look(sight, common.cutsInto, this.ground);
-    passes.drawSurfaces(stage, common, shone[0] ?? SKYLIGHT);
+    if (hours) this.hourPass.draw(stage, common, hours, passes.nothing);
+    else passes.drawSurfaces(stage, common, shone[0] ?? SKYLIGHT);
     if (this.clip) passes.drawCaps(stage, common, this.clip, this.size, move(...this.model.bounds));
     if (style.background) passes.drawSky(sight, common, style);
     lights.forEach((light, k) => {
@@ -235,8 +245,8 @@ export class Renderer {
         stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
     });
     gl.disable(gl.STENCIL_TEST);
-    if (stage.seen.hasPanes) passes.drawPanes(stage, common, lights);
-    passes.drawOver(stage, sight, common, style);
+    if (stage.seen.hasPanes) passes.drawPanes(stage, common, this.lights);
+    passes.drawOver(stage, sight, common, style, !hours);
     passes.lines.draw(this.lines, sight, common, this.ratio);
   }
 
@@ -320,6 +330,7 @@ export class Renderer {
     device.gl.deleteBuffer(buffers.surface);
     device.gl.deleteBuffer(buffers.doubled);
     this.passes.delete();
+    this.hourPass.delete();
     for (const { program } of device.programs.values()) device.gl.deleteProgram(program);
     this.isLost = true;
   }

@@ -45,3 +45,13 @@ void main() {
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   gl_Position = vec4(corner, behind, 1.0);
 }`;
+
+/** How much of a ground is seen through the haze: about exp(-d^2), and quicker, of d hazes. */
+export const HAZE = `
+uniform float height, haze;      // haze: distance at which the ground fades into the horizon
+float findClear(vec3 at) {       // x and y in hazes, and the weight to divide them by
+  float weight = at.z * at.z, lift = height / haze;
+  float far = dot(at.xy, at.xy) + weight * lift * lift; // d^2 is far / weight
+  return weight * weight / (weight * weight + far * (weight + 0.5 * far));
+}
+`;

@@ -1,6 +1,7 @@
 // Words and marks over the picture: hours of the sun's path, winds, the sun, places, distances.
 
 import { tellMinutes } from "./clock.js";
+import { drawLegend, LEGEND } from "./legend.js";
 import { isUp } from "./paths.js";
 import { measure, move } from "./vectors.js";
 import { project } from "./viewpoint.js";
@@ -19,6 +20,7 @@ import { project } from "./viewpoint.js";
  * @property {[Vec3, Vec3][]} distances
  * @property {Vec3 | null} begun first end of a distance
  * @property {boolean} hasCross whether the picture's middle is marked, for choosing by keys
+ * @property {import('./legend.js').Legend | null} legend of the hours that are shown
  * @property {(place: Vec3) => boolean} isHidden whether the model stands before a place
  */
 
@@ -64,6 +66,12 @@ export class SignPainter {
     for (const [from, to] of signs.distances) this.#drawDistance(from, to);
     if (signs.begun) this.#drawDot(signs.begun, LINE);
     if (signs.hasCross) this.#drawCross();
+    if (signs.legend) {
+      // On a phone the view's buttons and the sky of a place are below.
+      const isNarrow = this.wide < 560,
+        top = signs.place ? 66 : 8;
+      drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, isNarrow ? top + LEGEND.high : this.high - 14);
+    }
   }
 
   /** @param {Vec3} place */

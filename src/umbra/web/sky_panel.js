@@ -29,6 +29,8 @@ export const makeSkyPanel = (app, findDays) => {
   }); // prettier-ignore
   /** @type {SkyPlace | null} */
   let view = null;
+  /** @type {Map<number, string>} of the objects that hide the most of the sky */
+  let colors = new Map();
   let key = "",
     setSun = (/** @type {Vec3} */ _) => {};
 
@@ -40,6 +42,7 @@ export const makeSkyPanel = (app, findDays) => {
     const title = object === null ? "the ground" : app.things[object].label || "(no name)";
     view = { place, cast: shown.parts, date: state.date, sunlight: shown.sun, now: app.sun.direction, title };
     const sky = findSky(scene, place, shown.parts, COARSE);
+    colors = sky.colors;
     const other = days.length > 1 && days.find((one) => one !== shown);
     const chart = drawView(scene, view, sky, "stereographic", WIDE);
     setSun = chart.setSun;
@@ -73,5 +76,5 @@ export const makeSkyPanel = (app, findDays) => {
     if (view) view.now = app.sun.direction;
     setSun(app.sun.direction);
   };
-  return { element, small, dialog: dialog.element, update, dispose: dialog.dispose };
+  return { element, small, colors: () => colors, dialog: dialog.element, update, dispose: dialog.dispose };
 };

@@ -1,6 +1,7 @@
 // The picture: the renderer's canvas below, lines and words on a canvas above it.
 
 import { el } from "./dom.js";
+import { describeHours } from "./legend.js";
 import { Renderer } from "./renderer.js";
 import { LEVELS, DrawQuality } from "./quality.js";
 import { Dome } from "./paths.js";
@@ -8,13 +9,15 @@ import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
 import { findEye } from "./viewpoint.js";
 
-const DAY = { sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.95, 0.93, 0.89] };
-const DUSK = { sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] };
-const NIGHT = { sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] };
+/** @typedef {{sky: Vec3, horizon: Vec3, ground: Vec3}} Colors of the picture behind the model */
+
+const DAY = /** @type {Colors} */ ({ sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.95, 0.93, 0.89] });
+const DUSK = /** @type {Colors} */ ({ sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] });
+const NIGHT = /** @type {Colors} */ ({ sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] });
 
 /**
  * Mix two sets of colours.
- * @param {typeof DAY} a @param {typeof DAY} b @param {number} t
+ * @param {Colors} a @param {Colors} b @param {number} t
  */
 const mix = (a, b, t) => {
   const blend = (/** @type {number[]} */ x, /** @type {number[]} */ y) =>
@@ -104,7 +107,10 @@ export class Stage {
       near,
     };
     renderer.lights = app.sun.altitude > 0 ? [{ direction: app.sun.direction }] : [];
-    renderer.setStyle({ ...findColors(app.sun.altitude), edges: state.hasEdges });
+    renderer.setStyle({
+      ...(state.hasSunHours ? DAY : findColors(app.sun.altitude)),
+      edges: state.hasEdges,
+    });
     renderer.clip = app.plane;
     renderer.setViews(this.#findViews(state, wide, high));
     if (state.compare !== "swipe" && state.compare !== "beside") {
@@ -117,6 +123,9 @@ export class Stage {
     const { samples, scale } = LEVELS[level];
     renderer.samples = samples;
     renderer.options.pixelRatio = (window.devicePixelRatio || 1) * scale;
+    renderer.hours = isFine
+      ? app.sunHours.findAll(state, renderer.options.pixelRatio)
+      : app.sunHours.find(state);
     renderer.draw();
     this.quality.watch(renderer.device.gl, level, now);
     this.#drawSigns(state, dome, wide, high);
@@ -214,6 +223,7 @@ export class Stage {
       distances: state.distances,
       begun: state.begun,
       place: state.place && { position: state.place.position, lit: app.isLit(isAfter) },
+      legend: isAfter || state.compare === "before" ? describeHours(app) : null,
       hasCross: this.canvas.matches(":focus-visible"),
     };
   }

@@ -1,6 +1,7 @@
 // What a page shows, as one record, and the same as a link or as a file.
 
 import { isDate } from "./clock.js";
+import { STEP } from "./steps.js";
 
 /** Where an object stands: in both states, only after or only before a change, or nowhere. */
 /** @typedef {'on' | 'proposed' | 'removed' | 'off'} Standing */
@@ -31,17 +32,26 @@ import { isDate } from "./clock.js";
  * @property {boolean} hasCompass
  * @property {boolean} hasHours
  * @property {boolean} hasEdges
+ * @property {boolean} hasSunHours whether hours of sun are shown in place of light and shadow
+ * @property {[number, number]} interval of the day in which they are counted, minutes since midnight
  * @property {'day' | 'year' | null} playing
  */
 
 export const COMPARE = /** @type {const} */ (["after", "before", "swipe", "beside"]);
 export const AXES = /** @type {const} */ (["level", "north", "east"]);
 const PLAYED = /** @type {const} */ (["day", "year"]);
-const FLAGS = /** @type {const} */ (["hasPath", "hasCompass", "hasHours", "hasEdges"]);
+const FLAGS = /** @type {const} */ (["hasPath", "hasCompass", "hasHours", "hasEdges", "hasSunHours"]);
 const LETTERS = { proposed: "p", removed: "r", off: "o" };
 
 /** @param {number} value @param {number} digits */
 const round = (value, digits) => Number(value.toFixed(digits));
+
+/**
+ * Whether two numbers are an interval of a day, of whole steps [min].
+ * @param {number[]} ends
+ */
+const isInterval = ([from, to]) =>
+  from >= 0 && to <= 1440 && from < to && from % STEP === 0 && to % STEP === 0;
 
 /**
  * Write a state as the part of an address after ``#``. Positions are the model's own coordinates.
@@ -61,6 +71,7 @@ export const toLink = (state, origin) => {
     ["at", `${state.date}T${round(state.minutes, 2)}`],
     ["sun", `${round(state.azimuth, 2)},${round(state.altitude, 2)}`],
     ["show", FLAGS.map((name) => Number(state[name])).join("")],
+    ["hours", state.interval.join(",")],
   ];
   if (state.compare !== "after")
     parts.push(["compare", `${state.compare},${round(state.swipe, 3)}`]);
@@ -125,10 +136,12 @@ export const fromLink = (link, origin, objects, partCount) => {
       Math.max(0, Math.min(90, sun[1])),
     ];
   const show = given.get("show") ?? "";
-  if (/^[01]{4}$/.test(show))
+  if (/^[01]{4,5}$/.test(show))
     FLAGS.forEach((name, k) => {
       state[name] = show[k] === "1";
     });
+  const hours = numbers(given.get("hours"), 2);
+  if (hours && isInterval(hours)) state.interval = [hours[0], hours[1]];
   const [compare, swipe] = (given.get("compare") ?? "").split(",");
   const mode = COMPARE.find((one) => one === compare);
   if (mode)

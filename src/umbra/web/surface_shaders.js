@@ -1,6 +1,6 @@
 // Programs of surfaces, ground, sky and sections, and of the picture as a whole.
 
-import { AMBIENT, COVER, END_AT_CUT, HEAD, LAMBERT, MEASURE_CUT, PLACE } from "./shader_parts.js";
+import { AMBIENT, COVER, END_AT_CUT, HAZE, HEAD, LAMBERT, MEASURE_CUT, PLACE } from "./shader_parts.js";
 
 const RICH = "#define RICH\n";
 
@@ -112,11 +112,10 @@ void main() {
   level = albedo * (share * findAmbient(facing) + sun);
   gl_Position = projection * corner;
 }`,
-  fragment: `${HEAD}${rich}${LAID}
+  fragment: `${HEAD}${rich}${LAID}${HAZE}
 in vec3 at;
 flat in vec3 level;
 uniform vec3 horizon;
-uniform float height, haze;
 out vec4 color;
 #ifdef RICH
 uniform vec4 light;
@@ -134,11 +133,7 @@ void main() {
   }
   radiance = lay(place, radiance, radiance / albedo);
 #endif
-  // About exp(-d^2), and quicker, of a distance d in hazes; here d^2 is far / weight.
-  float weight = at.z * at.z, lift = height / haze;
-  float far = dot(at.xy, at.xy) + weight * lift * lift;
-  float clear = weight * weight / (weight * weight + far * (weight + 0.5 * far));
-  color = vec4(mix(share * horizon, radiance, clear), 1.0);
+  color = vec4(mix(share * horizon, radiance, findClear(at)), 1.0);
 }`,
 });
 export const GROUND = makeGround("");

@@ -3,6 +3,7 @@
 import { addDays, findDayOfYear, findInstant, isDate } from "./clock.js";
 import { nameZone, parseMinutes, readClock, tellMinutes } from "./clock.js";
 import { button, el, fill, icon, slider } from "./dom.js";
+import { makeInterval } from "./interval.js";
 
 const WINDS = "N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split(" ");
 const DAY_SPEED = 60,
@@ -84,6 +85,7 @@ const makeClockBar = (app) => {
       title: `Play the ${what}`,
     });
   const plays = { day: makePlay("day"), year: makePlay("year") };
+  const interval = makeInterval(app, zone);
   const told = el("p", { class: "told", "aria-live": "off" });
   const months = el(
     "div",
@@ -94,6 +96,7 @@ const makeClockBar = (app) => {
     "section",
     { class: "timebar", "aria-label": "Time and date" },
     line(plays.day, el("div", { class: "track daytrack" }, time.input), typedTime),
+    interval.element,
     line(plays.year, el("div", { class: "track" }, date.input, months), typedDate),
     told,
   );
@@ -156,12 +159,8 @@ const makeClockBar = (app) => {
     }
     const day = app.daylight.day(state.date),
       { sun } = app;
-    const share = (/** @type {number | null} */ instant, /** @type {number} */ without) =>
-      `${(100 * (instant === null ? without : readClock(zone, instant).minutes)) / 1440}%`;
     const isUpAllDay = day !== null && day.rise === null && day.set === null && day.up.length > 0;
-    const track = time.input.parentElement;
-    track?.style.setProperty("--rise", share(day?.rise ?? null, isUpAllDay ? 0 : 1440));
-    track?.style.setProperty("--set", share(day?.set ?? null, 1440));
+    interval.update(state);
     const wind = WINDS[Math.round(sun.azimuth / 22.5) % 16];
     const edges = !day
       ? []

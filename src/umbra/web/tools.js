@@ -23,13 +23,13 @@ const makeSwitch = (app, name, words) => {
  * @param {App} app
  */
 export const makeHours = (app) => {
-  const { hours } = app.config;
+  const { hours, palette } = app.config;
   if (!hours) return null;
   const one = makeSwitch(app, "hasHours", hours.title);
   const ramp = el("div", { class: "ramp", "aria-hidden": "true" });
-  const stops = hours.ramp.map(([r, g, b]) => `rgb(${r},${g},${b})`);
+  const stops = palette.ramp.map(([r, g, b]) => `rgb(${r},${g},${b})`);
   const dark = el("i", { "aria-hidden": "true" });
-  dark.style.background = `rgb(${hours.noSun})`;
+  dark.style.background = `rgb(${palette.noSun})`;
   ramp.style.background = `linear-gradient(to ${hours.isSun ? "left" : "right"}, ${stops.join(", ")})`;
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) =>
     el("span", {}, Number((share * hours.most).toFixed(1))),

@@ -137,6 +137,53 @@ export const blend = (a, b, t) => {
   };
 };
 
+const LAND = /^(AssumedGround|GivenGround)/; // kinds of parts that umbra adds around a model
+
+/**
+ * Whether each part is land that was laid around a model; of land alone none is.
+ * @param {Model} model
+ */
+const findLand = ({ parts }) => {
+  const isLand = parts.map(({ kind }) => LAND.test(kind));
+  return isLand.includes(false) ? isLand : isLand.map(() => false);
+};
+
+/**
+ * The bounds of a model without the land that was laid around it.
+ * @param {Model} model
+ * @returns {[Vec3, Vec3]}
+ */
+export const findBuilt = (model) => {
+  const { faces, facePart, places, bounds } = model,
+    isLand = findLand(model);
+  if (!isLand.includes(true)) return bounds;
+  const box = makeBoxes(1);
+  facePart.forEach((part, f) => {
+    for (let k = 0; k < 3 && !isLand[part]; k++) widen(box, 0, places, faces[3 * f + k]);
+  });
+  const [x, y, z, east, north, top] = box;
+  return [[x, y, z], [east, north, top]];
+};
+
+/**
+ * How high the land that was laid around a model rises under a ring, so that none of it hides the ring.
+ * @param {Model} model
+ * @param {number[]} centre x and y @param {number} radius [m]
+ * @param {number} low without land
+ */
+export const findRise = (model, [x, y], radius, low) => {
+  const isLand = findLand(model),
+    top = model.bounds[1][2] + 1;
+  if (!isLand.includes(true)) return low;
+  const rises = Array.from({ length: 24 }, (_, k) => {
+    const turn = (k * Math.PI) / 12;
+    const from = /** @type {Vec3} */ ([x + radius * Math.sin(turn), y + radius * Math.cos(turn), top]);
+    const [hit] = model.trace(from, [0, 0, -1], { cast: isLand });
+    return hit ? top - hit.distance : low;
+  });
+  return Math.max(...rises) + 0.05;
+};
+
 const SPARSE = 80,
   NEIGHBOURHOOD = 12; // sizes of the middling object: of a model, of a view's half
 
@@ -146,15 +193,17 @@ const SPARSE = 80,
  * @param {number[]} owner object of each part
  * @returns {[Vec3, Vec3] | null}
  */
-export const findDense = ({ faces, facePart, places, bounds }, owner) => {
-  const all = makeBoxes(Math.max(...owner) + 1);
+export const findDense = (model, owner) => {
+  const { faces, facePart, places } = model,
+    isLand = findLand(model),
+    all = makeBoxes(owner.reduce((most, one, part) => (isLand[part] ? most : Math.max(most, one)), 0) + 1);
   facePart.forEach((part, f) => {
-    for (let k = 0; k < 3; k++) widen(all, owner[part], places, faces[3 * f + k]);
+    for (let k = 0; k < 3 && !isLand[part]; k++) widen(all, owner[part], places, faces[3 * f + k]);
   });
   const boxes = Array.from({ length: all.length / 6 }, (_, k) => all.subarray(6 * k, 6 * k + 6));
   const sizes = boxes.map((box) => Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
   const middling = sizes.sort((a, b) => a - b)[boxes.length >> 1];
-  if (!(measure(...bounds) > SPARSE * middling)) return null;
+  if (!(measure(...findBuilt(model)) > SPARSE * middling)) return null;
   const reach = NEIGHBOURHOOD * middling;
   // A grid of squares as large as a view's half, each with how much stands in it.
   /** @type {Map<string, number>} */

@@ -110,13 +110,12 @@ def fill_hours(
     Where ``max_hours`` is 0 the sun stays below the horizon, and no place has a value.
     """
     has_scale = max_hours > 0
-    hours, finer = np.asarray(day.hours, np.float32), day.finer
+    hours = np.asarray(day.hours, np.float32)
     if not has_scale:
         hours = np.full_like(hours, np.nan)
     levels = find_levels(max_hours) if has_lines else []
-    traced = hours if finer is None else finer
-    if show == "sun":  # paint stays; lines and labels count the other way
-        traced = max_hours - traced
+    # Paint stays; lines and labels count the other way.
+    traced = max_hours - hours if show == "sun" else hours
     shares = [level / max_hours for level in levels]
     fill_map(
         panel,
@@ -137,7 +136,7 @@ class Lines:
     Parameters
     ----------
     values : (rows, cols) float
-        Whose lines they are, in the plan's cells or finer ones.
+        Whose lines they are, in the plan's cells.
     levels : sequence of float
     shares : sequence of float
         Of the colour scale that lies under each line.
@@ -200,8 +199,6 @@ def fill_map(
         blocked |= plan.appearance.find_breaks(plan.shape)
     if plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
-    if blocked.shape != traced.shape:
-        blocked = (resample(blocked, traced.shape) > HALF) | np.isnan(traced)
     colors = [_find_line_color(share) for share in lines.shares]
     draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts)
     if plan.appearance is None:

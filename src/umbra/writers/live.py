@@ -14,7 +14,13 @@ from umbra.study import Study, tell_dates
 from umbra.writers.packing import pack, pack_grids
 from umbra.writers.pixels import NO_SUN, resample, shade_ramp
 
-__all__ = ["clear_ground", "find_face_surfaces", "make_hours", "make_study_config"]
+__all__ = [
+    "clear_ground",
+    "find_face_surfaces",
+    "make_hours",
+    "make_palette",
+    "make_study_config",
+]
 
 _LARGEST = 2048  # cells along a side; every device has textures of as many
 _CLEAR = 255  # level of receivers without a value
@@ -44,12 +50,18 @@ def make_hours(study: Study) -> dict[str, object]:
     return {
         "title": f"Hours {'of sun' if is_sun else 'in shadow'}, {tell_dates(study)}",
         "isSun": is_sun,
-        "noSun": np.rint(np.array(NO_SUN) * 255).astype(int).tolist(),
-        "ramp": np.rint(shade_ramp(_STEPS) * 255).astype(int).tolist(),
         "most": float(study.up_hours),
         "note": f"Of {study.up_hours:.1f} h of the study with the sun up; {what}.",
         "plan": _make_plan(study) if study.is_plan else None,
         "samples": None if study.is_plan else _make_samples(study),
+    }
+
+
+def make_palette() -> dict[str, object]:
+    """Return the colours of hours in shadow, and of no sun at all, in sRGB from 0 to 255."""
+    return {
+        "noSun": np.rint(np.array(NO_SUN) * 255).astype(int).tolist(),
+        "ramp": np.rint(shade_ramp(_STEPS) * 255).astype(int).tolist(),
     }
 
 
@@ -189,6 +201,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "ground": _find_ground(study),
         "proposed": [],
         "notes": [],
+        "palette": make_palette(),
         "hours": None if is_raster else make_hours(study),
         "hasLink": False,
         "takesWheel": False,

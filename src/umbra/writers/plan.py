@@ -249,8 +249,6 @@ class DayMap:
     title: str = ""  # the date, where there are several
     remark: str = ""  # sunrise and sunset
     hatched: NDArray[np.bool_] | None = None
-    # (m, n) the same hours on cells of another size, for the contour lines
-    finer: NDArray | None = None
     is_night: bool = False  # the sun stays below the horizon: there are no hours
     dark_from: float = math.inf  # value of ``hours`` from which a place has no sun at all
 

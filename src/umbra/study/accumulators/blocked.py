@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.lights import Lights
 from umbra.rays.nearest_hits import add_taken
 from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.sky.land import LAND, add_land
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups
 from umbra.study.accumulators.measure_sums import FindParts, compare_measured, level_normals
@@ -56,12 +57,18 @@ class BlockedSky(Accumulator):
     ) -> None:
         self.measure, self.asked, self._casters = measure, asked, casters
         self._groups = cast("Groups", attribution.groups)
-        self._member = self._groups.member[: attribution.shown]
+        member, names = self._groups.member[: attribution.shown], list(self._groups.names)
+        self._member, self._names = member, names[: len(member)]
+        self._has_land = asked.period.horizon is not None
+        if self._has_land:  # a piece and a group of its own, the last
+            self._member = np.pad(member, ((0, 1), (0, 1)))
+            self._member[-1, -1] = True
+            self._names.append(LAND)
         self._find_proposed, self._find_rest = find_proposed, find_rest
         self.lights: Lights = asked.make_lights(measure)
         times = 1 if find_proposed is None else 2
         self.own_lights = times * len(self.lights)
-        count = 1 + attribution.shown
+        count = 1 + len(self._names)
         self._after = np.zeros((count, *laid.shape))
         self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
         ends = ("", "_before", "_lost", "_ratio") if find_proposed else ("",)
@@ -89,7 +96,7 @@ class BlockedSky(Accumulator):
         facing = level_normals(normals)
         solve = self._make_exact if self.asked.options.exact else self._make_counter
         find = solve(tile, parts, pieces)
-        taken = np.zeros((len(points), len(pieces)))
+        taken = np.zeros((len(points), len(pieces) + self._has_land))
         done, works = 0, len(self.lights)
         for first in range(0, len(points), _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
@@ -105,14 +112,17 @@ class BlockedSky(Accumulator):
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
         from umbra.sky.points import measure_sky  # noqa: PLC0415
 
-        scene, threads = tile.casting.scene, tile.casting.threads
+        period, threads = self.asked.period, tile.casting.threads
+        north = 0.0 if period.site is None else period.site.true_north
+        scene, around = add_land(tile.casting.scene, period.horizon, north)
         owner = np.zeros(len(scene.parts), np.int32)
-        for k, piece in enumerate(pieces):
+        for k, piece in enumerate((*pieces, around)):
             owner[list(piece)] = k
-        casters, _ = find_sky_casters(scene, parts, owner)
+        casters, _ = find_sky_casters(scene, [*parts, *around], owner)
+        count = len(pieces) + self._has_land
 
         def solve(points: NDArray, _: NDArray, facing: NDArray) -> NDArray[np.float64]:
-            found = measure_sky(casters, points, facing, threads, objects=len(pieces)).blocked_by
+            found = measure_sky(casters, points, facing, threads, objects=count).blocked_by
             assert found is not None
             return found
 
@@ -127,15 +137,25 @@ class BlockedSky(Accumulator):
             casting = tile.with_casters(parts).casting
         tree = casting.tree
         owner = casting.find_pieces(pieces)[tree.source].astype(np.int32)
-        directions = np.ascontiguousarray(self.lights.directions[:, :3])
+        toward = np.ascontiguousarray(self.lights.directions[:, :3])
         weights = self.lights.weights[:, 0]
+        is_land = self.asked.period.meets_land(toward)
+
+        def add(
+            which: NDArray[np.bool_], points: NDArray, normals: NDArray, facing: NDArray
+        ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            """Return what pieces take of some directions (n, pieces), and what there is (n,)."""
+            taken = np.zeros((len(points), len(pieces)))
+            some, weight = np.ascontiguousarray(toward[which]), weights[which]
+            add_taken(tree, owner, points, normals, facing, some, weight, taken, casting.threads)
+            return taken, np.maximum(facing @ some.T, 0.0) @ weight
 
         def count(points: NDArray, normals: NDArray, facing: NDArray) -> NDArray[np.float64]:
-            taken = np.zeros((len(points), len(pieces)))
-            add_taken(
-                tree, owner, points, normals, facing, directions, weights, taken, casting.threads
-            )
-            whole = np.maximum(facing @ directions.T, 0.0) @ weights
+            taken, whole = add(~is_land, points, normals, facing)
+            if self._has_land:  # it takes what nothing nearer does
+                near, land = add(is_land, points, normals, facing)
+                rest = np.maximum(land - near.sum(1), 0.0)
+                taken, whole = np.column_stack([taken + near, rest]), whole + land
             return taken / np.where(whole > 0, whole, np.inf)[:, None]
 
         return count
@@ -148,8 +168,7 @@ class BlockedSky(Accumulator):
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the shares of all casters and of each group, with a proposal also before."""
-        names = np.array(self._groups.names[: len(self._member)])
-        found: Variables = {"caster": (("caster",), names)}
+        found: Variables = {"caster": (("caster",), np.array(self._names))}
         whole, each = self.measure.quantities
         for one, some, dims in (
             (whole, 0, laid.dims), (each, slice(1, None), ("caster", *laid.dims)),

@@ -20,6 +20,9 @@ RADIUS = 0.2666
 """Of the sun's disc, its mean through the year [degrees]."""
 _AT_ONCE = 8
 _CLOSE = 1_000_000  # to which contacts are solved [us]
+_SEEN = 1e-9  # least share that is seen: above the rounding of areas, 1e-4 s after contact
+_MINUTE = 60_000_000  # [us]
+_LOW = 0.02  # sine of the altitude above which the sun's place is smooth in time
 _SOME = 65_536  # receivers whose contacts are solved at a time
 _NEVER = np.iinfo(np.int64).min
 
@@ -40,6 +43,7 @@ class DiscHours(HourSums):
     def __init__(self, arrays: ResultArrays) -> None:
         super().__init__(arrays)
         self._contacts = np.full((2, *arrays.shape), _NEVER)
+        self._minutes, self._suns = np.zeros(0, np.int64), np.zeros((0, 3))
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
         """Add up the hours, and solve the contacts."""
@@ -68,7 +72,7 @@ class DiscHours(HourSums):
                 RADIUS, casting.threads,
             )  # fmt: skip
             hours += lights.weights[some, 0] @ (1 - free)
-            for k, seen in enumerate(free > 0, first):
+            for k, seen in enumerate(free > _SEEN, first):
                 begins = seen & (self._first[1] == _NEVER)
                 self._first[:, begins] = np.array([[before[k]], [middles[k]]])
                 self._last[:, seen] = np.array([[after[k]], [middles[k]]])
@@ -107,12 +111,14 @@ class DiscHours(HourSums):
         for first in range(0, len(which), _SOME):
             some = which[first : first + _SOME]
             low, high = dark[some], lit[some]
-            is_lit = self._is_seen(tile, some, low)
-            high = np.where(is_lit, low, high)
-            while len(some) and np.abs(high - low).max() > _CLOSE:
-                middle = (low + high) // 2
-                is_lit = self._is_seen(tile, some, middle)
-                low, high = np.where(is_lit, low, middle), np.where(is_lit, middle, high)
+            high = np.where(self._is_seen(tile, some, low), low, high)
+            left = np.flatnonzero(np.abs(high - low) > _CLOSE)
+            while len(left):
+                middle = (low[left] + high[left]) // 2
+                is_lit = self._is_seen(tile, some[left], middle)
+                high[left[is_lit]] = middle[is_lit]
+                low[left[~is_lit]] = middle[~is_lit]
+                left = left[np.abs(high[left] - low[left]) > _CLOSE]
             found[some] = high
         return found
 
@@ -120,13 +126,44 @@ class DiscHours(HourSums):
         self, tile: Tile, some: NDArray[np.intp], times: NDArray[np.int64]
     ) -> NDArray[np.bool_]:
         """Return whether receivers see a part of the disc, each at its time."""
-        period = self.arrays.period
-        sun = find_sun(period.site, times.view("datetime64[us]"), refraction=period.refraction)
         share = find_free_disc(
-            tile.tree, tile.places.points[some], tile.places.normals[some], sun.direction[None],
-            RADIUS, tile.casting.threads,
+            tile.tree, tile.places.points[some], tile.places.normals[some],
+            self._find_suns(times)[None], RADIUS, tile.casting.threads,
         )  # fmt: skip
-        return share[0] > 0
+        return np.asarray(share[0] > _SEEN)
+
+    def _find_suns(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
+        """
+        Return directions of the sun, (n, 3), by cubics through those of whole minutes.
+
+        They are within 1e-7 of the sun's own, which moves as far in 2 ms. Near the horizon, where
+        refraction begins, each is found by itself.
+        """
+        nodes, which = np.unique(
+            (times // _MINUTE)[:, None] + np.arange(-1, 3), return_inverse=True
+        )
+        new = np.setdiff1d(nodes, self._minutes)
+        if len(new):
+            every = np.concatenate([self._minutes, new])
+            suns = np.concatenate([self._suns, self._find_sun(new * _MINUTE)])
+            order = np.argsort(every)
+            self._minutes, self._suns = every[order], suns[order]
+        each = self._suns[np.searchsorted(self._minutes, nodes)][which.reshape(-1, 4)]
+        t = times % _MINUTE / _MINUTE
+        weights = np.stack([
+            -t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
+            -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6,
+        ], 1)  # fmt: skip
+        found = np.einsum("nk,nkj->nj", weights, each)
+        found /= np.linalg.norm(found, axis=1, keepdims=True)
+        low = np.flatnonzero(each[:, :, 2].min(1) < _LOW)
+        found[low] = self._find_sun(times[low])
+        return found
+
+    def _find_sun(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return directions of the sun, (n, 3)."""
+        period, stamps = self.arrays.period, times.view("datetime64[us]")
+        return find_sun(period.site, stamps, refraction=period.refraction).direction
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Blank the contacts where nothing receives."""

@@ -10,7 +10,7 @@ shorter. Sunrise and sunset are solved too.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -57,7 +57,7 @@ class SunTrack(Lights):
 
 def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     """
-    Find the instants of a day to count, one list per period with the sun up.
+    Find the instants of a day to count, one list per period with the sun up before no land.
 
     Parameters
     ----------
@@ -157,9 +157,11 @@ class ExactIntervals(DayIntervals):
             state.end_all(int(lights.starts[some.stop - 1]))
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
-        """End the day; the sun is up from the first to the last instant of each run."""
+        """End the day; the sun is up in each run from first to last instant, and behind land."""
         arrays, times = self.arrays, self._lights.starts
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
+        if arrays.period.horizon is not None:
+            up += _find_land(arrays.period, day)
         arrays.up_hours_by_day[day] = up / 3.6e9
         found = [state.finish() for state in self._states]
         if day + 1 < len(self._lights.days):
@@ -189,7 +191,14 @@ def _find_times(period: Period, day: int) -> NDArray[np.int64]:
 
 def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
     path = find_sun(period.site, times.view("datetime64[us]"), refraction=period.refraction)
-    return path.is_up
+    return path.is_up & ~period.meets_land(path.direction)
+
+
+def _find_land(period: Period, day: int) -> int:
+    """Return the time of a day for which the sun is up behind the land [us]."""
+    each = (find_runs(one, day) for one in (replace(period, horizon=None), period))
+    whole, free = (sum(int(run[-1] - run[0]) for run in runs) for runs in each)
+    return whole - free
 
 
 @lru_cache(maxsize=4)

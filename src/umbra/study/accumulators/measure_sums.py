@@ -12,6 +12,7 @@ from umbra.casters import Canopy
 from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.scene.grid import Places
+from umbra.sky.land import add_land
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity, guard
@@ -132,10 +133,12 @@ class MeasureSums(Accumulator):
 
     def _solve(self, tile: Tile, where: tuple[Any, ...], progress: Callable[[int], object]) -> None:
         """Find the exact values of a tile, with and without the proposal, some at a time."""
-        scene, threads = tile.casting.scene, tile.casting.threads
+        period, threads = self.asked.period, tile.casting.threads
+        north = 0.0 if period.site is None else period.site.true_north
+        scene, around = add_land(tile.casting.scene, period.horizon, north)
         points, normals = tile.places.points, level_normals(tile.places.normals)
         rest = self._find_rest(tile) if self._find_rest is not None else ()
-        each = [(self._after, self._casters), (self._before, rest)]
+        each = [(self._after, [*self._casters, *around]), (self._before, [*rest, *around])]
         asked = [(values, parts) for values, parts in each if values is not None]
         done, all_, told = 0, len(asked) * len(points), 0
         for values, parts in asked:

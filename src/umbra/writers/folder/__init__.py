@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.options import check_types, option, read_path, read_text
+from umbra.options import Options, check_types, option, read_path, read_text, record
 from umbra.packages import require
 from umbra.writers.formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
@@ -36,8 +36,8 @@ _pictures = partial(option, heading="Pictures")
 _files = partial(option, heading="Further files")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outputs:
+@record
+class Outputs(Options):
     """
     Files of a study, and the appearance of its pictures.
 

@@ -27,6 +27,7 @@ __all__ = [
     "choose_panels",
     "describe",
     "describe_finer",
+    "describe_foot",
     "describe_making",
     "describe_method",
     "describe_smooth",
@@ -39,10 +40,12 @@ __all__ = [
     "name_files",
     "name_model",
     "name_shown",
+    "name_sun",
     "outline_areas",
     "place_elevation",
     "tell_cut",
     "tell_daylight",
+    "tell_every",
     "tell_place",
     "tell_times",
 ]
@@ -92,7 +95,7 @@ class Scale:
             return study.shadow_hours
         return study.shadow_hours / np.float32(self.divisor) + np.float32(lack)
 
-    def find_dark(self, study: Study) -> float:
+    def find_dark(self, study: Study | FinerHours) -> float:
         """Return the value of ``read_hours`` from which a place has no sun."""
         return self.most if self.show == "sun" else study.up_hours / self.divisor
 
@@ -149,11 +152,11 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
-        title=outputs.title or name_model(job.scene) + view + _name_sun(study, which),
+        title=outputs.title or name_model(job.scene) + view + name_sun(study, which),
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
-        note=" · ".join(filter(None, [describe_making(study, options), tell_cut(study)])),
+        note=describe_foot(study, options),
         axes=axes,
         has_scale=study.kind.has_scale,
         roofs_cover=study.kind.lies_under_roofs,
@@ -258,16 +261,16 @@ def name_model(scene: Scene) -> str:
     return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
 
 
-def _name_sun(study: Study, which: range) -> str:
+def name_sun(study: Study, which: range, what: str = "sun") -> str:
     """Name the dates of a picture's sun, for its title; nothing of measures without dates."""
     days = study.period.days[which.start : which.stop]
     if not days:
         return ""
     if len(days) > FEW:
-        return f" · sun on {len(days)} days"
+        return f" · {what} on {len(days)} days"
     *others, last = map(name_date, days)
     listed = f"{', '.join(others)} and {last}" if others else last
-    return f" · sun on {listed}"
+    return f" · {what} on {listed}"
 
 
 def _space(duration: object) -> str:
@@ -287,8 +290,8 @@ def name_dates(days: Sequence) -> str:
     return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 
-def describe_making(study: Study, options: StudyOptions) -> str:
-    """Describe how a study was made, for the foot of its pictures."""
+def describe_making(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
+    """Describe how a study was made and drawn, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
     ground = [str(study.facts["ground"])]
@@ -299,7 +302,12 @@ def describe_making(study: Study, options: StudyOptions) -> str:
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
     if study.period.horizon is not None:
         shown.append("the land around casts shadows")
-    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options)])
+    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options, finer)])
+
+
+def describe_foot(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
+    """Describe how a study was made and drawn, and what its frame cuts."""
+    return " · ".join(filter(None, [describe_making(study, options, finer), tell_cut(study)]))
 
 
 def tell_cut(study: Any) -> str:
@@ -315,13 +323,11 @@ def tell_cut(study: Any) -> str:
     return f"the frame cuts shadows{told}"
 
 
-def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
-    """Add the time step of the contours to a caption, if it is finer than the study's."""
-    if finer is None:
+def describe_finer(plan: Plan, job: FolderJob, finer: Sequence[FinerHours | None]) -> Plan:
+    """Return a plan whose caption tells the steps from which hours are drawn, if all are finer."""
+    if None in finer:
         return plan
-    minutes = finer.seconds / 60
-    step = f"{minutes:g}min" if minutes >= 1 else f"{finer.seconds:g}s"
-    return replace(plan, note=f"{plan.note} · contours from steps of {step}")
+    return replace(plan, note=describe_foot(job.study, job.options, finer[0]))
 
 
 def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
@@ -336,7 +342,16 @@ def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
     return replace(smooth, note=f"{plan.note} · shadows in cells{size}")
 
 
-def describe_method(study: Study, options: StudyOptions) -> list[str]:
+def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
+    """Describe the time step from which hours are drawn."""
+    if finer is None:
+        return _space(options.every)
+    return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
+
+
+def describe_method(
+    study: Study, options: StudyOptions, finer: FinerHours | None = None
+) -> list[str]:
     """Describe time steps, accuracy, casters and the proposed development."""
     facts = study.facts
     notes = []
@@ -347,7 +362,11 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
     else:
         half = float(study.period.hours.max()) * 30
-        notes = [f"sun every {_space(options.every)}, at the middle of each step"]
+        every = tell_every(options, finer)
+        if finer is not None:
+            half = finer.seconds / 120
+            every += f" (in study.nc every {_space(options.every)})"
+        notes = [f"sun every {every}, at the middle of each step"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
     if study.has_hours:

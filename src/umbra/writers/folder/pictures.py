@@ -1,16 +1,11 @@
-"""
-The pictures of a study: maps of hours and profiles of plans, surfaces and points.
-
-The sun lost to a proposal is a map, too: hours lost, hatched where too few are left.
-"""
+"""The pictures of a study: maps of hours and profiles of plans, surfaces and points."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
 from umbra.receivers.seen import ViewTile
@@ -19,14 +14,13 @@ from umbra.scene.grid import Grid
 from umbra.study import (
     Preview,
     Study,
-    count_finer,
     make_preview,
     refine_preview,
     show_samples,
     split_dates,
-    tell_dates,
 )
-from umbra.study.preview import LONGEST, choose_stamps
+from umbra.study.finer import LONGEST
+from umbra.study.preview import choose_stamps
 from umbra.sun import find_daylight
 from umbra.sun.clock import Stamps
 from umbra.writers.folder import FolderJob
@@ -38,24 +32,21 @@ from umbra.writers.folder.captions import (
     describe_method,
     describe_smooth,
     find_maps,
-    find_together,
     list_few,
     name_model,
     name_shown,
     outline_areas,
-    tell_daylight,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.losses import count_dates, draw_lost, fit, make_map
 from umbra.writers.folder.who import draw_who
-from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size, name_hours
+from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
     "TILT",
     "PictureSheets",
     "describe_points",
-    "draw_lost",
     "draw_pictures",
     "draw_plan_of_points",
     "draw_surfaces",
@@ -64,89 +55,12 @@ __all__ = [
     "look_at_surfaces",
 ]
 
-_MATTERS = 0.5  # hours lost that the picture must include, at any distance
 MOST_DAYS = 4
 """Most dates that also get separate pictures."""
 _MOST_STAMPS = 12  # of each date on a sheet of many small maps
 TILT = 35
 _ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
-
-
-def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
-    """
-    Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
-
-    Returns the names of the files: none where nothing is lost.
-    """
-    study, options, painter = job.study, job.options, job.painter
-    dates = split_dates(study)
-    every = [_fit(one.more["hours_lost"][1], plan.shape) for one in dates]
-    most = np.nan_to_num(every).max(0)
-    if not most.max() > 0:
-        return []
-    new = preview.find_cells(job.scene.select(options.proposed))
-    plan = replace(plan, proposed=new)
-    where: Any = ...
-    if study.kind.is_plan and options.extent is None:
-        newly = _fit_mask(study.more["newly_under"][1], most.shape)
-        where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
-        plan = plan.crop(where)
-        if plan.appearance is not None:
-            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
-
-            part = study.grid.coarser(LONGEST).part(*where)
-            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), part))
-    what = f"hours of sun lost to {list_few(options.proposed)}"
-    limit = f"newly under {study.facts['under_hours']:g} h"
-    divisor, words = (1, "") if len(dates) > 1 else find_together(job)
-    if words:
-        what += words
-        limit += f" on at least one of {len(study.period.days)} dates"
-    of = study.kind.area_of
-    shown, plan = find_maps(study, plan)
-    maps = []
-    for one in shown:
-        hours = _fit(one.more["hours_lost"][1], most.shape)[where] / divisor
-        hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
-        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
-        maps.append(_make_map(one, shown, hours, area, hatched=hatched))
-    if len(shown) == 1:
-        limit = area
-    end = float(most.max()) if len(shown) > 1 else float(np.nanmax(maps[0].hours))
-    painter.draw_hours(
-        job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit, ramp="loss"
-    )
-    return ["hours_lost.png"]
-
-
-def _tell_area(areas: NDArray[np.float64], of: str) -> str:
-    """Describe the area of all neighbours together, followed by what it is ``of``."""
-    area = float(areas.sum())
-    told = "nothing" if of else "nowhere"
-    if area > 0:
-        told = f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
-    return told + of
-
-
-def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Average hours to the cells of the pictures."""
-    return hours if hours.shape == shape else resample(hours, shape)
-
-
-def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    return _fit(mask.astype(np.float32), shape) > HALF
-
-
-def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the window around some cells, with a margin of a quarter of its length."""
-    window = []
-    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
-    for axis in (1, 0):
-        found = np.flatnonzero(is_shown.any(axis))
-        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
-        window.append(slice(max(int(found[0]) - room, 0), end))
-    return window[0], window[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,17 +101,6 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
         names += draw_lost(job, sheets.plan, sheets.preview)
     names += draw_who(job, sheets.plan, sheets.preview)
     return names + _draw_each_date(job, sheets)
-
-
-def _make_map(
-    study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
-) -> DayMap:
-    """Make a map of hours; one of several gets its date, sunrise, sunset and a remark."""
-    more["is_night"] = study.up_hours <= 0
-    if len(shown) == 1:
-        return DayMap(hours, **more)
-    remark = " · ".join(filter(None, [tell_daylight(study), told]))
-    return DayMap(hours, tell_dates(study), remark, **more)
 
 
 def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
@@ -247,18 +150,17 @@ def _draw_hours(
     job: FolderJob, name: str, plan: Plan, shown: Sequence[Study], what: str = ""
 ) -> None:
     """Draw the hours of some dates, a map each, on the scale of all."""
-    scale = Scale.of(job)
-    finer = [count_finer(one, len(shown)) for one in shown]
+    scale, finer = Scale.of(job), count_dates(shown)
     maps = [
-        _make_map(
-            one, shown, _fit(scale.read_hours(one), plan.shape),
+        make_map(
+            one, shown, fit(scale.read_hours(fine or one), plan.shape),
             f"of {one.up_hours:.3g} h with the sun up" if scale.show == "sun" else "",
-            dark_from=scale.find_dark(one), finer=None if fine is None else scale.read_hours(fine),
+            dark_from=scale.find_dark(fine or one),
         )
         for one, fine in zip(shown, finer, strict=True)
     ]  # fmt: skip
     job.painter.draw_hours(
-        job.folder / name, describe_finer(plan, finer[0]), maps, scale.most,
+        job.folder / name, describe_finer(plan, job, finer), maps, scale.most,
         what=what, show=scale.show,
     )  # fmt: skip
 
@@ -352,8 +254,7 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     scale = Scale.of(job)
     dates, plan = find_maps(study, plan)
     maps = [
-        _make_map(one, dates, scale.read_hours(one), dark_from=scale.find_dark(one))
-        for one in dates
+        make_map(one, dates, scale.read_hours(one), dark_from=scale.find_dark(one)) for one in dates
     ]
     job.painter.draw_points(
         job.folder / "points.png", plan, study.places, maps, scale.most, names, scale.show,
@@ -364,7 +265,7 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     if job.only is not None or not most > 0:
         return ["points.png"]
     what = scale.what.removeprefix(name_hours(scale.show))
-    maps = [_make_map(one, dates, hours) for one, hours in zip(dates, every, strict=True)]
+    maps = [make_map(one, dates, hours) for one, hours in zip(dates, every, strict=True)]
     job.painter.draw_points(
         job.folder / "hours_lost.png", plan, study.places, maps, most, names,
         what=f"hours of sun lost to {list_few(asked)}{what}", ramp="loss",

@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from umbra.ground.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
-from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
+from umbra.study import Study, StudyOptions, count_finer, run, split_dates, tell_dates
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     Scale,
     choose_panels,
-    describe_making,
+    describe_foot,
     place_elevation,
-    tell_cut,
     tell_daylight,
+    tell_every,
 )
 from umbra.writers.plan import DayMap, Plan
 
@@ -49,8 +49,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
     seen: Any = run(scene, study.site, asked)
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
-    made = " · ".join(filter(None, [describe_making(seen, options), tell_cut(seen)]))
-    plan = replace(_redraw(plan, seen), note=f"{made}; {zero}")
+    plan = _redraw(plan, seen)
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
     cell = find_pixel_side(arrangement, 1)
@@ -74,13 +73,20 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
         each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
+        finer = [count_finer(one, len(each)) for _, _, one in each]
+        made = [describe_foot(plans[k], options, finer[0])]
+        if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
+            steps = sorted({tell_every(options, fine) for fine in finer[1:]})
+            made.append(f"elevations: sun every {' or '.join(steps)}")
+        own = replace(own, note=f"{' · '.join(made)}; {zero}")
+        each[0] = ("Plan", own, plans[k])
         maps = [
             (
                 caption,
                 view,
-                DayMap(scale.read_hours(one), dark_from=scale.find_dark(one)),
+                DayMap(scale.read_hours(fine or one), dark_from=scale.find_dark(fine or one)),
             )
-            for caption, view, one in each
+            for (caption, view, one), fine in zip(each, finer, strict=True)
         ]
         job.painter.draw_elevations(
             job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,

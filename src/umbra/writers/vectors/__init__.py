@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Study, split_dates, tell_dates
+from umbra.study import Study, count_finer, split_dates, tell_dates
 from umbra.writers.tables import find_columns, tell_instants
 from umbra.writers.vectors.outlines import Polygon, ShadowOutline
 
@@ -42,17 +42,19 @@ class HourLine:
     # (k, 2) in the study's coordinates: a plan's are the model's, a view's along and up [m]
     lines: list[NDArray[np.float64]]
     date: str  # 2026-03-21, or sum of 30 dates
+    seconds: float  # of a step: times are known to half of it; 0 of exact instants
 
 
 def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]:
     """
     Trace a study's hours at whole hours of shadow or sun, interpolated between cells' centres.
 
-    Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so midway
-    between the last cell that has less and the first that has as much. On the ground, lines end at
-    buildings: cells under them do not count. On roofs and walls they end at edges, where one
-    surface ends before another or two meet at an angle. Levels without lines are left out; several
-    dates follow one another.
+    Hours are counted again in finer steps where ``count_finer`` allows it, and grow by whole steps
+    from cell to cell. A line runs half a step below its hour, so midway between the last cell that
+    has less and the first that has as much. Hours of exact instants have no steps. On the ground,
+    lines end at buildings: cells under them do not count. On roofs and walls they end at edges,
+    where one surface ends before another or two meet at an angle. Levels without lines are left
+    out; several dates follow one another.
     """
     for one in split_dates(study):
         yield from _trace(one, show)
@@ -64,7 +66,14 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
 
     from umbra.writers.contours import find_levels  # noqa: PLC0415
 
-    found = study.sun_hours if show == "sun" else study.shadow_hours
+    finer = count_finer(study, longest=None)
+    seconds = 3600 * float(study.period.hours.min()) if finer is None else finer.seconds
+    if "exact_tolerance_seconds" in study.facts:
+        seconds = 0.0
+    counted = study if finer is None else finer
+    found = counted.shadow_hours
+    if show == "sun":
+        found = counted.up_hours - found
     hours = np.ma.masked_invalid(found.astype(np.float64))
     if study.kind.lies_under_roofs:
         hours = np.ma.masked_where(~study.kind.find_open(study), hours)
@@ -75,13 +84,13 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
     if min(hours.shape) < 2 or hours.mask.all():
         return
     generator = contourpy.contour_generator(study.x, study.y, hours)
-    half = float(study.period.hours.min()) / 2
     for level in find_levels(study.up_hours, most=48):
-        traced: Any = generator.lines(level - half)
+        traced: Any = generator.lines(level - seconds / 7200)
         lines = [line for line in traced if len(line) > 1]
         if lines:
             told = float(level), study.up_hours - level
-            yield HourLine(*(told[::-1] if show == "sun" else told), lines, tell_dates(study))
+            shadow, sun = told[::-1] if show == "sun" else told
+            yield HourLine(shadow, sun, lines, tell_dates(study), seconds)
 
 
 def trace_seen(study: Study) -> list[NDArray[np.float64]]:
@@ -151,6 +160,7 @@ def make_line_layer(hour_lines: Iterable[HourLine]) -> Layer:
             "date": [hour_line.date for hour_line in found],
             "shadow_hours": [hour_line.shadow_hours for hour_line in found],
             "sun_hours": [hour_line.sun_hours for hour_line in found],
+            "step_minutes": [round(hour_line.seconds / 60, 4) for hour_line in found],
         },
     )
 

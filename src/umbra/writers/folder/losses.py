@@ -1,0 +1,147 @@
+"""
+The map of the sun that a proposal takes, and the maps of dates that it shares with other pictures.
+
+Hours lost are hatched where too few are left.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
+from umbra.study.finer import LONGEST
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import (
+    describe_finer,
+    find_maps,
+    find_together,
+    list_few,
+    name_model,
+    name_sun,
+    tell_daylight,
+)
+from umbra.writers.pixels import HALF, resample
+from umbra.writers.plan import DayMap, Plan, find_map_size
+
+__all__ = ["count_dates", "draw_lost", "fit", "make_map"]
+
+_MATTERS = 0.5  # hours lost that the picture must include, at any distance
+
+
+def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
+    """
+    Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
+
+    Returns the names of the files: none where nothing is lost.
+    """
+    study, options, painter = job.study, job.options, job.painter
+    dates = split_dates(study)
+    finer = count_dates(dates)
+    every = [_find_lost(job, one, fine, plan.shape) for one, fine in zip(dates, finer, strict=True)]
+    most = np.nan_to_num(every).max(0)
+    if not most.max() > 0:
+        return []
+    new = preview.find_cells(job.scene.select(options.proposed))
+    plan = replace(describe_finer(plan, job, finer), proposed=new)
+    where: Any = ...
+    if study.kind.is_plan and options.extent is None:
+        newly = _fit_mask(study.more["newly_under"][1], most.shape)
+        where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
+        plan = plan.crop(where)
+        if plan.appearance is not None:
+            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
+
+            part = study.grid.coarser(LONGEST).part(*where)
+            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), part))
+    title = name_sun(
+        study, range(len(study.period.days)), f"sun lost to {list_few(options.proposed)}"
+    )
+    if not job.outputs.title:
+        plan = replace(plan, title=name_model(job.scene) + title)
+    what = f"hours of sun lost to {list_few(options.proposed)}"
+    limit = f"newly under {study.facts['under_hours']:g} h"
+    divisor, words = (1, "") if len(dates) > 1 else find_together(job)
+    if words:
+        what += words
+        limit += f" on at least one of {len(study.period.days)} dates"
+    of = study.kind.area_of
+    shown, plan = find_maps(study, plan)
+    maps = []
+    for one in shown:
+        lost = every[next(k for k, date in enumerate(dates) if date is one)]
+        hours = lost[where] / divisor
+        hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
+        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
+        maps.append(make_map(one, shown, hours, area, hatched=hatched))
+    if len(shown) == 1:
+        limit = area
+    end = float(most.max()) if len(shown) > 1 else float(np.nanmax(maps[0].hours))
+    painter.draw_hours(
+        job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit, ramp="loss"
+    )
+    return ["hours_lost.png"]
+
+
+def _find_lost(
+    job: FolderJob, study: Study, finer: FinerHours | None, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return the hours of sun lost to the proposal on a date, in a picture's cells."""
+    lost = fit(study.more["hours_lost"][1], shape)
+    if finer is None:
+        return lost
+    options, scene = job.options, job.scene
+    before = scene.select(options.cast, (*options.no_cast, *options.proposed))
+    found = fit(finer.find_lost(before), shape)
+    return np.where(np.isnan(lost), lost, np.maximum(found, 0))
+
+
+def _tell_area(areas: NDArray[np.float64], of: str) -> str:
+    """Describe the area of all neighbours together, followed by what it is ``of``."""
+    area = float(areas.sum())
+    told = "nothing" if of else "nowhere"
+    if area > 0:
+        told = f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
+    return told + of
+
+
+def fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Average hours to the cells of the pictures."""
+    return hours if hours.shape == shape else resample(hours, shape)
+
+
+def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    return fit(mask.astype(np.float32), shape) > HALF
+
+
+def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the window around some cells, with a margin of a quarter of its length."""
+    window = []
+    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
+    for axis in (1, 0):
+        found = np.flatnonzero(is_shown.any(axis))
+        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
+        window.append(slice(max(int(found[0]) - room, 0), end))
+    return window[0], window[1]
+
+
+def make_map(
+    study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
+) -> DayMap:
+    """Make a map of hours; one of several gets its date, sunrise, sunset and a remark."""
+    more["is_night"] = study.up_hours <= 0
+    if len(shown) == 1:
+        return DayMap(hours, **more)
+    remark = " · ".join(filter(None, [tell_daylight(study), told]))
+    return DayMap(hours, tell_dates(study), remark, **more)
+
+
+def count_dates(shown: Sequence[Study]) -> list[FinerHours | None]:
+    """Count each date in finer steps, where these cost little."""
+    finer: list[FinerHours | None] = []
+    for one in shown:
+        like = next(filter(None, finer), None)
+        finer.append(count_finer(one, len(shown), like=like))
+    return finer

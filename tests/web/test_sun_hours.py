@@ -1,0 +1,201 @@
+"""Hours of sun in the page: counts of its volumes are umbra's, and follow the interval."""
+
+import base64
+
+import numpy as np
+import pytest
+from support.shapes import box
+from support.web import describe_camera
+
+import umbra
+from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import GROUND, NOTHING
+from umbra.scene import Camera, directional_light, make_scene
+from umbra.web.pack import quantise
+
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
+READY = "document.documentElement?.dataset.ready == 'yes' && umbra.waits === 0"
+SIZE = (160, 120)
+CAMERAS = {
+    "bird": Camera((60, -90, 70), (5, 5, 5), size=SIZE),
+    "plan": Camera((5, 5, 90), (5, 5, 0), up=(0, 1, 0), size=SIZE, height=110.0),
+    "street": Camera((-30, -35, 3), (10, 10, 8), size=SIZE),
+}
+WHOLE = "umbra.waits === 0 && umbra.sunHours.isWhole"
+
+
+@pytest.fixture(scope="module")
+def town():
+    """Two towers, a low house and a plate in the air, on level ground."""
+    parts = (("a", (-5, -5, 0), (5, 5, 30)), ("b", (20, -8, 0), (34, 8, 45)),
+             ("c", (-40, 20, 0), (-20, 30, 6)),
+             ("plate", (-20, -30, 9), (0, -15, 9.5)))  # fmt: skip
+    return make_scene(
+        [umbra.Part(name, "", umbra.Mesh(*box(low, high))) for name, low, high in parts], ground=0.0
+    )
+
+
+def find_suns(date, start, end):
+    """Return the suns at the middles of quarters of an hour, by UTC, (n, 3)."""
+    begin = np.datetime64(f"{date}T{start}") + np.timedelta64(450, "s")
+    instants = np.arange(begin, np.datetime64(f"{date}T{end}"), np.timedelta64(15, "m"))
+    return np.asarray(umbra.find_sun(VIENNA, instants).direction)
+
+
+def count_masks(picture, suns, ratio=1):
+    """Count in the browser how many of these suns reach each pixel, -1 where nothing is seen."""
+    text = picture.page.ask(
+        f"(() => {{ const m = new SunMasks(picture, false), suns = {suns.tolist()};"
+        f"m.begin({ratio}, suns.length); suns.forEach((one, k) => m.count(k, one));"
+        "m.sum(suns.map((_, k) => k)); const {width, height} = m.sheet;"
+        "return encode(m.read(0, 0, width, height)); })()"
+    )
+    cols, rows = (int(side * ratio) for side in SIZE)
+    return np.frombuffer(base64.b64decode(text), np.int16).reshape(rows, cols)[::-1]
+
+
+def spread(differs):
+    """Return where a pixel or one of its eight neighbours is marked."""
+    wide = np.pad(differs, 1)
+    return np.any([wide[1 + a : wide.shape[0] - 1 + a, 1 + b : wide.shape[1] - 1 + b]
+                   for a in (-1, 0, 1) for b in (-1, 0, 1)], axis=0)  # fmt: skip
+
+
+def find_edges(image):
+    """Return the pixels that differ from a neighbour."""
+    edges = np.zeros(image.shape, bool)
+    edges[1:] |= image[1:] != image[:-1]
+    edges[:, 1:] |= image[:, 1:] != image[:, :-1]
+    return spread(edges)
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
+    camera, rounded = CAMERAS[name], quantise(town)
+    suns = find_suns("2026-03-21", "08:00", "16:00")
+    assert len(suns) == 32
+    picture.load(town, SIZE, samples=1)
+    picture.set("camera", describe_camera(camera, rounded))
+    picture.set("ground", float(-rounded.origin[2]))
+    found = count_masks(picture, suns)
+    counter = FrameCounter(rounded, ground=0.0)
+    view, _ = counter.see(camera)
+    soup = rounded.triangles()
+    a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
+    normals = np.concatenate([np.cross(b - a, c - a), [(0, 0, 1)]])  # the last is the ground's
+    normal = normals[np.where(view.face == GROUND, len(normals) - 1, np.maximum(view.face, 0))]
+    is_facing = normal @ suns.T > 0  # (rows, cols, suns)
+    least, most = np.zeros((2, *found.shape), int)
+    for k, sun in enumerate(suns):
+        is_lit = (counter.count(view, camera, directional_light(sun)) == 0) & is_facing[..., k]
+        is_edge = find_edges(is_lit)
+        least += is_lit & ~is_edge
+        most += is_lit | is_edge
+    is_inside = ~find_edges(view.face) & (view.face != NOTHING)
+    assert ((found == -1) == (view.face == NOTHING)).mean() > 0.99
+    assert ((least <= found) & (found <= most))[is_inside].all()
+    is_sure = is_inside & (least == most)
+    assert is_sure.mean() > 0.4
+    assert is_inside.mean() > 0.6
+    assert len(np.unique(found[is_inside])) > 15
+
+
+def test_two_faces_in_one_place_count_once(picture):
+    wall = make_scene(*box((0, 0, 0), (10, 10, 10)))
+    twice = umbra.make_scene([wall.parts[0], wall.parts[0]], ground=0.0)
+    rounded = quantise(twice)
+    picture.load(twice, SIZE, samples=1)
+    picture.set("camera", describe_camera(Camera((5, 5, 40), (5, 5, 0), up=(0, 1, 0), size=SIZE,
+                                                 height=7.0), rounded))  # fmt: skip
+    found = count_masks(picture, np.tile([[0.1, 0.1, 1.0]], (40, 1)))
+    assert (found == 40).all()
+
+
+@pytest.fixture(scope="module")
+def written(town, tmp_path_factory):
+    path = tmp_path_factory.mktemp("hours") / "scene.html"
+    umbra.show(town, VIENNA, date="2026-06-21", at="15:00", out=path)
+    return path
+
+
+@pytest.fixture
+def live(page, written):
+    page.resize(1000, 760)
+    page.open(written, READY)
+    page.ask("umbra.set({hasSunHours: true})")
+    page.wait(WHOLE)
+    return page
+
+
+def test_hours_at_a_place_are_those_of_a_study(live, town):
+    spots = [(x, y) for x in range(120, 640, 65) for y in range(180, 520, 55)]
+    picks = [live.ask(f"umbra.stage.renderer.pick({x + 0.5}, {y + 0.5})") for x, y in spots]
+    hours = [live.ask(f"umbra.sunHours.read({x}, {y})") for x, y in spots]
+    points = [[*np.add(pick["position"], live.ask("umbra.model.origin")), *pick["normal"]]
+              for pick in picks]  # fmt: skip
+    study = umbra.shadow_study(town, VIENNA, date="2026-06-21", receivers="points", points=points)
+    off = np.abs(np.array(hours) - np.asarray(study.sun_hours))
+    assert (off < 1e-6).mean() > 0.9  # others lie within a pixel of an edge
+    assert off.max() <= 0.25
+    assert len(set(hours)) > 6
+
+
+def test_an_interval_changes_by_keys_and_pointer_without_new_volumes(live):
+    live.wait("umbra.sunHours.masks.fine.isCounted.every(Boolean)")  # the day's rest, too
+    live.ask("umbra.sunHours.masks.fine.count = () => { throw new Error('counted again'); }")
+    whole = live.ask("umbra.sunHours.read(60, 500)")
+    assert whole == 8
+    handle = "document.querySelector('.end[aria-label$=\"{}\"]')"
+    live.ask(f"{handle.format('until')}.focus()")
+    live.press("PageDown")
+    live.press("ArrowLeft")
+    live.wait(WHOLE)
+    assert live.ask("umbra.state.interval") == [540, 945]
+    assert live.ask("umbra.sunHours.read(60, 500)") == 6.75
+    at = live.ask(f"(r => [r.left + r.width / 2, r.top + 10])({handle.format('from')}"
+                  ".getBoundingClientRect())")  # fmt: skip
+    day = live.ask("document.querySelector('.interval').clientWidth")
+    live.mouse("mousePressed", *at, button="left", clickCount=1)
+    live.mouse("mouseMoved", at[0] + day / 24, at[1], button="left", buttons=1)
+    live.mouse("mouseReleased", at[0] + day / 24, at[1], button="left")
+    live.wait(WHOLE)
+    assert live.ask("umbra.state.interval") == [600, 945]
+    assert live.ask("umbra.sunHours.read(60, 500)") == 5.75
+    live.wait("location.hash.includes('hours=600,945')")
+
+
+def test_any_date_is_counted_coarsely_then_in_full(live):
+    shown = live.ask(
+        "(() => { umbra.set({date: '2026-12-21', interval: [0, 1440]});"
+        "umbra.stage.draw(umbra.state);"
+        "return [umbra.sunHours.isWhole, umbra.sunHours.layer.masks.sheet.width]; })()"
+    )
+    assert shown[0] is False
+    live.wait(WHOLE)
+    assert shown[1] < live.ask("umbra.sunHours.layer.masks.sheet.width") / 2
+    study = umbra.shadow_study(
+        make_scene(*box((500, 500, 0), (501, 501, 1))), VIENNA, date="2026-12-21",
+        start="00:00", end="24:00", receivers="points", points=[[0, 0, 0, 0, 0, 1]],
+    )  # fmt: skip
+    assert live.ask("umbra.sunHours.most") == pytest.approx(float(study.sun_hours[0]))
+
+
+def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):
+    live.mouse("mouseMoved", 60, 500)
+    live.wait("!document.querySelector('.tip').hidden")
+    assert live.ask("document.querySelector('.tip').textContent") == "8 h 00 min of sun"
+    live.mouse("mouseMoved", 900, 500)  # beside the picture
+    live.wait("document.querySelector('.tip').hidden")
+    words = live.ask(
+        "(() => { const said = [], pen = umbra.stage.pen, fill = pen.fillText;"
+        "pen.fillText = (text) => said.push(text); umbra.stage.draw(umbra.state);"
+        "pen.fillText = fill; return said; })()"
+    )
+    when = "09:00\u201317:00"
+    assert {"Hours of sun, 21 June 2026", f"{when} CEST · steps of 15 min", "8 h"} <= set(words)
+    live.ask("umbra.choose(60, 500)")
+    live.wait("umbra.waits === 0")
+    assert live.ask("document.querySelector('.within').textContent").startswith(f"{when}: 8 h")
+    live.ask("umbra.set({hasSunHours: false})")
+    live.wait("umbra.waits === 0")
+    assert live.ask("umbra.stage.renderer.hours") is None
