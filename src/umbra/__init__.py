@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.envelope import envelope
+    from umbra.calls.film import film
     from umbra.calls.part_height import part_height
     from umbra.calls.picture import Picture, render
     from umbra.calls.place import place
@@ -77,6 +78,7 @@ _HOMES = {
     "directional_light": "umbra.scene",
     "draw_vectors": "umbra.calls.vectors",
     "envelope": "umbra.calls.envelope",
+    "film": "umbra.calls.film",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
     "list_rules": "umbra.rules.catalogue",
@@ -124,6 +126,7 @@ __all__ = [
     "directional_light",
     "draw_vectors",
     "envelope",
+    "film",
     "find_site",
     "find_sun",
     "list_rules",

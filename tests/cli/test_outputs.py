@@ -109,6 +109,25 @@ def test_a_plain_study_loads_nothing_of_this():
     assert sorted(done.stdout.split()) == light
 
 
+def test_without_pictures_nothing_that_draws_is_loaded(tmp_path):
+    code = (
+        "import sys; from umbra.cli import main\n"
+        "with __import__('contextlib').suppress(SystemExit): main(sys.argv[1:])\n"
+        "print(*sorted({'matplotlib', 'scipy', 'xarray', 'PIL'} & sys.modules.keys()))"
+    )
+    model = tmp_path / "boxes.obj"
+    model.write_text("v 0 0 0\nv 9 0 0\nv 9 9 0\nv 4 4 8\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    asked = (
+        f"study {model} --date 2026-06-21 --lat 48.2 --lon 16.37 --tz Europe/Vienna --cell 1 "
+        f"--no-pictures --out {tmp_path / 'out'}"
+    ).split()
+    done = subprocess.run(
+        [sys.executable, "-c", code, *asked], capture_output=True, text=True, check=True
+    )
+    assert (tmp_path / "out" / "study.nc").exists()
+    assert done.stdout.splitlines()[-1] in {"", "PIL"}
+
+
 RULES = """\
 format: 1
 name: An example

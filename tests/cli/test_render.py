@@ -1,5 +1,7 @@
 """``umbra render``: pictures and arrays."""
 
+import json
+
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -245,3 +247,19 @@ def test_a_failed_render_keeps_the_old_picture(render, umbra_here, tmp_path):
     )  # fmt: skip
     assert "no such file" in said.refusal()
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_film_is_written_or_said_why_not(umbra_here, table, tmp_path):
+    out = tmp_path / "turn.gif"
+    small = ["--size", "32x24", "--samples", "1", "--style", "plain", "--rate", "4"]
+    said = umbra_here("render", table, "--turntable", "1s", *small, "--out", out, "--json")
+    assert said.status == 0
+    assert json.loads(said.out) == {"files": [str(out)], "frames": 4, "seconds": 1.0}
+    for wrong in (
+        ["--turntable", "1s", "--out", tmp_path / "a.png"],
+        ["--out", tmp_path / "a.mp4"],
+        ["--turntable", "1s", "--out", out, "--arrays", tmp_path / "a.npz"],
+    ):
+        said = umbra_here("render", table, *small, *wrong)
+        assert said.status == 2
+        assert not (tmp_path / "a.png").exists()

@@ -1,16 +1,17 @@
 """Named areas: their shares and hours of sun, against shapely and by hand."""
 
-import datetime as dt
-
 import numpy as np
 import pytest
 from support.days import around, parts
 from support.shapes import box, sheet
 
 import umbra
+from umbra.errors import InputError
+from umbra.receivers import find_kind
 from umbra.receivers.lattice import choose_side, cut_polygon
 from umbra.scene.named_places import Area
 from umbra.study import StudyOptions, run
+from umbra.writers.folder import Outputs
 
 shapely = pytest.importorskip("shapely")
 
@@ -94,7 +95,7 @@ def test_each_date_has_its_row_and_variables_are_by_name_and_date(scene, tmp_pat
     frame = study.areas
     assert list(frame.columns) == [
         "name", "date", "area_m2", "share_90min", "mean_sun_hours", "least_sun_hours",
-        "most_sun_hours", "first_sun", "last_sun",
+        "most_sun_hours", "first_sun", "last_sun", "from", "to",
     ]  # fmt: skip
     assert [str(day.date()) for day in frame["date"]] == ["2026-03-21", "2026-06-21"] * 2
     study.write(tmp_path)
@@ -106,7 +107,7 @@ def test_each_date_has_its_row_and_variables_are_by_name_and_date(scene, tmp_pat
     lines = (tmp_path / "areas.csv").read_text().splitlines()
     assert lines[0] == ",".join(frame.columns)
     assert len(lines) == 5
-    assert dt.datetime.fromisoformat(lines[1].split(",")[-1]).utcoffset() == dt.timedelta(hours=1)
+    assert lines[1].split(",")[-2:] == ["2026-03-21T09:00:00+01:00", "2026-03-21T17:00:00+01:00"]
 
 
 def test_before_is_without_the_proposal_and_ratios_are_of_it():
@@ -265,3 +266,31 @@ def test_lit_shares_of_each_moment(scene, at_45, noon):
     for some, make in study.laid.make_ray_tiles():
         pass_lights(make_tile_run(make(), None, some), lights, [lit])
     assert lit.shares == pytest.approx(np.array([[0.5, 1.0]]), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    "more", [{"by": "part"}, {"who": "wall"}, {"who": "wall", "proposed": "wall"}]
+)
+@pytest.mark.parametrize("receivers", ["areas", "ground"])
+def test_who_takes_the_sky_of_areas(scene, receivers, more):
+    study = umbra.shadow_study(
+        scene, None, measure="sky_blocked_by", receivers=receivers, areas={"garden": BENT},
+        ground=0.0, cell=2.0, sky_directions="tregenza", threads=1, **more,
+    )  # fmt: skip
+    (row,) = study.areas.to_dict("records")
+    bare = umbra.shadow_study(
+        scene, None, measure="sky_component", receivers="areas", areas={"garden": BENT},
+        ground=0.0, cell=2.0, sky_directions="tregenza", threads=1,
+    )  # fmt: skip
+    (free,) = bare.areas["mean_sky_component"]
+    assert row["mean_sky_blocked"] == pytest.approx(100 - free, abs=0.5)
+    if "proposed" in more:
+        assert row["mean_sky_blocked_before"] == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.parametrize("receivers", ["areas", "windows"])
+def test_a_file_that_is_written_anyhow_is_not_asked_for(receivers):
+    with pytest.raises(InputError) as told:
+        Outputs(formats="csv").check_receivers(receivers)
+    assert told.value.option == "write"
+    assert find_kind(receivers).own_table in str(told.value)

@@ -7,7 +7,7 @@ from support.shapes import box
 import umbra
 from umbra.receivers.counted import NEAR
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study.rules.measure import say_hours
+from umbra.sun.clock import say_hours
 from umbra.writers.folder.summary import tell_answers
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")

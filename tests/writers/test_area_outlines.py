@@ -1,5 +1,8 @@
 """Areas on maps: where their names stand, and that the outlines lie where the polygons are."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -7,10 +10,17 @@ from support.shapes import box
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
+from umbra.scene.grid import Places
+from umbra.study import StudyOptions
+from umbra.study.preview import make_preview
 from umbra.writers.area_outlines import place_names
-from umbra.writers.folder.captions import outline_areas
+from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.captions import describe, outline_areas
+from umbra.writers.folder.frame import find_window
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DayMap, OutlinedArea, Plan
+from umbra.writers.point_map import fill_points
+from umbra.writers.sheet import lay_out_sheet
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 FRAME = (0.0, 0.0, 10.0, 10.0)
@@ -75,3 +85,57 @@ def test_the_areas_of_a_study_are_outlined_with_holes_and_parts():
     for one, polygon in zip(outlined, (ring, two), strict=True):
         assert sum(shapely.LineString(r).length for r in one.rings) == pytest.approx(polygon.length)
         assert polygon.contains(shapely.Point(one.middle))
+
+
+def test_the_plan_of_a_picture_has_the_areas_of_its_study():
+    found = umbra.shadow_study(
+        make_scene([Part("tower", "", Mesh(*box((-8, -10, 0), (8, 0, 25))))]), VIENNA,
+        date="2026-03-21", start="11:00", end="13:00", every="1h", cell=4.0, ground=0.0,
+        areas={"garden": shapely.box(-10, 2, 10, 22)},
+    ).result  # fmt: skip
+    options = StudyOptions(date="2026-03-21", cell=4.0)
+    job = FolderJob(found, Path(), Outputs(), options, None, print)
+    assert [one.name for one in describe(job, make_preview(found), range(1)).areas] == ["garden"]
+
+
+def test_areas_are_filled_with_their_points_and_outlined_off_their_holes():
+    """Two areas, one with a hole: red in the west, blue in the east, nothing elsewhere."""
+    square = np.array([(10, 10), (90, 10), (90, 90), (10, 90), (10, 10)], float)
+    hole = np.array([(20, 60), (40, 60), (40, 80), (20, 80), (20, 60)], float)
+    at = np.arange(0.5, 100)
+    area = OutlinedArea("", (square, hole), (50, 50))
+    plan = Plan(at, at, true_north=None, areas=(area,), fills_areas=True)
+    x, y = np.meshgrid(np.arange(12.5, 90, 5), np.arange(12.5, 90, 5))
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
+    colors = np.where(points[:, :1] < 50, [[1.0, 0, 0]], [[0, 0, 1.0]])
+    (panel,) = lay_out_sheet(plan, 0.5).maps
+    fill_points(panel, Places(points, np.full_like(points, np.nan)), colors, [])
+    drawn = panel.leaf.render()[::-1] / 255
+
+    def look(x, y):
+        col, row = (panel.place([(x, y)])[0] * 150).astype(int)
+        return drawn[row, col]
+
+    assert look(15, 50) == pytest.approx([1, 0, 0], abs=0.01)
+    assert look(85, 50) == pytest.approx([0, 0, 1], abs=0.01)
+    for spot in ((30, 70), (5, 5), (95, 50)):
+        assert look(*spot).min() > 0.9
+    assert look(50, 10).max() < 0.3  # the outline
+    assert look(20, 70).max() < 0.3
+
+
+def test_a_frame_holds_gardens_and_small_buildings_whole():
+    heights = np.zeros((100, 200), np.float32)
+    heights[40:52, 112:122] = 5  # reaches over the frame by 5
+    heights[30:34, 60:200] = 5  # too long to be shown whole
+    matters = np.zeros((100, 200), bool)
+    matters[40:60, 80:100] = True
+    ring = np.array([(75, 30), (105, 30), (105, 70), (75, 70), (75, 30)], float)
+    plan = Plan(np.arange(200) + 0.5, np.arange(100) + 0.5, building_height=heights)
+    rows, cols = find_window(matters, plan)
+    assert (rows.start, rows.stop, cols.start, cols.stop) == (34, 66, 74, 106)
+    areas = replace(plan, areas=(OutlinedArea("g", (ring,), (90, 50)),))
+    rows, cols = find_window(matters, areas)
+    assert (rows.start, rows.stop) == (19, 82)
+    assert cols.start <= 64
+    assert 122 < cols.stop < 127

@@ -1,5 +1,6 @@
 """``umbra render``: a picture with exact shadows."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cache, partial
@@ -9,6 +10,7 @@ from typing import Any
 import click
 
 from umbra.calls.camera_options import CameraOptions
+from umbra.calls.film import FILMS, FilmOptions, check_film, plan_shots, write_film
 from umbra.calls.options import VECTORS, LightOptions, RenderOptions, ShadowOptions
 from umbra.cli.options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
@@ -18,25 +20,29 @@ from umbra.cli.reading import (
     site_options,
     take_site,
 )
-from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
+from umbra.cli.terminal import Stages, echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
 from umbra.machine import load_compiler
 
 __all__ = ["command"]
 
-HEADINGS = ("Camera", "Lights", "Style", "Casters", "Site", "Reading", "Counting", "Files")
+HEADINGS = ("Camera", "Lights", "Film", "Style", "Casters", "Site", "Reading", "Counting", "Files")
 
 
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @record_options(CameraOptions)
 @record_options(LightOptions)
+@record_options(FilmOptions)
 @site_options
 @reading_options("--axis-up")
 @record_options(RenderOptions)
 @record_options(ShadowOptions)
 @click.option(
-    "--out", type=NewPath(), metavar="FILE.png", help="The picture; FILE.svg or .pdf: as vectors."
+    "--out",
+    type=NewPath(),
+    metavar="FILE.png",
+    help="The picture; FILE.svg or .pdf: as vectors; FILE.mp4 or .gif: a film.",
 )
 @click.option(
     "--arrays", type=NewPath(), metavar="FILE.npz", help="What each pixel shows, as numbers."
@@ -62,23 +68,24 @@ def command(
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     umbra render house.ifc --shadows hatched --out house.pdf
+    umbra render quarter.city.json --turntable 8s --out quarter.mp4
+    umbra render quarter.city.json --date 2026-03-21 --at 07:00 --until 17:30 --out day.mp4
     """  # noqa: D301  (click asks for a real backspace)
     load_compiler()
-    written, kind = _find_paths(out, arrays), _find_kind(out)
+    moves, kind = take_record(FilmOptions, given), _find_kind(out)
+    written = _find_paths(out, arrays, is_film=moves.is_asked)
     lights = take_record(LightOptions, given)
     _check_site(lights)
     options = take_record(RenderOptions, given)
     if out is None:  # arrays are those of the pixels' centres
         options = replace(options, samples=1)
     lens = take_record(CameraOptions, given)
+    if out is not None and moves.is_asked:
+        check_film(out, lens.size)
     from umbra.calls.arguments import check_picture_memory  # noqa: PLC0415
-    from umbra.calls.picture import draw_picture  # noqa: PLC0415
-    from umbra.calls.vectors import draw_seen  # noqa: PLC0415
     from umbra.folders.atomic import replace_file  # noqa: PLC0415
-    from umbra.writers.pixels import write_png  # noqa: PLC0415
-    from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
-    tell, warn = (_pass_over, _pass_over) if quiet else (_tell, _warn)
+    said = (_pass_over, _pass_over) if quiet else (_tell, _warn)
     check_picture_memory(lens.size, lights.count)
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
@@ -86,33 +93,11 @@ def command(
         stages.begin(name_reading(files))
         scene = read_model(files, tells=True)
         stages.show_scene(scene)
-        stages.begin(what := _name_drawing(scene, lens))
-        find_once = cache(lambda: find_model_site(scene))
-        shining = lights.make(find_once)
-        if lights.date is not None and not options.caption:
-            options = replace(options, caption=lights.tell_sun(find_once()))
-        view = scene, lens.make(scene), shining, options
-        summary = {}
-        if out is not None and kind in VECTORS:
-            drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
-            summary = drawing.sum_up()
-            lacking = note_missing(options.caption) if kind == "pdf" else ""
-            for note in filter(None, (*drawing.notes, lacking)):
-                warn(note)
-            drawing.write_beside(beside[out], kind)
-        if arrays is not None or kind == "png":
-            picture = draw_picture(
-                *view, warn, is_bare=arrays is not None, tell=tell,
-                advance=partial(stages.advance, what=what, unit="samples"),
-            )  # fmt: skip
-            summary |= picture.sum_up()
-        if out is not None and kind == "png":
-            write_png(beside[out], picture.image)
-        if arrays is not None:
-            import numpy as np  # noqa: PLC0415
-
-            with beside[arrays].open("wb") as file:
-                np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
+        drawn = scene, lens, lights, options
+        if out is not None and moves.is_asked:
+            summary = _draw_film(beside[out], kind, drawn, moves, stages, *said)
+        else:
+            summary = _draw_pictures(beside, out, arrays, drawn, shadows, stages, *said)
     if as_json:
         echo_json({"files": [str(path) for path in written], **summary})
     elif not quiet:
@@ -120,8 +105,82 @@ def command(
             echo_path(path)
 
 
-def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
+Drawn = tuple[Any, CameraOptions, LightOptions, RenderOptions]
+Say = Callable[[str], object]
+
+
+def _draw_film(
+    path: Path, kind: str, drawn: Drawn, moves: FilmOptions, stages: Stages, tell: Say, warn: Say
+) -> dict[str, Any]:
+    """Draw a film; return its numbers."""
+    scene, lens, lights, options = drawn
+    sun = None
+    if lights.date is not None:
+        sun = find_model_site(scene), lights.date, str(lights.at)
+    still = replace(lights, date=None, at=None).make(lambda: find_model_site(scene))
+    shots = plan_shots(moves, lens.make(scene), still, sun)
+    stages.begin(what := f"drawing {len(shots):,} frames")
+    write_film(
+        path, scene, shots, options, moves.rate, kind=kind, warn=warn, tell=tell,
+        advance=partial(stages.advance, what=what, unit="frames"),
+    )  # fmt: skip
+    return {"frames": len(shots), "seconds": len(shots) / moves.rate}
+
+
+def _draw_pictures(
+    beside: dict[Path, Path], out: Path | None, arrays: Path | None, drawn: Drawn, shadows: str,
+    stages: Stages, tell: Say, warn: Say,
+) -> dict[str, Any]:  # fmt: skip
+    """Draw a picture, its arrays, or both; return its numbers."""
+    from umbra.calls.picture import draw_picture  # noqa: PLC0415
+    from umbra.calls.vectors import draw_seen  # noqa: PLC0415
+    from umbra.writers.pixels import write_png  # noqa: PLC0415
+    from umbra.writers.typeface import note_missing  # noqa: PLC0415
+
+    scene, lens, lights, options = drawn
+    kind = _find_kind(out)
+    stages.begin(what := _name_drawing(scene, lens))
+    find_once = cache(lambda: find_model_site(scene))
+    shining = lights.make(find_once)
+    if lights.date is not None and not options.caption:
+        options = replace(options, caption=lights.tell_sun(find_once()))
+    view = scene, lens.make(scene), shining, options
+    summary: dict[str, Any] = {}
+    if out is not None and kind in VECTORS:
+        drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
+        summary = drawing.sum_up()
+        lacking = note_missing(options.caption) if kind == "pdf" else ""
+        for note in filter(None, (*drawing.notes, lacking)):
+            warn(note)
+        drawing.write_beside(beside[out], kind)
+    if arrays is not None or kind == "png":
+        picture = draw_picture(
+            *view, warn, is_bare=arrays is not None, tell=tell,
+            advance=partial(stages.advance, what=what, unit="samples"),
+        )  # fmt: skip
+        summary |= picture.sum_up()
+    if out is not None and kind == "png":
+        write_png(beside[out], picture.image)
+    if arrays is not None:
+        import numpy as np  # noqa: PLC0415
+
+        with beside[arrays].open("wb") as file:
+            np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
+    return summary
+
+
+def _find_paths(out: Path | None, arrays: Path | None, *, is_film: bool) -> list[Path]:
     """List what is to be written; there must be something."""
+    if is_film:
+        if out is None or arrays is not None:
+            msg = "a film has no arrays; give --out FILE.mp4 or .gif, and leave arrays= out"
+            raise InputError(msg, option="arrays" if arrays is not None else "out")
+        return [out]
+    if out is not None and _find_kind(out) in FILMS:
+        msg = (
+            f"'{out}' is a film; say what moves: turntable='8s', path='FILE.json' or until='HH:MM'"
+        )
+        raise InputError(msg)
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
         raise InputError(msg)

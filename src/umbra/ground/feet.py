@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.volume.half_edges import find_roots
+
 __all__ = ["Feet", "find_base_faces", "find_cellars"]
 
 _TILT = 0.5  # least share of a base's area in plan: steeper faces are walls
@@ -111,19 +113,14 @@ def find_base_faces(
 
 def _find_patches(corners: NDArray[np.float64], thing: NDArray[np.integer]) -> NDArray[np.intp]:
     """Return the patch of each face (n, 3, 3): faces of one object that share a corner."""
-    from scipy.sparse import coo_array  # noqa: PLC0415 - comes with pvlib; 0.2 s
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
     if not len(corners):
         return np.zeros(0, np.intp)
     keys = np.column_stack([np.repeat(thing, 3), corners.reshape(-1, 3)])
     _, place = np.unique(keys, axis=0, return_inverse=True)
     place = place.reshape(-1, 3)
-    count = int(place.max()) + 1
-    a, b = np.concatenate([place[:, :2], place[:, 1:]]).T
-    joined = coo_array((np.ones(len(a), np.int8), (a, b)), (count, count))
-    _, label = connected_components(joined, directed=False)
-    return np.asarray(label[place[:, 0]], np.intp)
+    one, two = np.concatenate([place[:, :2], place[:, 1:]]).astype(np.int32).T
+    roots = find_roots(one, two, int(place.max()) + 1)
+    return np.asarray(roots[place[:, 0]], np.intp)
 
 
 def _make_fan(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -165,8 +162,6 @@ def find_cellars(feet: Feet) -> NDArray[np.int64]:
     owners : (n,) int64
         Numbers of the buildings, ascending.
     """
-    from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
-
     if not len(feet.corners):
         return np.zeros(0, np.int64)
     corners, owner = feet.corners.reshape(-1, 3), np.repeat(feet.owner, 3)
@@ -175,6 +170,10 @@ def find_cellars(feet: Feet) -> NDArray[np.int64]:
     count = int(owner.max(initial=-1)) + 1
     foot = np.full(count, np.inf)
     np.minimum.at(foot, owner, corners[:, 2])
+    if not np.ptp(foot[np.isfinite(foot)]) > _STOREY:
+        return np.zeros(0, np.int64)
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
+
     number = np.maximum(np.bincount(owner, minlength=count), 1)
     sums = np.stack([np.bincount(owner, corners[:, k], count) for k in (0, 1)], axis=1)
     middle = sums.astype(np.float64) / number[:, None]

@@ -187,6 +187,7 @@ class AreaKind(PlacedKind):
     name = "areas"
     spot = "square"
     formats: ClassVar[tuple[str, ...]] = ()
+    own_table = "areas.csv"
 
     def place(self, scene: Scene, options: Any) -> PlacedSamples:
         """Find the squares of areas on level ground at 0; `lay_out` puts them on the ground."""

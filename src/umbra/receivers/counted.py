@@ -80,18 +80,36 @@ def find_near(
     is_near : (rows, cols) bool
         Holds those cells, too; all cells if there are none.
     """
-    from scipy.ndimage import distance_transform_edt  # noqa: PLC0415  (0.1 s)
-
     if not is_built.any():
         return np.ones(is_built.shape, np.bool_)
     (rows, cols), (dx, dy) = is_built.shape, cell
-    reach = math.ceil(most / dy)
+    # How many cells aside of a built one are near, by the number of rows to it; -1 for none.
+    up = (np.arange(min(math.ceil(most / dy), rows) + 1) * dy) ** 2
+    aside = (np.arange(min(math.ceil(most / dx), cols) + 1) * dx) ** 2
+    reach = (np.sqrt(up[:, None] + aside) <= most).sum(1, dtype=np.int32) - np.int32(1)
+    reach = np.append(reach[reach >= 0], np.int32(-1))
+    height = len(reach) - 1
     near = np.zeros((rows, cols), np.bool_)
-    step = max(_CELLS // cols, reach, 1)
-    for first in range(0, rows, step):  # distances take 16 bytes a cell
-        low, high = max(first - reach, 0), min(first + step + reach, rows)
-        own = is_built[low:high]
-        if own.any():
-            away = distance_transform_edt(~own, sampling=(dy, dx))
-            near[first : first + step] = away[first - low :][:step] <= most
+    step = max(_CELLS // cols, height, 1)
+    for first in range(0, rows, step):
+        low, high = max(first - height, 0), min(first + step + height, rows)
+        half = reach[_count_rows(is_built[low:high], height)[first - low :][:step]]
+        # Spans of near cells, from the first to the last of neighbours of one reach.
+        changes = np.ones((len(half), cols + 1), np.bool_)
+        changes[:, 1:-1] = half[:, 1:] != half[:, :-1]
+        counts = np.zeros((len(half), cols + 1), np.int32)
+        for ends, sign in ((changes[:, :-1], 1), (changes[:, 1:], -1)):
+            row, col = np.nonzero(ends & (half >= 0))
+            side = col - half[row, col] if sign > 0 else col + half[row, col] + 1
+            at = row * (cols + 1) + np.clip(side, 0, cols)
+            counts += sign * np.bincount(at, minlength=counts.size).reshape(counts.shape)
+        near[first : first + step] = np.cumsum(counts[:, :-1], axis=1) > 0
     return near
+
+
+def _count_rows(is_built: NDArray[np.bool_], most: int) -> NDArray[np.int32]:
+    """Return the number of rows from each cell to the nearest built one of its column, at most."""
+    row, far = np.arange(len(is_built), dtype=np.int32)[:, None], np.int32(1 << 30)
+    below = np.maximum.accumulate(np.where(is_built, row, -far), axis=0)
+    above = np.minimum.accumulate(np.where(is_built, row, far)[::-1], axis=0)[::-1]
+    return np.minimum(np.minimum(row - below, above - row), most)

@@ -202,6 +202,8 @@ class ReceiverKind:
         Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
         Its formats, of ``umbra.writers.formats.FORMATS``.
+    own_table : str
+        File that a study of it writes without being asked; empty if none.
     has_roofs : bool
         Whether roofs are among the receivers of a plan.
     tables : dict of str to str
@@ -226,6 +228,7 @@ class ReceiverKind:
     has_scale: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv", "solids")
+    own_table: ClassVar[str] = ""
     has_roofs: ClassVar[bool] = False
     tables: ClassVar[dict[str, str]] = {}
     takes: ClassVar[tuple[str, ...]] = ()

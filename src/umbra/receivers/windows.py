@@ -148,6 +148,7 @@ class WindowKind(PlacedKind):
     name = "windows"
     spot = "pane"
     formats: ClassVar[tuple[str, ...]] = ()
+    own_table = "windows.csv"
 
     def place(self, scene: Scene, options: Any) -> PlacedSamples:
         """Lay out nothing: `lay_out` does, which knows true north."""

@@ -148,7 +148,9 @@ def _list_figures(study: "Study") -> dict[str, NDArray[Any]]:
     """Return the columns of the hours of sun, and means of other measures."""
     laid, groups = cast("NamedReceivers", study.laid), study.groups
     means: dict[str, NDArray[Any]] = {
-        f"mean_{one.name}": laid.average(study.more[one.name][1]) for one in study.quantities
+        f"mean_{one.name}": laid.average(study.more[one.name][1])
+        for one in study.quantities
+        if not one.per
     }
     if groups is None:
         return means

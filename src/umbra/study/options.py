@@ -313,11 +313,15 @@ class StudyOptions(ReceiverOptions):
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name
+        kept = {"by", "who"} if measures and any(one.by_caster for one in self.measures) else ()
         dropped = {
             name: default
             for name, said, default in list_options(self)
-            if said.heading in ({"Results"} if measures else {"Results", "Measures"})
-            or (said.receivers and kind not in said.receivers)
-            or (name in _OF_AREAS and kind != "areas")
+            if name not in kept
+            and (
+                said.heading in ({"Results"} if measures else {"Results", "Measures"})
+                or (said.receivers and kind not in said.receivers)
+                or (name in _OF_AREAS and kind != "areas")
+            )
         }
         return replace(self, **{**dropped, "receivers": receivers, **changes})

@@ -31,6 +31,7 @@ __all__ = [
     "find_stamps",
     "make_steps",
     "parse_duration",
+    "say_hours",
 ]
 
 FindTime = Callable[[dt.date, str | dt.time, str], dt.datetime]
@@ -191,6 +192,13 @@ def parse_duration(
         msg = f"{shown} is not longer than 0; write it like 15min, 1h or 30s"
         raise InputError(msg, every=every)
     return duration
+
+
+def say_hours(hours: float) -> str:
+    """Format hours for reading."""
+    minutes = round(hours * 60)
+    h, m = divmod(minutes, 60)
+    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
 
 
 def _duration_text(duration: dt.timedelta) -> str:

@@ -90,26 +90,41 @@ def find_pace(n: int) -> float:
 
 
 def write_gif(
-    path: str | os.PathLike[str], frames: Iterator[Image.Image], sample: Image.Image, n: int
+    path: str | os.PathLike[str],
+    frames: Iterator[Image.Image],
+    sample: Image.Image,
+    n: int,
+    pace: float | None = None,
 ) -> None:
-    """Write n frames as a looping GIF, with one palette to avoid flicker."""
+    """
+    Write n frames as a looping GIF, with one palette to avoid flicker.
+
+    A frame takes ``pace`` seconds; by default what suits the day, whose last one stays longer.
+    """
     palette = sample.quantize(96, dither=Image.Dither.NONE)
     indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-    pace = round(find_pace(n) * 1000)
+    each = round((pace or find_pace(n)) * 1000)
+    last = each + (1000 if pace is None else 0)
     next(indexed).save(
-        path, "GIF", save_all=True, append_images=indexed,
-        duration=[pace] * (n - 1) + [pace + 1000], loop=0, optimize=False,
+        path, "GIF", save_all=True, append_images=indexed, duration=[each] * (n - 1) + [last],
+        loop=0, optimize=False,
     )  # fmt: skip
 
 
-def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int) -> None:
-    """Write n frames as H.264 in MP4; raise if there is no encoder."""
+def write_mp4(
+    path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int, pace: float | None = None
+) -> None:
+    """
+    Write n frames, with sides of even length, as H.264 in MP4; raise if there is no encoder.
+
+    A frame takes ``pace`` seconds; by default what suits the day.
+    """
     import av  # noqa: PLC0415  (an extra)
 
     if "libx264" not in av.codecs_available:
         msg = "this build of PyAV has no H.264 encoder; install the wheel from PyPI, or write gif"
         raise UmbraError(msg)
-    rate = Fraction(1 / find_pace(n)).limit_denominator(100)
+    rate = Fraction(1 / (pace or find_pace(n))).limit_denominator(100)
     with av.open(os.fspath(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
         stream = None
         for frame in frames:

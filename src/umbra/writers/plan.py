@@ -138,6 +138,7 @@ class Plan:
     # whether roofs are drawn over the receivers, as over the ground; else outlined
     roofs_cover: bool = True
     areas: tuple[OutlinedArea, ...] = ()  # of a plan: outlined with their names
+    fills_areas: bool = False  # by the colours of the points in them
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):

@@ -106,10 +106,15 @@ def fill_points(
     plan = panel.plan
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
     cover_with_roofs(image, plan, panel.map_size)
+    if plan.fills_areas:
+        _fill_areas(image, plan, places, colors)
     panel.paste(image, *panel.map_box[:2])
     panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
     if plan.proposed is not None:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
+    if plan.fills_areas:
+        draw_areas(panel)
+        return
 
     n, points = len(places), places.points
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
@@ -123,6 +128,31 @@ def fill_points(
         named = names or range(1, n + 1)
         labels = [": ".join(filter(None, (f"{named[k]}", texts[k]))) for k in range(n)]
         _label(panel, spread, stacks, labels, radius)
+
+
+def _fill_areas(
+    image: NDArray[np.float32], plan: Plan, places: Places, colors: NDArray[np.float64]
+) -> None:
+    """Fill areas on a map (rows, cols, 3), row 0 the lowest, by the nearest of their points."""
+    from PIL import Image, ImageDraw  # noqa: PLC0415
+    from scipy.spatial import cKDTree  # noqa: PLC0415
+
+    rows, cols = image.shape[:2]
+    x0, x1, y0, y1 = plan.extent
+    scale = np.array([cols / (x1 - x0), rows / (y1 - y0)])
+    inside = np.zeros((rows, cols), np.bool_)
+    for area in plan.areas:
+        own = np.zeros((rows, cols), np.bool_)
+        for ring in area.rings:  # a ring within another is a hole
+            mask = Image.new("1", (cols, rows))
+            corners = (ring - (x0, y0)) * scale - 0.5
+            ImageDraw.Draw(mask).polygon([(x, y) for x, y in corners.tolist()], fill=1)
+            own ^= np.asarray(mask)
+        inside |= own
+    which = np.argwhere(inside)
+    if len(which):
+        at = (which[:, ::-1] + 0.5) / scale + (x0, y0)
+        image[inside] = colors[cKDTree(places.points[:, :2]).query(at)[1]]
 
 
 def _spread(

@@ -22,11 +22,11 @@ from umbra.study.rules.measure import (
     find_check_intervals,
     meets_limit,
     pick_hours,
-    say_hours,
     say_how,
     say_intervals,
     say_limit,
 )
+from umbra.sun.clock import say_hours
 
 __all__ = ["judge", "judge_parts", "judge_points", "name_standing"]
 

@@ -14,6 +14,7 @@ from umbra.rules.record import Place
 from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.loop import TileRun, pass_lights
+from umbra.sun.clock import say_hours
 
 __all__ = ["Verdict", "find_check_intervals", "meets_limit", "pick_hours"]
 
@@ -106,13 +107,6 @@ def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Return which hours meet the limit."""
     limit = check.limit.total_seconds() / 3600
     return hours >= limit - _SLACK if check.is_least else hours <= limit + _SLACK
-
-
-def say_hours(hours: float) -> str:
-    """Format hours for reading."""
-    minutes = round(hours * 60)
-    h, m = divmod(minutes, 60)
-    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
 
 
 def say_limit(check: Check) -> str:

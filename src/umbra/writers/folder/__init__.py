@@ -146,10 +146,12 @@ class Outputs(Options):
             there = "all files are"
             if kind.formats:
                 there = f"{', '.join(kind.formats)} can be, the others are"
-            msg = (
-                f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for "
-                "plans; leave it out, or choose receivers='ground' or 'top'"
-            )
+            told = f"{there} for plans; leave it out, or choose receivers='ground' or 'top'"
+            if kind.own_table:
+                told = (
+                    f"{kind.own_table} and study.nc hold all of its results, always; leave it out"
+                )
+            msg = f"write='{','.join(refused)}' is not for receivers='{receivers}': {told}"
             raise InputError(msg, option="write", formats=refused)
         if self.rules:
             kind.check_judged(receivers)

@@ -23,6 +23,7 @@ from umbra.writers.folder.captions import (
     name_sun,
     tell_daylight,
 )
+from umbra.writers.folder.frame import find_window
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, Plan, find_map_size
 
@@ -49,7 +50,8 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     where: Any = ...
     if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
-        where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
+        matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
+        where = find_window(matters, plan)
         plan = plan.crop(where)
         if plan.appearance is not None:
             from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
@@ -114,17 +116,6 @@ def fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float3
 
 def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
     return fit(mask.astype(np.float32), shape) > HALF
-
-
-def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the window around some cells, with a margin of a quarter of its length."""
-    window = []
-    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
-    for axis in (1, 0):
-        found = np.flatnonzero(is_shown.any(axis))
-        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
-        window.append(slice(max(int(found[0]) - room, 0), end))
-    return window[0], window[1]
 
 
 def make_map(

@@ -37,8 +37,6 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     names : list of str
         Of the files.
     """
-    if not any(one.is_drawn for one in job.study.quantities):
-        return []
     kind = job.study.kind
     if not kind.is_raster and job.study.samples is None:
         return _draw_points(job)

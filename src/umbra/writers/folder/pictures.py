@@ -40,7 +40,6 @@ from umbra.writers.folder.captions import (
     tell_times,
 )
 from umbra.writers.folder.losses import count_dates, draw_lost, fit, make_map
-from umbra.writers.folder.who import draw_who
 from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
@@ -99,7 +98,10 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
     names = ["hours.png", "profile.png"]
     if "hours_lost" in job.study.more:
         names += draw_lost(job, sheets.plan, sheets.preview)
-    names += draw_who(job, sheets.plan, sheets.preview)
+    if "caster" in job.study.more:
+        from umbra.writers.folder.who import draw_who  # noqa: PLC0415  (it loads matplotlib)
+
+        names += draw_who(job, sheets.plan, sheets.preview)
     return names + _draw_each_date(job, sheets)
 
 
@@ -243,6 +245,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
         areas=outline_areas(study),
+        fills_areas=study.kind.name == "areas",
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
 

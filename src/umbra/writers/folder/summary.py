@@ -9,8 +9,8 @@ import numpy as np
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.area_table import name_share
 from umbra.study.measures import Quantity
-from umbra.study.rules.measure import say_hours
 from umbra.sun import find_daylight, name_date
+from umbra.sun.clock import say_hours
 
 __all__ = ["summarise", "tell_answers"]
 

@@ -20,7 +20,6 @@ from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
-from umbra.writers.folder.measured import draw_measures
 from umbra.writers.folder.named import write_named_tables
 from umbra.writers.folder.pictures import (
     PictureSheets,
@@ -201,12 +200,12 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write a plan or a view; return the names of the pictures and of further files."""
     study, outputs = job.study, job.outputs
     if not study.has_hours:
-        pictures = draw_measures(job) if outputs.pictures else []
+        pictures = _draw_measures(job) if outputs.pictures else []
         _tell_facts(job)
         return pictures, _write_files(job)
     sheets = PictureSheets.of(job)
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
-    pictures += draw_measures(job, sheets.plan) if outputs.pictures else []
+    pictures += _draw_measures(job, sheets.plan) if outputs.pictures else []
     if outputs.sheet:
         from umbra.writers.folder.sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
 
@@ -222,6 +221,15 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
             "on it"
         )
     return pictures, _write_files(job, sheets.plan)
+
+
+def _draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
+    """Draw a map of each measure besides hours; return the names of the pictures."""
+    if not any(one.is_drawn for one in job.study.quantities):
+        return []
+    from umbra.writers.folder.measured import draw_measures  # noqa: PLC0415  (it loads matplotlib)
+
+    return draw_measures(job, plan)
 
 
 def _tell_facts(job: FolderJob) -> None:
@@ -255,7 +263,7 @@ def _draw_points(job: FolderJob) -> list[str]:
     if job.study.samples is not None:
         job, draw_hours = look_at_surfaces(job), draw_surfaces
     names = draw_hours(job) if job.study.has_hours else []
-    return names + (draw_measures(job) if job.only is None else [])
+    return names + (_draw_measures(job) if job.only is None else [])
 
 
 def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:

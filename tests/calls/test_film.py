@@ -1,0 +1,106 @@
+"""Films of a camera or a sun that moves."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image, ImageSequence
+from support.shapes import box
+
+import umbra
+from umbra.calls.film import FilmOptions, plan_shots
+from umbra.window.file import to_json
+from umbra.window.view import Viewpoint, make_view
+
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
+SIZE = (64, 48)
+PLAIN = {"style": "plain", "samples": 1, "ground": 0.0, "rate": 5}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return umbra.make_scene(*box((-2, -2, 0), (2, 2, 9)))
+
+
+@pytest.fixture(scope="module")
+def camera(scene):
+    return umbra.make_camera(scene, view="bird", size=SIZE)
+
+
+def test_a_turntable_begins_with_the_camera_s_own_picture(scene, camera, tmp_path):
+    light = umbra.directional_light((0.3, -0.5, 0.8))
+    out = umbra.film(scene, tmp_path / "turn.gif", camera, light, turntable="1s", **PLAIN)
+    with Image.open(out) as film:
+        frames = [np.array(one.convert("RGB"), int) for one in ImageSequence.Iterator(film)]
+        assert film.info["duration"] == 200
+    assert len(frames) == 5
+    still = umbra.render(scene, camera, light, style="plain", samples=1, ground=0.0)
+    assert np.abs(frames[0] - still).mean() < 3  # a palette of 96 colours
+    assert all(np.abs(one - frames[0]).mean() > 3 for one in frames[1:])
+
+
+def test_the_sun_goes_from_one_time_to_another(camera):
+    options = FilmOptions(until="17:00", film="1s", rate=9)
+    shots = plan_shots(options, camera, [], (VIENNA, "2026-03-21", "09:00"))
+    for shot, clock in zip(shots, range(9, 18), strict=True):
+        assert shot.camera is camera
+        assert shot.caption == f"2026-03-21 {clock:02}:00 CET"
+        wanted = umbra.sun_light(VIENNA, "2026-03-21", f"{clock:02}:00").position
+        assert np.allclose(shot.lights[0].position, wanted)
+
+
+def test_a_path_goes_through_saved_views(scene, camera, tmp_path):
+    views = [Viewpoint((0.0, 0.0, 4.0), heading, -20.0, 30.0, 40.0) for heading in (0.0, 90.0)]
+    state = make_view(scene, SIZE)
+    saved = []
+    for one in views:
+        described = to_json(state)
+        described["viewpoint"] = to_json(state)["viewpoint"] | {
+            "target": one.target, "heading": one.heading, "tilt": one.tilt,
+            "distance": one.distance, "fov": one.fov,
+        }  # fmt: skip
+        saved.append(described)
+    path = tmp_path / "views.json"
+    path.write_text(json.dumps(saved))
+    shots = plan_shots(FilmOptions(path=path, rate=3), camera, [])
+    assert len(shots) == 9  # a leg of 3 s
+    for shot, view in ((shots[0], views[0]), (shots[-1], views[1])):
+        assert np.allclose(shot.camera.eye, view.camera(SIZE).eye)
+        assert shot.camera.size == SIZE
+
+
+@pytest.mark.parametrize(
+    ("asked", "option"),
+    [({"turntable": "8s", "film": "4s"}, "turntable"), ({"film": "4s"}, "film"),
+     ({"turntable": "1h"}, "turntable"), ({"turntable": "soon"}, "turntable"),
+     ({"until": "17:00", "date": "2026-03-21"}, "at"), ({"until": "17:00"}, "until"),
+     ({"until": "23:00", "date": "2026-03-21", "at": "15:00"}, "until"),
+     ({"path": "nowhere.json"}, "path"), ({"turntable": "1s", "transparent": True}, "transparent")],
+)  # fmt: skip
+def test_wrong_films_name_their_option(scene, camera, tmp_path, asked, option):
+    out = tmp_path / "x.gif"
+    with pytest.raises(umbra.InputError) as caught:
+        umbra.film(scene, out, camera, site=VIENNA, **{**PLAIN, **asked})
+    assert caught.value.option == option
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("text", ["{", "{}", "[]", "[{}, {}]", "[1, 2]", "[" * 5000])
+def test_what_is_no_path_is_refused_in_a_line(camera, tmp_path, text):
+    path = tmp_path / "views.json"
+    path.write_text(text)
+    with pytest.raises(umbra.InputError):
+        plan_shots(FilmOptions(path=path), camera, [])
+
+
+def test_an_mp4_has_every_frame(scene, camera, tmp_path):
+    av = pytest.importorskip("av")
+    out = umbra.film(scene, tmp_path / "turn.mp4", camera, turntable="1s", **PLAIN)
+    with av.open(str(out)) as film:
+        stream = film.streams.video[0]
+        assert (stream.width, stream.height) == SIZE
+        assert sum(1 for _ in film.decode(stream)) == 5
+    odd = umbra.make_camera(scene, size=(63, 48))
+    with pytest.raises(umbra.InputError) as caught:
+        umbra.film(scene, out, odd, turntable="1s", **PLAIN)
+    assert caught.value.option == "size"
