@@ -188,7 +188,7 @@ measure sky-directions weather albedo sunshine horizon
 receivers spacing on points eye target fov ground extent cell size crs
 windows judge reveal areas areas-on least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
-by who proposed under spells exact disc min-spell masks
+by who proposed replace replace-in under spells exact disc min-spell masks
 title subtitle show at pictures report sheet write rules
 tiles min-altitude
 up height-column base-column name-column time animation bbox area geometric-error

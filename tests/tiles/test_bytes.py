@@ -17,25 +17,31 @@ EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)
 
 
-def compare(found, whole):
-    """Compare every byte of two datasets; the names of axes and parts as text."""
+def compare(found, whole, *, rounding=0.0):
+    """
+    Compare every byte of two datasets; the names of axes and parts as text.
+
+    With rounding, numbers may differ by so much of their size.
+    """
     assert set(found.variables) - {"spatial_ref"} == set(whole.variables) - {"spatial_ref"}
     for name in set(whole.variables) - {"spatial_ref"}:
         assert found[name].dims == whole[name].dims, name
         left, right = found[name].values, whole[name].values
         if right.dtype.kind == "U":
             assert left.tolist() == right.tolist(), name
+        elif rounding and right.dtype.kind == "f":
+            np.testing.assert_allclose(left, right, rtol=rounding, atol=rounding, err_msg=name)
         else:
             assert left.astype(right.dtype).tobytes() == right.tobytes(), name
 
 
-def check_tiles(files, folder, sides, **options):
+def check_tiles(files, folder, sides, *, rounding=0.0, **options):
     """Count files in tiles of each side; all are as one study of them, which is returned, too."""
     scene = umbra.read(*files)
     whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
     for side in sides:
         made = umbra.city_study(files, out=folder / str(side), tiles=side, **options)
-        compare(made.dataset.load(), whole)
+        compare(made.dataset.load(), whole, rounding=rounding)
     return made, whole
 
 
@@ -114,6 +120,25 @@ def test_solved_instants_are_those_of_one_study(city, tmp_path):
     check_tiles(city, tmp_path, [50], exact=True, **options)
 
 
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"measure": "sky_blocked_by,sky_view_factor", "who": "west*", "sky_directions": "tregenza"},
+        {"measure": "sky_blocked_by,sky_component", "who": "east*", "exact": True},
+        {"disc": True, **DAY},
+    ],
+    ids=["directions", "exact", "disc"],
+)
+def test_what_sees_the_whole_sky_is_that_of_one_study(city, tmp_path, more):
+    options = {"receivers": "top", "cell": 6.0, "extent": (84990, 446990, 85120, 447110)}
+    # Outlines are integrated in the order of a tile's faces.
+    rounding = 1e-12 if "exact" in more else 0.0
+    _, whole = check_tiles(city, tmp_path, [50], rounding=rounding, **options, **more)
+    names = ("first_contact", "last_contact") if "disc" in more else ("sky_blocked_by",)
+    for name in names:
+        assert len(np.unique(whole[name].values)) > 20
+
+
 def test_windows_are_cut_to_the_memory_that_is_given(city, tmp_path, monkeypatch):
     options = {**DAY, "receivers": "top", "cell": 2.0, "extent": EXTENT}
     first = umbra.city_study(city, out=tmp_path / "first", tiles=1000, **options)
@@ -171,11 +196,18 @@ def quarter(tmp_path_factory):
     ]
 
 
+PLOT = "POLYGON ((85000 447000, 85060 447000, 85060 447060, 85000 447060, 85000 447000))"
+
+
 @pytest.mark.parametrize(
     ("receivers", "more"),
     [
         ("top", {"proposed": "* 1*", "under": "3h", "date": "2026-03-20,2026-12-21"}),
         ("ground", {"proposed": "west 2?", "by": "layer", "every": "10min"}),
+        (
+            "top",
+            {"proposed": "west 2?", "replace": "* 1*", "replace_in": PLOT, "canopy": "east 1?"},
+        ),
         ("top", {"who": ("west 1*", "east*"), "canopy": "east 2*"}),
         ("ground", {"by": "part", "who": "* 1", "exact": True, "every": "1h"}),
     ],
@@ -196,7 +228,10 @@ def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers
 
 
 def test_a_proposal_takes_sun_from_the_same_walls_in_any_tile(quarter, tmp_path):
-    options = {**DAY, "receivers": "surfaces", "spacing": 2.0, "proposed": "west 2?", "by": "kind"}
+    options = {
+        **DAY, "receivers": "surfaces", "spacing": 2.0, "proposed": "west 2?", "by": "kind",
+        "replace": "west 1?",
+    }  # fmt: skip
     scene = umbra.read(*quarter)
     whole = umbra.shadow_study(scene, umbra.find_site(scene), **options).dataset
     for side in (3000, 70):
@@ -213,6 +248,7 @@ def test_a_year_far_from_the_proposal_has_the_same_bytes(quarter, tmp_path, grou
     options = {
         "date": "2026-12-01..2026-12-20", "start": "00:00", "end": "24:00", "every": "30min",
         "by_day": False, "receivers": "ground", "cell": 4.0, "proposed": "west 20",
+        "replace": "west 21",
         "extent": (84960, 446860, 85280, 447180),
     }  # fmt: skip
     check_tiles(quarter, tmp_path, [80], **options)

@@ -123,3 +123,13 @@ def test_roofs_over_a_ground_through_the_feet_are_buildings(tmp_path, drawn):
         expected[10:20, 10 + i * 20 : 20 + i * 20] = 9 + i
     np.testing.assert_array_equal(plan.is_building, expected > 0)
     np.testing.assert_allclose(plan.building_height, expected, atol=1e-6)
+
+
+def test_what_all_casters_take_of_the_sky_has_a_map(files, tmp_path):
+    made = umbra.city_study(
+        files, out=tmp_path / "out", tiles=60, receivers="ground", measure="sky_blocked_by",
+        by="part", sky_directions=40, cell=5.0, extent=EXTENT,
+    )  # fmt: skip
+    names = {path.name for path in made.write("map")}
+    assert names == {"sky_blocked.png"}
+    assert made.dataset.sky_blocked_by.shape == (8, 24, 24)

@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
+from support.shapes import box
 from verdicts.scenes import LONDON, find_lit, find_suns, hand_hours, judge, make_model, rectangle
+
+import umbra
+from umbra.scene import Mesh, Part, make_scene
 
 GARDEN = {"garden": rectangle(-10, 0.0, 10, 10)}
 
@@ -49,6 +53,22 @@ def test_bre_gardens_by_the_ratio_to_before():
     assert (share.verdict, finding.verdict) == ("fail", ratio.verdict)
     assert ratio.value == pytest.approx(after / before, abs=0.03)
     assert ratio.verdict == ("pass" if after / before >= 0.8 else "fail")
+
+
+def test_bre_gardens_where_a_wall_replaces_another():
+    """Before there is the taller wall alone, and after the lower one."""
+    boxes = {"old": wall(6.6), "new": wall(6.2)}
+    scene = make_scene([Part(n, "", Mesh(*box(*b))) for n, b in boxes.items()])
+    found = umbra.prove(
+        scene, LONDON, "bre-209-gardens", areas=GARDEN, proposed="new", replace="old", ground=0.0,
+        year=2026,
+    )  # fmt: skip
+    before, after = (hand_share({"wall": one}) for one in (wall(6.6), wall(6.2)))
+    share, ratio = found.verdicts[0].findings[0].outcome.parts
+    assert share.value == pytest.approx(after, abs=0.5 + share.off)
+    assert ratio.value == pytest.approx(after / before, abs=0.05)
+    assert ratio.verdict == found.verdict == "pass"
+    assert any("replaces old" in note for note in found.notes)
 
 
 def test_without_a_proposal_the_ratio_is_unknown_and_overrides_nothing_that_passes():

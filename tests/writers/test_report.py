@@ -95,6 +95,29 @@ def test_a_click_keeps_the_point_and_keys_move_it(page, study, tmp_path):
     assert words(page, *FIGURES) == expect(study, 91, 70)
 
 
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_a_click_draws_the_sky_of_the_point(page, tmp_path, receivers):
+    study = make_study(receivers=receivers, cell=2.0, every="2h")
+    without = save(tmp_path / "report.html", study, obstructing=[0, 1])[0]
+    page.open(without, READY)
+    assert page.ask("document.querySelectorAll('#sky svg').length") == 0
+    where = "document.querySelector('#sky code')?.textContent"
+    for x, y in ((-19.0, -5.0), (9.0, -3.0), (0.0, 1.0)):
+        row, col = np.abs(study.y - y).argmin(), np.abs(study.x - x).argmin()
+        page.click(*place_of(page, study, row, col))
+        page.wait(f"{where}?.includes('--at {study.x[col]:.3f},{study.y[row]:.3f}')")
+        factor = page.ask("document.querySelector('#sky dd').textContent")
+        z = study.ground if receivers == "ground" else np.asarray(study.heights)[row, col]
+        own = (study.x[col], study.y[row], z + 1e-4)
+        exact = umbra.sky_view(study.model.scene, own, no_cast=["bar"])
+        assert float(factor) == pytest.approx(exact.sky_view_factor, abs=0.0015)
+    page.ask("document.querySelector('#sky button').click()")
+    page.wait("document.querySelector('#sky dialog').open")
+    assert page.audit() == []
+    page.press("Escape")
+    page.wait("!document.querySelector('#sky dialog').open")
+
+
 def test_the_slider_moves_the_shadows(page, study, tmp_path):
     page.open(save(tmp_path / "report.html", study)[0], READY)
     rows, cols = study.shadow_hours.shape

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import replace as change
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
-from umbra.massing.plot import Plot, find_on_plot, lay_cells
+from umbra.massing.plot import Plot, lay_cells
 from umbra.massing.rule_asks import GatheredPoints, ask_rules
 from umbra.massing.search import KIND, HeightEnvelope, search_heights
 from umbra.massing.solid import make_solid
@@ -26,6 +26,7 @@ from umbra.rules import Rule, read_rule
 from umbra.scene import Part, Scene
 from umbra.scene.mesh import ADDED_GROUND as _ADDED
 from umbra.study.options import StudyOptions
+from umbra.study.replaced import find_on_plot, find_replaced, read_outline, read_polygons
 from umbra.sun import Site
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, check_year
@@ -90,6 +91,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     names: Sequence[str] = (),
     year: int | None = None,
     keep: str | Sequence[str] = (),
+    replace: str | Sequence[str] = (),
+    replace_in: Any = None,
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
     ground: float | str | Path | None = None,
@@ -127,6 +130,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
         Of dates without one; this year by default.
     keep : sequence of str
         Patterns of parts on the plot that stay; the others there make way for the envelope.
+    replace, replace_in : optional
+        Patterns of parts elsewhere, and polygons as of ``plot``, that make way, too.
     cast, no_cast : sequences of str
         Patterns of the parts that cast shadows, and of those that do not.
     ground : float, str or path, optional
@@ -161,8 +166,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     highest = check_highest(highest)
     chosen = read_chosen(rules)
     progress("reading the plot")
-    outlines, notes = _read_plot(plot, scene)
-    kept, replaced, told = _clear_plot(scene, outlines, _list(keep))
+    outlines, notes = read_polygons(plot, scene, "plot")
+    kept, replaced, told = _clear_plot(scene, outlines, _list(keep), _list(replace), replace_in)
     notes += told
     stated = find_ground(scene, str(ground) if isinstance(ground, Path) else ground)
     ground_now = stated if not replaced else _stand(kept, stated)
@@ -186,7 +191,7 @@ def envelope(  # noqa: PLR0913  (each option by its name)
         ground_now.scene, site, found, tuple(_title(rule) for rule in chosen), tuple(asked.times),
         highest, tuple(replaced), tuple(dict.fromkeys(notes)),
     )  # fmt: skip
-    return replace(result, notes=(*result.notes, *_tell_result(result)))
+    return change(result, notes=(*result.notes, *_tell_result(result)))
 
 
 def read_chosen(rules: str | Path | Rule | Sequence[str | Path | Rule]) -> list[Rule]:
@@ -234,61 +239,46 @@ def check_highest(highest: float) -> float:
     return value
 
 
-def _read_plot(plot: Any, scene: Scene) -> tuple[list[Any], list[str]]:
-    """Return the polygons of a plot, and notes."""
-    shapely = need("shapely", "gis", "plot")
-    if isinstance(plot, (str, Path)):
-        from umbra.readers.area_file import read_areas  # noqa: PLC0415
-
-        areas, notes = read_areas(plot, scene)
-        return [area.polygon for area in areas], list(notes)
-    given = list(plot) if isinstance(plot, Sequence) else [plot]
-    if not given or not all(isinstance(one, shapely.Geometry) for one in given):
-        msg = "the plot is a file, or shapely's polygons in the model's own coordinates"
-        raise InputError(msg, option="plot")
-    for one in given:
-        if one.geom_type not in {"Polygon", "MultiPolygon"} or not one.is_valid:
-            msg = f"the plot is no valid polygon ({shapely.is_valid_reason(one)}); correct it"
-            raise InputError(msg, option="plot")
-    return given, []
-
-
 def _clear_plot(
-    scene: Scene, outlines: list[Any], keep: tuple[str, ...]
-) -> tuple[Scene, list[str], list[str]]:
-    """Leave out what stands on the plot; return its names, and what is to be told."""
+    scene: Scene, outlines: list[Any], keep: tuple[str, ...], patterns: tuple[str, ...],
+    replace_in: Any,
+) -> tuple[Scene, list[str], list[str]]:  # fmt: skip
+    """Leave out what makes way; return its names, and what is to be told."""
     shapely = need("shapely", "gis", "plot")
-    parts, others = find_on_plot(scene, shapely.union_all(outlines))
+    on_plot, cut = find_on_plot(scene, shapely.union_all(outlines))
+    beside, notes = (None, []) if replace_in is None else read_outline(replace_in, scene)
+    elsewhere, _ = find_replaced(scene, (), patterns, beside)
     staying = set(scene.select(keep, option="keep")) if keep else set()
     labels = scene.labels()
-    gone = [k for k in parts if k not in staying]
+    gone = sorted({*on_plot, *elsewhere} - staying)
     names = list(dict.fromkeys(labels[k] for k in gone))
-    notes = []
+    others = [one.name for one in cut if not one.goes and one.name not in names]
     if names:
+        where = "stand on the plot" if gone == [k for k in on_plot if k in gone] else "are replaced"
         more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
         notes.append(
-            f"{', '.join(names[:_NAMED])}{more} stand on the plot and make way for the envelope "
+            f"{', '.join(names[:_NAMED])}{more} {where} and make way for the envelope "
             "(keep= lets them stand)"
         )
     if others:
         more = f" and {len(others) - _NAMED:,} more" if len(others) > _NAMED else ""
         notes.append(
             f"{', '.join(others[:_NAMED])}{more} reach over the plot's boundary and stay "
-            "(no_cast= leaves them out)"
+            "(replace= lets them make way, too)"
         )
     if len(gone) == len(scene.parts):
         msg = "all of the model stands on the plot; name what stays with keep="
         raise InputError(msg, option="keep")
     kept = [part for k, part in enumerate(scene.parts) if k not in set(gone)]
-    return (replace(scene, parts=tuple(kept)) if gone else scene), names, notes
+    return (change(scene, parts=tuple(kept)) if gone else scene), names, notes
 
 
 def _stand(kept: Scene, stated: Ground) -> Ground:
     """Return the ground of the whole model for a scene without what makes way."""
     if stated.is_plane:
-        return replace(stated, scene=kept)
+        return change(stated, scene=kept)
     added = tuple(part for part in stated.scene.parts if stated.is_added and part.kind in _ADDED)
-    return replace(stated, scene=replace(kept, parts=(*kept.parts, *added)))
+    return change(stated, scene=change(kept, parts=(*kept.parts, *added)))
 
 
 def _tell_ground(ground: Ground) -> list[str]:
@@ -307,7 +297,7 @@ def _gather(
     scene = ground.scene
     mesh = make_solid(plot, plot.ground + highest)
     assert mesh is not None
-    whole = replace(scene, parts=(*scene.parts, Part("envelope", KIND, mesh)))
+    whole = change(scene, parts=(*scene.parts, Part("envelope", KIND, mesh)))
     level = ground.level if ground.is_plane else None
     options = StudyOptions(date="2026-03-21", ground=level, **casting)
     model = Model(

@@ -17,6 +17,7 @@ from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.scene import Scene
 from umbra.study import Study
+from umbra.study.replaced import leave_replaced
 from umbra.sun import Site
 from umbra.writers.live import clear_ground, find_face_surfaces, make_hours, make_palette
 
@@ -50,6 +51,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     stems = [name.split(".")[0] or name for name in names]
     more = f" and {len(stems) - _NAMED} more" if len(stems) > _NAMED else ""
     proposed = list(scene.select(options.proposed, option="proposed")) if options.proposed else []
+    removed = find_removed(scene, options)
     return {
         "name": stems[0] if stems else "scene",
         "title": " + ".join(stems[:_NAMED]) + more if stems else "Scene",
@@ -58,6 +60,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "isFramed": options.view is None,
         "ground": _find_ground(scene, study, height),
         "proposed": proposed,
+        "removed": removed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],
         "palette": make_palette(),
         "hours": hours,
@@ -65,6 +68,13 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "takesWheel": True,
         "poster": "",
     }
+
+
+def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
+    """Return the parts that a proposal replaces."""
+    left, _ = leave_replaced(scene, options.proposed, options.replace, options.replace_in)
+    gone = {id(part) for part in left.replaced}
+    return [k for k, part in enumerate(scene.parts) if id(part) in gone]
 
 
 def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:

@@ -350,6 +350,14 @@ class ViewOptions(Options):
         "patterns",
         "Parts of a proposal, which a page compares, before and after.", default=(),
     )  # fmt: skip
+    replace: Sequence[str] = _casters(
+        "patterns", "Parts that the proposal replaces, which a page shows before.", default=(),
+    )  # fmt: skip
+    replace_in: str | Path | Sequence[Any] | None = _casters(
+        "any", "Polygons of a plot, a file or WKT: the proposal replaces what "
+        "stands in them with half of its plan or more.",
+        more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
+    )  # fmt: skip
     study: ShadowStudy | None = option(
         "any", "A study of receivers 'ground' or 'top', whose hours a page or a notebook shows as "
         "colours.", flag=None,

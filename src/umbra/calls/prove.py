@@ -15,7 +15,8 @@ from umbra.rules.read import read_rule
 from umbra.rules.record import Rule
 from umbra.scene import Scene
 from umbra.signatures import check_names
-from umbra.study.setup import settle_ground
+from umbra.study.remarks import tell_proposal
+from umbra.study.settled import settle_ground
 from umbra.sun import Site
 from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
 from umbra.verdicts.judge import spell_out
@@ -116,10 +117,10 @@ def prove(
     rules : str, path, or several
         Names of ``umbra.list_rules``, ``NAME:VARIANT``, or files.
     **options
-        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``year``,
-        ``cast``, ``no_cast``, ``canopy``, ``transmissivity``, ``leaf_on``, ``ground``,
-        ``sunshine``, ``threads``; and of the sheet ``title``, ``project``, ``author``,
-        ``number``, ``logo``, ``paper``.
+        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``replace``,
+        ``replace_in``, ``year``, ``cast``, ``no_cast``, ``canopy``, ``transmissivity``,
+        ``leaf_on``, ``ground``, ``sunshine``, ``threads``; and of the sheet ``title``,
+        ``project``, ``author``, ``number``, ``logo``, ``paper``.
 
     Returns
     -------
@@ -160,18 +161,19 @@ def make_proof(
     logo = None if options.logo is None else _read_logo(options.logo)  # before all that takes time
     study = take_study_options(options)
     ground = settle_ground(scene, study)
+    told = tell_proposal(scene, study) if options.proposed else []
+    if ground.scene.replaced:  # on the ground of what stood there, too
+        scene = ground.scene
     model = Model(
         scene=scene, site=site, year=int(options.year or 0), options=study,
         proposed=tuple(options.proposed),
     )  # fmt: skip
-    if options.proposed:
-        scene.select(options.proposed, option="proposed")
     gathered = Gathered(
         model, areas=options.areas, windows=options.windows, plot=options.plot,
         areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
-    notes = tuple(dict.fromkeys(map(spell, (*gathered.notes, *ground.notes))))
+    notes = tuple(dict.fromkeys(map(spell, (*told, *gathered.notes, *ground.notes))))
     return Proof(verdicts, gathered, options, notes, spell, logo)
 
 
@@ -222,9 +224,12 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
     described = ground.describe()
     casters = [
         f"{name.replace('_', ' ')}: {', '.join(getattr(options, name))}"
-        for name in ("proposed", "cast", "no_cast", "canopy")
+        for name in ("proposed", "replace", "cast", "no_cast", "canopy")
         if getattr(options, name)
     ]
+    if scene.replaced:
+        gone = dict.fromkeys(part.name for part in scene.replaced)
+        casters.append(f"there before the proposal alone: {', '.join(gone)}")
     files = [f"{name}  SHA-256 {digest}" for name, digest in _list_files(proof)]
     return [
         (
@@ -253,7 +258,14 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
 
     found = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
     options = proof.options
-    named = [options.areas, options.windows, options.plot, options.sunshine, *options.rules]
+    named = [
+        options.areas,
+        options.windows,
+        options.plot,
+        options.replace_in,
+        options.sunshine,
+        *options.rules,
+    ]
     for one in named:
         path = Path(str(one)) if isinstance(one, (str, Path)) else None
         if path is not None and path.is_file():

@@ -74,6 +74,15 @@ class ProofOptions(Options):
         "Parts of the proposal: names, kinds or layers; what is there without them is before.",
         default=(),
     )
+    replace: Sequence[str] = _casters(
+        "patterns", "Parts that the proposal replaces: they stand before, and are gone after; "
+        "where they stood no cell of a plan was before. Ground and terrain stay.", default=(),
+    )  # fmt: skip
+    replace_in: str | Path | Sequence[Any] | None = _casters(
+        "table", "Polygons of a plot, a file as of areas= or WKT: the proposal replaces what "
+        "stands in them with half of its plan or more.",
+        more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
+    )  # fmt: skip
     cast: Sequence[str] = _casters(
         "patterns", "Only these parts cast shadows: names or kinds.", default=()
     )
@@ -118,8 +127,8 @@ class ProofOptions(Options):
 def take_study_options(options: ProofOptions) -> StudyOptions:
     """Return the options of the studies that a proof runs."""
     taken = (
-        "proposed", "cast", "no_cast", "canopy", "transmissivity", "leaf_on", "ground", "sunshine",
-        "threads",
+        "proposed", "replace", "replace_in", "cast", "no_cast", "canopy", "transmissivity",
+        "leaf_on", "ground", "sunshine", "threads",
     )  # fmt: skip
     given = {name: getattr(options, name) for name in taken}
     if options.sunshine is not None:

@@ -89,10 +89,11 @@ class Season:
 class Canopy:
     """Casters that transmit a share of the light and do not receive."""
 
-    parts: tuple[int, ...]  # indices of all canopies, casting or not
+    parts: tuple[int, ...]  # indices of all canopies that stand, casting or not
     casting: tuple[int, ...]  # indices of canopies that cast
     solid: tuple[int, ...]  # indices of opaque casters
     season: Season
+    replaced: tuple[int, ...] = ()  # indices, of ``scene.whole``, of those that a proposal replaces
 
     @classmethod
     def of(
@@ -112,22 +113,28 @@ class Canopy:
         check_transmissivity(patterns, transmissivity, leaf_on)
         if not patterns:
             return None
-        season = Season.of(transmissivity, leaf_on)
+        season, whole, count = Season.of(transmissivity, leaf_on), scene.whole, len(scene.parts)
+        known = {*casters, *range(count, len(whole.parts))}
         for pattern in patterns:
-            if not set(casters).intersection(scene.select([pattern], option="canopy")):
+            if not known.intersection(whole.select([pattern], option="canopy")):
                 msg = (
                     f"canopy='{pattern}' matches only parts that do not cast; "
                     "take a no_cast= pattern away"
                 )
                 raise InputError(msg, pattern=pattern)
-        parts = tuple(scene.select(patterns))
-        mine = set(parts)
+        mine = set(whole.select(patterns))
         return cls(
-            parts,
+            tuple(sorted(part for part in mine if part < count)),
             tuple(part for part in casters if part in mine),
             tuple(part for part in casters if part not in mine),
             season,
+            tuple(sorted(part for part in mine if part >= count)),
         )
+
+    @property
+    def weak(self) -> frozenset[int]:
+        """Indices, of ``scene.whole``, of the canopies that cast or did before a proposal."""
+        return frozenset((*self.casting, *self.replaced))
 
     def find_receivers(self, scene: Scene, on: Sequence[str] = ()) -> list[int]:
         """Return the parts, of all or of some patterns, that are no canopies."""
@@ -163,7 +170,7 @@ def describe_opaque(
     By their materials alone: textures are not decoded for it.
     """
     solid = casters if canopy is None else canopy.solid
-    parts = [scene.parts[index] for index in solid]
+    parts = [scene.whole.parts[index] for index in solid]
     found = [
         part.name
         for part in parts

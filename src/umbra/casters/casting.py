@@ -17,7 +17,7 @@ from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster, find_caster, make_caster
 
-__all__ = ["Casting", "prepare_casting", "select_casters"]
+__all__ = ["Casting", "prepare_casting", "select_casters", "select_replaced"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Casting:
         return self._make_tree(self.caster)
 
     def _make_tree(self, caster: Caster) -> FaceTree:
-        farthest = float(np.abs(self.scene.bounds()).max())
+        farthest = float(np.abs(self.scene.whole.bounds()).max())
         return derive(caster, "tree", farthest, lambda: make_face_tree(caster, farthest))
 
     def find_tree_without(self, kinds: Collection[str]) -> FaceTree:
@@ -63,7 +63,7 @@ class Casting:
         return self if self.canopy is None else self.with_casters(parts)
 
     def with_casters(self, parts: Sequence[int]) -> Self:
-        """Return the same with other casters, all opaque."""
+        """Return the same with other casters, all opaque: parts of ``scene.whole``."""
         return replace(self, caster=_make_caster(self.scene, parts), canopy=None)
 
     @cached_property
@@ -95,10 +95,11 @@ class Casting:
 
     def find_pieces(self, pieces: Sequence[Sequence[int]]) -> NDArray[np.int32]:
         """Return the piece of each casting face; the pieces hold all casting parts."""
-        of_part = np.full(len(self.scene.parts), -1, np.int32)
+        scene = self.scene.whole
+        of_part = np.full(len(scene.groups()), -1, np.int32)
         for k, parts in enumerate(pieces):
             of_part[list(parts)] = k
-        soup = self.scene.triangles(np.flatnonzero(of_part >= 0).tolist())
+        soup = scene.triangles(np.flatnonzero(of_part >= 0).tolist())
         return of_part[soup.part[self.caster.source]]
 
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
@@ -116,9 +117,9 @@ def _name_corners(corners: NDArray[np.float64]) -> NDArray[np.bytes_]:
 def prepare_casting(
     scene: Scene, casters: Sequence[int], threads: int, canopy: Canopy | None = None
 ) -> Casting:
-    """Find the adjacency of the casters, given as indices of parts, for any receivers."""
+    """Find the adjacency of the casters, indices of parts of ``scene.whole``, for any receivers."""
     soup = derive(scene, "soup", None, scene.triangles)
-    caster = find_caster(scene, casters)
+    caster = find_caster(scene.whole, casters)
     if canopy is not None:
         seen = np.ones(len(scene.parts), np.bool_)
         seen[list(canopy.parts)] = False
@@ -127,14 +128,21 @@ def prepare_casting(
 
 
 def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
-    soup = scene.triangles(parts)
-    return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+    soup = scene.whole.triangles(parts)
+    return make_caster(soup.vertices, soup.faces, scene.whole.groups()[soup.part])
 
 
 def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:
     """Return the indices of the parts that cast; there must be one."""
-    casters = scene.select(cast, no_cast)
+    casters = [part for part in scene.whole.select(cast, no_cast) if part < len(scene.parts)]
     if not casters:
         msg = "no part is left to cast a shadow; take a no_cast= pattern away"
         raise InputError(msg)
     return casters
+
+
+def select_replaced(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:
+    """Return those that cast of what a proposal replaces, as indices of ``scene.whole``."""
+    if not scene.replaced:
+        return []
+    return [part for part in scene.whole.select(cast, no_cast) if part >= len(scene.parts)]

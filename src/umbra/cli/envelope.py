@@ -41,6 +41,19 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
     help="Parts on the plot that stay; all others there make way. Repeatable.",
 )  # fmt: skip
 @_option(
+    "--replace",
+    heading="Plot",
+    multiple=True,
+    metavar="PATTERN",
+    help="Parts elsewhere that make way, too. Repeatable.",
+)
+@_option(
+    "--replace-in",
+    heading="Plot",
+    metavar="FILE",
+    help="Polygons in which all parts make way that lie in them with half of their plan or more.",
+)
+@_option(
     "--max-height", "part", heading="Plot", metavar="PART",
     help="Instead of a plot: the greatest height of this part of the model, scaled from its base, "
     "to a centimetre; it takes every rule.",
@@ -160,7 +173,8 @@ def _find_part(
     """Find and print the greatest height of a part."""
     from umbra.calls.part_height import part_height  # noqa: PLC0415
 
-    del given["cell"], given["keep"]
+    for name in ("cell", "keep", "replace", "replace_in"):
+        del given[name]
     found = part_height(scene, site, part, **given)
     if as_json:
         echo_json(found.sum_up())

@@ -101,6 +101,17 @@ class Size(click.ParamType):
         return self.name
 
 
+class NumberOrName(click.ParamType):
+    """A whole number, or a name: ``4096``, ``tregenza``."""
+
+    name = "N|NAME"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> int | str:
+        """Parse text; who uses it checks it."""
+        text = str(value).strip()
+        return int(text) if text.isdecimal() else text
+
+
 class Length(click.ParamType):
     """A length in metres, or in the unit given: ``0.5``, ``50cm``, ``30 ft``."""
 
@@ -276,6 +287,8 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
     kind = types.get(said.type)
     if said.type == "whole":
         kind = click.IntRange(said.least)
+    elif said.type == "any" and type(default) is int:
+        kind = NumberOrName()
     elif said.type == "choice":
         kind = click.Choice(said.choices)
     elif said.type == "numbers":

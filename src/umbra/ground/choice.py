@@ -39,6 +39,7 @@ __all__ = [
     "choose_feet",
     "describe_surface",
     "find_ground",
+    "keep_ground",
     "make_ground_parts",
     "tell_feet",
 ]
@@ -250,6 +251,27 @@ def find_ground(scene: Scene, ground: Asked = None, hanging: Sequence[int] = ())
         return found
 
     return derive(scene, "ground", (asked, afloat), find)
+
+
+def keep_ground(
+    ground: Ground, scene: Scene, asked: Asked = None, hanging: Sequence[int] = ()
+) -> Ground:
+    """
+    Return a ground under fewer parts, for which it is found again without a search.
+
+    Parameters
+    ----------
+    ground : Ground
+    scene : Scene
+        With the parts that are left.
+    asked : float or str, optional
+    hanging : sequence of int, optional
+        As of ``find_ground``; indices in this scene.
+    """
+    kept = replace(ground, scene=scene)
+    for known in {(), tuple(hanging)}:
+        derive(scene, "ground", (check_ground("ground", asked), known), lambda: kept)
+    return kept
 
 
 def _find(scene: Scene, asked: Asked, hanging: tuple[int, ...]) -> Ground:

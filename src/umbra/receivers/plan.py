@@ -237,6 +237,10 @@ def _find_skyline(
         if model.canopy is not None:
             crowns = model.scene.triangles(model.canopy.casting)
             corners = np.concatenate([corners, crowns.find_corners() + origin])
+        if model.scene.replaced:  # whose shadows are gone after, which the plan shows, too
+            whole = model.scene.whole
+            old = whole.triangles(range(len(model.scene.parts), len(whole.parts)))
+            corners = np.concatenate([corners, old.find_corners() + origin])
         if dense is not None:
             inside = ((corners[:, :2] >= dense[0]) & (corners[:, :2] <= dense[1])).all(1)
             corners = corners[inside] if inside.any() else corners

@@ -261,6 +261,14 @@ class PlanTile:
         face = self.surface.face
         return np.append(self.model.soup.part, -1)[face]  # -1 is the last
 
+    def find_below(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Find the cells over which some parts of ``scene.whole`` would lie, (rows, cols)."""
+        model = self.model
+        above = find_surface(
+            model.scene.whole.triangles(parts), self.grid, model.floor, model.threads
+        )
+        return above.heights > self.find_z()
+
 
 class PlaneTile(PlanTile):
     """Cells of the ground plane."""
@@ -296,7 +304,7 @@ class TopmostTile(PlanTile):
         model, surface = self.model, self.receiving
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)
-        crowns = model.scene.triangles(model.canopy.casting)
+        crowns = model.scene.whole.triangles(model.canopy.casting)
         above = find_surface(crowns, self.grid, model.floor, model.threads)
         return above.heights > surface.heights
 

@@ -294,14 +294,19 @@ class ViewTile(CounterByMasks):
     def find_parts(self) -> NDArray[np.intp]:
         """Return each pixel's part; -1 for the ground, outside a proposal, or none."""
         part = np.maximum(self.frame.part[::-1], -1)
-        model = self.model
-        if model.ground is not None and model.proposed:
-            below = np.flatnonzero((part < 0) & self.is_seen)
-            tree, where = model.with_casters(model.proposed).tree, self.places
-            points, normals = where.points[below], where.normals[below]
-            covered = find_hidden(tree, points, normals, np.array([[0.0, 0.0, 1.0]]), model.threads)
-            part.flat[below[covered[0].view(np.bool_)]] = model.proposed[0]
+        if self.model.ground is not None and self.model.proposed:
+            part[(part < 0) & self.find_below(self.model.proposed)] = self.model.proposed[0]
         return part
+
+    def find_below(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Find the pixels of the ground over which some parts of ``scene.whole`` stand."""
+        model, found = self.model, np.zeros(self.shape, np.bool_)
+        below = np.flatnonzero(self.is_ground & self.is_seen)
+        tree, where = model.with_casters(parts).tree, self.places
+        points, normals = where.points[below], where.normals[below]
+        covered = find_hidden(tree, points, normals, np.array([[0.0, 0.0, 1.0]]), model.threads)
+        found.flat[below[covered[0].view(np.bool_)]] = True
+        return found
 
 
 @dataclass(eq=False)

@@ -160,6 +160,10 @@ class PointTile(CounterByMasks):
         """Return each point's part; -1 for none."""
         return self.part
 
+    def find_below(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """Return none: samples are judged wherever they are."""
+        return np.zeros(self.shape, np.bool_)
+
 
 @dataclass(eq=False, kw_only=True)
 class SingleReceivers(Receivers):

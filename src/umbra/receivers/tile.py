@@ -85,3 +85,10 @@ class Tile(Protocol):
 
     def find_parts(self) -> NDArray[np.intp]:
         """Return each receiver's part; -1 where it has none."""
+
+    def find_below(self, parts: Sequence[int]) -> NDArray[np.bool_]:
+        """
+        Find the receivers that are none where some parts of ``scene.whole`` stand over them.
+
+        Samples, which are judged under a roof and in a wall, too, are never among them.
+        """

@@ -97,6 +97,8 @@ class Scene(Exchange):
         Losses and assumptions of the reader, one line each.
     lights : tuple of Light
         The file's own, in the model's own coordinates.
+    replaced : tuple of Part
+        What a proposal among the parts replaces: it stands before the proposal alone.
     """
 
     parts: tuple[Part, ...]
@@ -111,6 +113,7 @@ class Scene(Exchange):
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()
+    replaced: tuple[Part, ...] = ()
 
     def __repr__(self) -> str:
         return _show(self)
@@ -146,6 +149,13 @@ class Scene(Exchange):
         )
         msg = f"no part is called {name!r}; {is_like} (all are in scene.parts)"
         raise InputError(msg, name=name, names=names)
+
+    @cached_property
+    def whole(self) -> Scene:
+        """The scene with what a proposal replaces, which follows its other parts."""
+        if not self.replaced:
+            return self
+        return replace(self, parts=(*self.parts, *self.replaced), replaced=())
 
     @property
     def animations(self) -> tuple[Animation, ...]:

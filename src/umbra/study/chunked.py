@@ -27,7 +27,8 @@ from umbra.scene import Scene
 from umbra.study.attributes import find_attributes
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study, time_variables
-from umbra.study.setup import Setup, settle_ground
+from umbra.study.settled import settle_ground
+from umbra.study.setup import Setup
 from umbra.sun import Site
 
 if TYPE_CHECKING:

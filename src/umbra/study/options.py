@@ -56,6 +56,15 @@ class StudyOptions(ReceiverOptions):
         "patterns", "Parts of the proposed development: also write the sun that they take from "
         "the others.", default=(),
     )  # fmt: skip
+    replace: Sequence[str] = _results(
+        "patterns", "Parts that the proposal replaces: they stand before, and are gone after; "
+        "where they stood no cell of a plan was before. Ground and terrain stay.", default=(),
+    )  # fmt: skip
+    replace_in: str | Path | Sequence[Any] | None = _results(
+        "table", "Polygons of a plot, a file as of areas= or WKT: the proposal replaces what "
+        "stands in them with half of its plan or more.",
+        more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
+    )  # fmt: skip
     under: str | float | dt.timedelta | None = _results(
         "any", "With proposed=: find where fewer hours of sun are left than this, but were not "
         "before; default: 2h.", metavar="DURATION",
@@ -223,7 +232,12 @@ class StudyOptions(ReceiverOptions):
                 raise InputError(msg, option="date")
         if self.asks_hours:
             return
-        taken = {"proposed", *["exact"] * any(one.has_exact for one in self.measures)}
+        taken = {
+            "proposed",
+            "replace",
+            "replace_in",
+            *["exact"] * any(one.has_exact for one in self.measures),
+        }
         taken |= {name for one in self.measures for name in one.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
@@ -258,6 +272,10 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
+        for name in ("replace", "replace_in"):
+            if getattr(self, name) not in (None, ()) and not self.proposed:
+                msg = f"{name}= is what a proposal replaces; name its parts with proposed="
+                raise InputError(msg, option=name)
         self._check_disc()
         self._check_horizon()
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)

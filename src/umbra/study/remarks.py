@@ -14,6 +14,7 @@ from umbra.receivers.standing import find_crossings
 from umbra.registry import take_notes
 from umbra.scene import Scene, Triangles
 from umbra.study.options import StudyOptions
+from umbra.study.replaced import leave_replaced
 from umbra.sun import Site, parse_dates
 from umbra.sun.local_time import tell_skipped
 
@@ -22,6 +23,7 @@ __all__ = [
     "tell_outside",
     "tell_overlap",
     "tell_panes",
+    "tell_proposal",
     "tell_request",
     "tell_sources",
 ]
@@ -67,18 +69,22 @@ def tell_request(scene: Scene, options: StudyOptions, site: Site | None = None) 
             f"device='{options.device}' counts no canopies in studies, so the {DEFAULT} device "
             "counts; leave device= or canopy= out"
         )
-    if options.proposed:
-        proposed = scene.select(options.proposed, option="proposed")
-        if options.extent is not None and find_kind(options.receivers, scene).is_plan:
-            notes += tell_outside(_find_box(scene, proposed), options.extent)
-        casting = select_casters(scene, options.cast, options.no_cast)
-        old = scene.triangles(sorted(set(casting) - set(proposed)))
-        groups, labels = scene.groups(), scene.labels()
-        notes += tell_overlap(
-            scene.triangles(proposed), old, groups,
-            lambda thing: labels[int(np.flatnonzero(groups == thing)[0])],
-        )  # fmt: skip
-    return notes
+    return notes + (tell_proposal(scene, options) if options.proposed else [])
+
+
+def tell_proposal(scene: Scene, options: StudyOptions) -> list[str]:
+    """Report what a proposal replaces, where it lies outside the plan, and what it overlaps."""
+    scene, notes = leave_replaced(scene, options.proposed, options.replace, options.replace_in)
+    proposed = scene.select(options.proposed, option="proposed")
+    if options.extent is not None and find_kind(options.receivers, scene).is_plan:
+        notes += tell_outside(_find_box(scene, proposed), options.extent)
+    casting = select_casters(scene, options.cast, options.no_cast)
+    old = scene.triangles(sorted(set(casting) - set(proposed)))
+    groups, labels = scene.groups(), scene.labels()
+    return notes + tell_overlap(
+        scene.triangles(proposed), old, groups,
+        lambda thing: labels[int(np.flatnonzero(groups == thing)[0])],
+    )  # fmt: skip
 
 
 def tell_sources(options: StudyOptions, site: Site | None) -> list[str]:
@@ -201,8 +207,8 @@ def tell_overlap(
     more = f" and {len(others)} more" if others else ""
     told = (
         f"the proposal overlaps what stands there: '{name}'{more} within "
-        f"{100 * shared / covered:.0f} % of its plan; move it, or leave out before and after what "
-        f"it replaces with no_cast='{name}'"
+        f"{100 * shared / covered:.0f} % of its plan; move it, or tell what it replaces, "
+        f"replace='{name}' or replace_in='FILE'"
     )
     return [told]
 

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy, describe_opaque
-from umbra.casters.casting import select_casters
+from umbra.casters.casting import select_casters, select_replaced
 from umbra.devices import DEFAULT, StudyCounters, check_device
 from umbra.errors import InputError
-from umbra.ground.choice import Ground, find_ground
 from umbra.lights import Lights, Period, make_no_period, make_period
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.named import NamedReceivers
@@ -23,8 +22,9 @@ from umbra.study.accumulators.blocked import BlockedSky
 from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
-from umbra.study.accumulators.measure_sums import FindParts, MeasureSums
+from umbra.study.accumulators.measure_sums import MeasureSums
 from umbra.study.accumulators.named_hours import GroupDays, NamedDays
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import read_hours
 from umbra.study.engine import Progress, count_each_tile, run_on_device
 from umbra.study.land import settle_land
@@ -35,7 +35,7 @@ from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.version import __version__
 
-__all__ = ["Result", "Setup", "find_period", "settle_ground"]
+__all__ = ["Result", "Setup", "find_period"]
 
 
 def find_period(options: StudyOptions, site: Site | None) -> Period:
@@ -61,12 +61,6 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
 def _ask_for_site() -> InputError:
     msg = "a study of the sun needs a place; give latitude and longitude with site="
     return InputError(msg, option="latitude")
-
-
-def settle_ground(scene: Scene, options: StudyOptions) -> Ground:
-    """Find the ground of a study; canopies hang over it, and tell nothing of its height."""
-    canopies = scene.select(options.canopy, option="canopy") if options.canopy else ()
-    return find_ground(scene, options.ground, canopies)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +140,7 @@ class Setup:
         Clock at the start of the work [s].
     is_cut : bool
         Whether parts of the receivers are counted alone, so that not all are held in memory.
-    find_proposed, find_rest : callable, optional
-        Return the parts of the proposal in a tile's scene, and all other casters.
+    proposal : Proposal, optional
     """
 
     scene: Scene
@@ -162,8 +155,7 @@ class Setup:
     canopy: Canopy | None = None
     begun: float = field(default_factory=time.perf_counter)
     is_cut: bool = False
-    find_proposed: FindParts | None = None
-    find_rest: FindParts | None = None
+    proposal: Proposal | None = None
 
     @classmethod
     def of(
@@ -180,16 +172,19 @@ class Setup:
             scene, casters, options.canopy, options.transmissivity, options.leaf_on
         )
         attribution = AttributionOptions.of(scene, casters, options, canopies)
-        proposed = frozenset(attribution.proposed or ())
+        proposal = None
+        if proposed := frozenset(attribution.proposed or ()):
+            before = [part for part in casters if part not in proposed]
+            before += select_replaced(scene, options.cast, options.no_cast)
+            replaced = range(len(scene.parts), len(scene.whole.parts))
+            proposal = Proposal.of(sorted(proposed), before, replaced)
         if not options.asks_hours and not any(one.by_caster for one in options.measures):
             attribution = AttributionOptions()
         results = ResultOptions.of(period, options)
-        rest = [part for part in casters if part not in proposed]
         return cls(
             scene, site, options, period, results, attribution, casters, threads,
             DEFAULT if canopies else options.device, canopies, is_cut=is_cut,
-            find_proposed=(lambda _: sorted(proposed)) if proposed else None,
-            find_rest=(lambda _: rest) if proposed else None,
+            proposal=proposal,
         )  # fmt: skip
 
     @property
@@ -207,7 +202,7 @@ class Setup:
         measured = sum(
             8 * (self.attribution.shown if one.per else 1) for one in self.options.quantities
         )
-        measured *= 3 if self.find_proposed else 1
+        measured *= 3 if self.proposal else 1
         return self.results.bytes_kept(days) + attribution + behind + measured
 
     @property
@@ -314,28 +309,25 @@ class Setup:
             has_canopy = self.canopy is not None
             found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
         if attribution.groups is not None and results.tolerance:
-            found.append(ExactAttribution(attribution, laid, arrays, self._solve))
+            solve, proposal = self._solve, self.proposal
+            found.append(ExactAttribution(attribution, laid, arrays, solve, proposal))
         elif attribution.groups is not None:
-            found.append(Attribution(attribution, laid, arrays))
+            found.append(Attribution(attribution, laid, arrays, self.proposal))
         return found
 
     def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
         """Return the accumulator of a measure."""
         if measure.by_caster:
             return BlockedSky(
-                measure, self.asked, laid, self.attribution, self.casters, self.find_proposed,
-                self.find_rest,
-            )  # fmt: skip
-        return MeasureSums(
-            measure, self.asked, laid, self.canopy, self.find_proposed, self.find_rest,
-            self.casters,
-        )  # fmt: skip
+                measure, self.asked, laid, self.attribution, self.casters, self.proposal
+            )
+        return MeasureSums(measure, self.asked, laid, self.canopy, self.proposal, self.casters)
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
         """Return a tile's exact hours in shadow of some casters by date, (days, ...) [h]."""
         chosen, canopy = [parts], self.canopy
-        if canopy is not None and set(parts).intersection(canopy.casting):
-            chosen.append([part for part in parts if part not in set(canopy.casting)])
+        if canopy is not None and canopy.weak.intersection(parts):
+            chosen.append(sorted({*parts} - canopy.weak))
         else:
             canopy = None
         tiles = [tile.with_casters(some) for some in chosen]
@@ -364,6 +356,7 @@ class Setup:
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
             "sun_disc_deg": RADIUS if self.options.disc else None,
+            "replaced": ", ".join(dict.fromkeys(part.name for part in scene.replaced)) or None,
             **(self.period.horizon.facts if self.period.horizon else {}),
             **self._describe_measures(),
             **self.options.attributes,

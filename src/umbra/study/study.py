@@ -28,7 +28,8 @@ from umbra.study.engine import HiddenSums, Progress, count_each_tile, run_on_dev
 from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
-from umbra.study.setup import Setup, settle_ground
+from umbra.study.settled import settle_ground
+from umbra.study.setup import Setup
 from umbra.sun import Site
 
 __all__ = ["count_lights", "run", "run_study"]
@@ -69,9 +70,8 @@ def run(
     if kind.name != "areas":
         of_areas = _count(alone, find_kind("areas"), ground, progress)
     before = None
-    if options.proposed:
-        new = set(scene.select(options.proposed, option="proposed"))
-        rest = [part for part in setup.casters if part not in new]
+    if (proposal := setup.proposal) is not None:
+        rest = proposal.find_before(None)
         before = _count(_leave_only(alone, rest), find_kind("areas"), ground, progress)
     return replace(study, areas=tabulate(of_areas, before))
 

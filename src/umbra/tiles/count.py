@@ -226,6 +226,8 @@ def count_window(
 
 def _has_groups(place: Workplace) -> bool:
     """Return whether suns are so many that groups of them have casters of their own."""
+    if place.sees_whole_sky:
+        return False
     results = place.setup.results
     is_summed = not results.is_streamed and not results.by_day
     equal = len(np.unique(place.lights.weights, axis=0)) == 1 and bool(place.lights.are_suns.all())

@@ -37,6 +37,7 @@ __all__ = [
     "Workplace",
     "make_city_period",
     "read_job",
+    "sees_whole_sky",
 ]
 
 STORE, CATALOGUE, STUDY = "study.zarr", "catalogue", "city.json"
@@ -186,6 +187,11 @@ class Workplace:
         return CityGroups(self.catalogue, self.roles, options)
 
     @cached_property
+    def sees_whole_sky(self) -> bool:
+        """Whether a tile needs all that rises above its receivers."""
+        return sees_whole_sky(self.job.options)
+
+    @cached_property
     def adds_exactly(self) -> bool:
         """Whether hours are the same whether or not they are added up date by date."""
         hours = self.lights.weights[:, 0] * 1024
@@ -221,7 +227,7 @@ class Workplace:
         options, results = job.options, ResultOptions.of(self.period, job.options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
         attribution = AttributionOptions()
-        if self.groups is not None and options.asks_hours:
+        if self.groups is not None and (options.asks_hours or self.sees_whole_sky):
             attribution = self.groups.placeholder
         return Setup(
             nowhere, job.site, options, self.period, results, attribution, [],
@@ -237,6 +243,12 @@ class Workplace:
     def lights(self) -> Lights:
         """The lights that are counted, by which casters are chosen, too."""
         return self.setup.make_lights()
+
+
+def sees_whole_sky(options: StudyOptions) -> bool:
+    """Return whether a study needs all that rises above a receiver, in whatever direction."""
+    told = any(one.by_caster or (options.exact and one.has_exact) for one in options.measures)
+    return told or options.disc
 
 
 def read_job(folder: Path, receivers: str) -> CityJob | None:

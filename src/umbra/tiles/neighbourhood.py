@@ -1,12 +1,8 @@
 """
 The part of a city that a window of receivers needs: what is seen there, and what casts there.
 
-Which boxes can cast a shadow onto a box of receivers.
-
 A caster's shadow lies where its box is swept away from the light. The reach follows from both boxes
 and the light, and is never capped.
-
-Casters of a neighbourhood: adjacency, canopies, and what is seen.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +16,7 @@ from umbra.casters import Canopy
 from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.job import Workplace
-from umbra.tiles.roles import NOTHING
+from umbra.tiles.replaced import NOTHING
 from umbra.volume.adjacency import Caster, make_caster
 
 __all__ = [
@@ -262,7 +258,13 @@ class Neighbourhood:
         return self._select(meets)
 
     def find_casting(self, box: NDArray[np.float64], lights: NDArray[np.float64]) -> Selection:
-        """Find the units whose shadows of lights can meet a box (2, 3), all in the local frame."""
+        """
+        Find the units whose shadows of lights can meet a box (2, 3), all in the local frame.
+
+        For the whole sky these are all units that rise above the box's floor.
+        """
+        if self._place.sees_whole_sky:
+            return self._select(lambda boxes: boxes[:, 1, 2] > box[0, 2] - MARGIN)
         return self._select(lambda boxes: find_reaching(boxes, box, lights))
 
     def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:
@@ -348,7 +350,8 @@ class Neighbourhood:
     def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:
         roles = self._place.roles
         if which == "any":
-            return roles.find_casting(number) | roles.find_receiving(number)
+            casts = roles.find_casting(number) | roles.find_former(number)
+            return casts | roles.find_receiving(number)
         return (roles.find_casting if which == "casts" else roles.find_receiving)(number)
 
 
@@ -384,10 +387,12 @@ def make_tile_casters(
         vertices = np.array([[0.0, 0.0, _ABYSS], [1.0, 0.0, _ABYSS], [0.0, 1.0, _ABYSS]])
         faces, group = np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
     caster = make_caster(vertices, faces, group)
+    gone = scene.spread(roles.find_replaced)
     if roles.season is None:
-        return caster, None, scene.triangles()
+        return caster, None, scene.pick(~gone)
     crowns = scene.spread(roles.find_canopies)
-    every, casting, solid = (
-        tuple(np.flatnonzero(which).tolist()) for which in (crowns, crowns & casts, casts & ~crowns)
+    every, casting, solid, former = (
+        tuple(np.flatnonzero(which).tolist())
+        for which in (crowns & ~gone, crowns & casts, casts & ~crowns, crowns & gone)
     )
-    return caster, Canopy(every, casting, solid, roles.season), scene.pick(~crowns)
+    return caster, Canopy(every, casting, solid, roles.season, former), scene.pick(~crowns & ~gone)

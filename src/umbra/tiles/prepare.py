@@ -28,9 +28,17 @@ from umbra.tiles.city_catalogue import Catalogue, make_catalogue
 from umbra.tiles.city_ground import CityGround, find_city_ground
 from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.count import count_window, find_needs
-from umbra.tiles.job import CATALOGUE, STUDY, CityJob, Workplace, make_city_period
+from umbra.tiles.job import (
+    CATALOGUE,
+    STUDY,
+    CityJob,
+    Workplace,
+    make_city_period,
+    sees_whole_sky,
+)
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
+from umbra.tiles.replaced import name_city_replaced, settle_outline
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
@@ -57,18 +65,21 @@ class Preparation:
     ground : CityGround
     damaged : sequence of Path
         Files of the folder that were damaged, and are made anew.
+    told : tuple of str
+        Notes on files that are named beside the city's.
     """
 
     job: CityJob
     catalogue: Catalogue
     ground: CityGround
     damaged: Sequence[Path] = ()
+    told: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Losses and assumptions of the files, one line each, and what was merged."""
         found = [note for one in self.catalogue.files for note in one.notes]
-        found += self.catalogue.notes
+        found += [*self.catalogue.notes, *self.told]
         if self.damaged:
             found.append(
                 f"{len(self.damaged)} files of the results were damaged and made anew (first: "
@@ -111,6 +122,8 @@ class Preparation:
             facts |= place.kind.describe_level(scene, job.frame.ground, self.ground.assumed, share)
         facts |= {"ground": self.ground.known.name, **self.ground.known.describe()}
         facts.pop("ground_z" if not place.kind.is_plan else "", None)
+        if gone := name_city_replaced(self.catalogue, job.options):
+            facts["replaced"] = ", ".join(gone)
         facts["command"] = "umbra.city_study"
         facts["source"] = _name_sources(self.catalogue)
         if job.min_altitude:
@@ -154,16 +167,10 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    if options.disc:
-        msg = "the sun's disc is not judged in tiles; leave disc= or tiles= out"
-        raise InputError(msg, option="disc")
-    told = next((one.name for one in options.measures if one.by_caster), None)
-    if told is not None:
-        msg = f"{told} is not found in tiles; leave it or tiles= out"
-        raise InputError(msg, option="measure")
-    if options.exact and any(one.has_exact for one in options.measures):
-        msg = "the exact sky is not solved in tiles; leave exact= or tiles= out"
-        raise InputError(msg, option="exact")
+    if options.horizon is not None and sees_whole_sky(options):
+        msg = "the exact sky, sky_blocked_by and the disc know no horizon= in tiles; leave one out"
+        raise InputError(msg, option="horizon")
+    options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
@@ -194,7 +201,7 @@ def prepare_city(
         side = dict.fromkeys(sizes, lattice.side)
         damaged += CityStore(job.store).mend(template, sizes, side, known, options.quantities)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
-    return Preparation(job, catalogue, ground, damaged)
+    return Preparation(job, catalogue, ground, damaged, tuple(told))
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:

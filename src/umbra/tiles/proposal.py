@@ -18,7 +18,7 @@ from umbra.study.setup import Result
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbourhood import Neighbourhood
-from umbra.tiles.roles import find_matching
+from umbra.tiles.replaced import find_matching, tell_city_replaced
 
 __all__ = [
     "find_neighbours",
@@ -53,10 +53,10 @@ def tell_proposal(place: Workplace) -> list[str]:
     """Report a proposal that lies wholly outside the plan, or within what stands there."""
     options = place.job.options
     soup = find_proposal(place) if options.proposed else None
+    notes = tell_city_replaced(place.catalogue, options)
     if soup is None or not len(soup.faces):
-        return []
+        return notes
     box = np.stack([soup.vertices.min(0), soup.vertices.max(0)])
-    notes = []
     if options.extent is not None and place.kind.is_plan:
         notes += tell_outside(box + place.origin, options.extent)
     near = Neighbourhood(place)

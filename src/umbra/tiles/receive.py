@@ -172,12 +172,14 @@ def count_receivers(
     """
     canopy, setup = laid.casting.canopy, place.setup
     if place.groups is not None and place.job.options.proposed:
-        setup = replace(
-            setup, find_proposed=place.groups.find_proposed, find_rest=place.groups.find_rest
-        )
-    if place.groups is not None and place.job.options.asks_hours:
-        found = place.groups.find(laid.casting.scene, canopy, is_due=is_due)
+        setup = replace(setup, proposal=place.groups.proposal)
+    scene, sees_all = laid.casting.scene, place.sees_whole_sky
+    if place.groups is not None and (place.job.options.asks_hours or sees_all):
+        found = place.groups.find(scene, canopy, is_due=is_due or sees_all)
         setup = replace(setup, attribution=found)
+    if sees_all:
+        casts = scene.spread(place.roles.find_casting)
+        setup = replace(setup, casters=np.flatnonzero(casts).tolist())
     begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not place.adds_exactly)
     idle = [one for one in begun.accumulators if isinstance(one, Attribution) and not is_due]
     busy = [one for one in begun.accumulators if one not in idle]

@@ -1,12 +1,13 @@
 """
-Roles of a city's parts: which cast, which are canopies, and which receive.
+Roles of a city's parts: which cast, are canopies, receive, and which a proposal replaces.
 
 Groups of a city's casters, whose hours are told apart: by name, kind or layer, and a proposal.
 
 The groups are those of the whole city; a tile looks for its own casters among them.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,19 +16,18 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy, Season
 from umbra.errors import InputError
-from umbra.scene import Mesh, Part
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups, check_count
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_catalogue import Catalogue, CityFile
+from umbra.tiles.replaced import find_matching, find_replaced_parts
 
 if TYPE_CHECKING:
     from umbra.tiles.neighbourhood import PartScene, Selection
 
-__all__ = ["NOTHING", "CityGroups", "Roles", "find_matching"]
-
-NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+__all__ = ["CityGroups", "Roles"]
 
 
 class Roles:
@@ -47,6 +47,8 @@ class Roles:
     ) -> None:
         self._catalogue, self._options = catalogue, options
         self._casts: dict[int, NDArray[np.bool_]] = {}
+        self._former: dict[int, NDArray[np.bool_]] = {}
+        self._replaced: dict[int, NDArray[np.bool_]] = {}
         self._merged: dict[int, list[int]] = {}
         for file, thing in merged:
             self._merged.setdefault(file, []).append(thing)
@@ -71,8 +73,21 @@ class Roles:
                 )
                 casts = (chosen if options.cast else casts) & ~dropped
             casts &= self._find_kept(file)
-            self._casts[number] = casts
+            self._casts[number] = casts & ~self.find_replaced(number)
+            self._former[number] = casts & self.find_replaced(number)
         return self._casts[number]
+
+    def find_former(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file cast before the proposal that replaces them, (n_parts,)."""
+        self.find_casting(number)
+        return self._former[number]
+
+    def find_replaced(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file the proposal replaces, (n_parts,) bool."""
+        if number not in self._replaced:
+            file = self._catalogue.files[number]
+            self._replaced[number] = find_replaced_parts(file, self._options)
+        return self._replaced[number]
 
     def find_canopies(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are canopies, (n_parts,) bool."""
@@ -81,7 +96,7 @@ class Roles:
     def find_receiving(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
-        found = self._find_kept(file)
+        found = self._find_kept(file) & ~self.find_replaced(number)
         if not options.kind.is_raster and not options.on and set(file.kinds) <= ADDED_GROUND:
             found &= False  # a ground that was added is sampled where it is asked for
         if options.on:
@@ -97,7 +112,7 @@ class Roles:
         InputError
         """
         options, files = self._options, self._catalogue.files
-        for name in ("cast", "no_cast", "canopy", "on", "who", "proposed"):
+        for name in ("cast", "no_cast", "canopy", "on", "who", "proposed", "replace"):
             for pattern in getattr(options, name):
                 if not any(find_matching(file, [pattern]).any() for file in files):
                     kinds = sorted({kind for file in files for kind in file.kinds if kind})
@@ -107,7 +122,7 @@ class Roles:
                         "(umbra inspect lists the parts of a file)"
                     )
                     raise InputError(msg, option=name, pattern=pattern)
-        if (options.cast or options.no_cast) and not any(
+        if (options.cast or options.no_cast or options.replace) and not any(
             self.find_casting(file.number).any() for file in files
         ):
             msg = "no part is left to cast a shadow; take a no_cast= pattern away"
@@ -119,21 +134,6 @@ class Roles:
         if file.number in self._merged:
             kept &= ~np.isin(file.geometry.object_of, self._merged[file.number])
         return kept
-
-
-def find_matching(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
-    """Return which parts of a file one of some patterns matches, (n_parts,) bool."""
-    found = np.zeros(file.counts["parts"], np.bool_)
-    patterns = list(patterns)
-    if not patterns:
-        return found
-    words = file.words
-    for k, (name, kind, tags) in enumerate(
-        zip(words["names"], words["kinds"], words["tags"], strict=True)
-    ):
-        part = Part(name, kind, NOTHING, layer=file.layer, tags=tuple(tags))
-        found[k] = any(part.matches(pattern) for pattern in patterns)
-    return found
 
 
 class CityGroups:
@@ -244,21 +244,29 @@ class CityGroups:
         """Return whether any of some units belongs to a group."""
         for number, some in units.units:
             geometry = self._catalogue.files[number].geometry
-            grouped = geometry.object_of[(self._columns[number] >= 0).any(1)]
+            is_due = (self._columns[number] >= 0).any(1) | self._roles.find_former(number)
+            grouped = geometry.object_of[is_due]
             if np.isin(geometry.objects[some], grouped).any():
                 return True
         return False
 
-    def find_proposed(self, tile: Any) -> list[int]:
-        """Return the parts of the proposal in a tile's scene."""
-        scene = tile.casting.scene
-        return np.flatnonzero(scene.spread(self._is_proposed)).tolist()
+    @property
+    def proposal(self) -> Proposal:
+        """The proposal in tiles' scenes."""
+        roles = self._roles
 
-    def find_rest(self, tile: Any) -> list[int]:
-        """Return the other casters in a tile's scene."""
-        scene = tile.casting.scene
-        is_new = scene.spread(self._is_proposed)
-        return np.flatnonzero(scene.spread(self._roles.find_casting) & ~is_new).tolist()
+        def spread(tile: Any, find: Callable[[int], NDArray[np.bool_]]) -> list[int]:
+            return np.flatnonzero(tile.casting.scene.spread(find)).tolist()
+
+        def is_before(number: int) -> NDArray[np.bool_]:
+            rest = roles.find_casting(number) & ~self._is_proposed(number)
+            return rest | roles.find_former(number)
+
+        return Proposal(
+            lambda tile: spread(tile, self._is_proposed),
+            lambda tile: spread(tile, is_before),
+            lambda tile: spread(tile, roles.find_replaced),
+        )
 
     def _is_proposed(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are of the proposal, (n_parts,) bool."""
@@ -286,9 +294,15 @@ class CityGroups:
             for column in self._columns[file][part].T:
                 member[mine, column] = True  # the last column, of -1, is cut off
         member, casts = member[:, :-1], scene.spread(self._roles.find_casting)
-        weak = () if canopy is None else canopy.casting
+        weak = () if canopy is None else sorted(canopy.weak)
         groups = Groups.of(self.names, member, np.flatnonzero(casts).tolist(), weak)
-        return self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
+        found = self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
+        if not self._options.proposed:
+            return found
+        former = np.flatnonzero(scene.spread(self._roles.find_former)).tolist()
+        rest = np.flatnonzero(casts & ~scene.spread(self._is_proposed)).tolist()
+        before = AttributionOptions.group_before(rest, former, len(casts), weak)
+        return replace(found, before=before)
 
 
 def _mark(file: CityFile, patterns: Sequence[str], number: int) -> NDArray[np.int32]:

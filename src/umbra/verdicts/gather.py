@@ -13,7 +13,8 @@ from umbra.receivers import find_kind
 from umbra.rules.record import Requirement, list_conditions
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
-from umbra.study.setup import Setup, settle_ground
+from umbra.study.settled import settle_ground
+from umbra.study.setup import Setup
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, SunlightOf
 

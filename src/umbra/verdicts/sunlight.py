@@ -34,6 +34,7 @@ class Model:
     Parameters
     ----------
     scene : Scene
+        Before the proposal ``scene.whole`` casts, with what it replaces.
     site : Site
     year : int
         Of dates without one.
@@ -187,7 +188,8 @@ class SunlightOf:
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
-        casters, scene = model.choose_casters(which), model.scene
+        casters = model.choose_casters(which)
+        scene = model.scene.whole if which == "before" else model.scene
         if not scene.select(casters["cast"], casters["no_cast"]):
             scene, casters, kept = _make_empty(given.points), {}, {"threads": options.threads}
         points = np.hstack([given.points, normals])

@@ -32,6 +32,7 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
  * @property {boolean} isFramed whether the first view shows the whole model
  * @property {number | null} ground in the model's own coordinates [m]
  * @property {number[]} proposed parts of the proposal
+ * @property {number[]} removed parts that it replaces
  * @property {string[]} notes
  * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
  * @property {Hours | null} hours

@@ -5,3 +5,4 @@ export { unpackModel } from "./model.js";
 export { decode, inflate, unpack } from "./packed.js";
 export { Patches, packColor } from "./patches.js";
 export { Renderer } from "./renderer.js";
+export { makeModelSky } from "./sky_box.js";

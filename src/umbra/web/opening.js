@@ -9,13 +9,17 @@ import { fromLink } from "./state.js";
  * @returns {{state: State, isLinked: boolean}}
  */
 export const findOpening = ({ config, model: { origin, parts }, thingOf, things }) => {
-  const { view, proposed, hasLink } = config;
+  const { view, proposed, removed, hasLink } = config;
   const given = view.viewpoint,
     target = /** @type {Vec3} */ (
       given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
     );
   /** @type {Map<number, Standing>} */
-  const standing = new Map(proposed.map((part) => [thingOf[part], "proposed"]));
+  const standing = new Map(
+    [["proposed", proposed], ["removed", removed]].flatMap(([word, some]) =>
+      some.map((part) => [thingOf[part], word]),
+    ),
+  );
   const start = /** @type {State} */ ({
     viewpoint: { ...given, target },
     date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",

@@ -140,7 +140,7 @@ export const listSpells = ({ model, daylight }, { place, cast, date, sunlight })
   return el(
     "div",
     {},
-    el("p", { class: "quiet" }, `Sun on ${date}`),
+    el("p", { class: "quiet" }, `Sun on ${date}, the whole day`),
     el("ul", { class: "sky-spells" }, ...rows),
   );
 };

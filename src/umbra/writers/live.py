@@ -3,6 +3,7 @@
 import base64
 import datetime as dt
 import io
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from umbra.writers.pixels import NO_SUN, resample, shade_ramp
 
 __all__ = [
     "clear_ground",
+    "describe_sky",
     "find_face_surfaces",
     "make_hours",
     "make_palette",
@@ -200,6 +202,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "isFramed": True,
         "ground": _find_ground(study),
         "proposed": [],
+        "removed": [],
         "notes": [],
         "palette": make_palette(),
         "hours": None if is_raster else make_hours(study),
@@ -217,3 +220,25 @@ def _find_ground(study: Study) -> float | None:
     if not study.is_plan:
         return float(scene.bounds()[0, 2])
     return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
+
+
+def describe_sky(study: Study, obstructing: Sequence[int] | None) -> dict[str, object] | None:
+    """
+    Describe what a report's page needs to draw the sky above a place that is read.
+
+    That is where the receivers of a plan lie, and the parts that obstruct (indices; None: all).
+    None is returned for receivers whose place the page does not know: those of other rasters.
+    """
+    scene = study.model.scene
+    if study.kind.is_raster and not study.is_plan:
+        return None
+    own = scene.list_own()
+    added = [] if own is None else [k for k in range(len(scene.parts)) if k not in set(own)]
+    has_level = study.is_plan and not added
+    return {
+        "ground": float(study.ground) if has_level else None,
+        "added": added,
+        "cast": None
+        if obstructing is None or len(obstructing) == len(scene.parts)
+        else list(obstructing),
+    }

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.casters.casting import select_replaced
 from umbra.lights import Lights
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_members
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.options import StudyOptions
@@ -39,12 +41,15 @@ class AttributionOptions:
         Parts of the proposed development; None if the sun lost to one is not asked for.
     under : float
         Limit of sun on a date [h].
+    before : Groups, optional
+        The casters before the proposal, where it replaces some: one group, of these.
     """
 
     groups: Groups | None = None
     shown: int = 0
     proposed: tuple[int, ...] | None = None
     under: float = 0.0
+    before: Groups | None = None
 
     @classmethod
     def of(
@@ -55,18 +60,32 @@ class AttributionOptions:
         canopy: Canopy | None = None,
     ) -> "AttributionOptions":
         """Read the options, see ``umbra.shadow_study``."""
-        weak = () if canopy is None else canopy.casting
+        weak = () if canopy is None else sorted(canopy.weak)
         who, by, proposed = options.who, options.by, options.proposed
         names, member = find_members(scene, casters, who, by)
         shown = len(names)
-        parts = None
+        parts = before = None
         if proposed:
             parts = tuple(scene.select(proposed, option="proposed"))
             # Refuses parts that do not cast.
             _, new = find_members(scene, casters, proposed, None, "proposed")
             names, member = (*names, "proposed"), np.column_stack([member, new.any(1)])
+            replaced = select_replaced(scene, options.cast, options.no_cast)
+            rest = sorted(set(casters) - set(parts))
+            before = cls.group_before(rest, replaced, len(scene.whole.parts), weak)
         groups = Groups.of(names, member, casters, weak) if names else None
-        return cls(groups, shown, parts, cls.read_limit(options))
+        return cls(groups, shown, parts, cls.read_limit(options), before)
+
+    @staticmethod
+    def group_before(
+        rest: Sequence[int], replaced: Sequence[int], count: int, weak: Sequence[int] = ()
+    ) -> Groups | None:
+        """Group the casters before a proposal, of ``count`` parts; None if it replaces none."""
+        if not len(replaced):
+            return None
+        member = np.zeros((count, 1), np.bool_)
+        member[list(replaced)] = True
+        return Groups.of(("replaced",), member, [*rest, *replaced], weak)
 
     @staticmethod
     def read_limit(options: StudyOptions) -> float:
@@ -95,6 +114,9 @@ class Attribution(Accumulator):
     """
     Accumulator of the hours due to groups of casters, and of the sun lost to a proposal.
 
+    What is lost is the sun before less the sun after: the hours in the shadow of the proposal
+    alone, less those in the shadow of what it replaces alone.
+
     Parameters
     ----------
     attribution : AttributionOptions
@@ -102,15 +124,18 @@ class Attribution(Accumulator):
     laid : Receivers
     arrays : ResultArrays
         Of the study; hold the hours of a day before ``end_day``.
+    proposal : Proposal, optional
     """
 
     needs_masks = False
     of_any_date = frozenset({"caster", "neighbour", "neighbour_area"})
 
     def __init__(
-        self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays
-    ) -> None:
+        self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays,
+        proposal: Proposal | None = None,
+    ) -> None:  # fmt: skip
         self.attribution, self.model, self.arrays = attribution, laid.casting, arrays
+        self.proposal = proposal
         self.groups, shape = cast("Groups", attribution.groups), arrays.shape
         count, days = len(self.groups.names), len(arrays.period.days)
         kept = days if arrays.results.by_day else 0
@@ -120,21 +145,33 @@ class Attribution(Accumulator):
         self.sole_by_day = np.zeros((kept, count, *shape), np.float32)
         of_proposal = shape if attribution.proposed is not None else (0,)
         self.owner = np.zeros(of_proposal, np.int32)
-        self.nothing = np.zeros(of_proposal, np.bool_)
+        self.absent = np.zeros(of_proposal, np.bool_)
         self.newly_days = np.zeros(of_proposal, np.int16)
         self.newly_by_day = np.zeros((kept, *of_proposal), np.uint8)
-        self._casters: list[Caster] = []
+        self._casters: dict[Groups, list[Caster]] = {}
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin a tile: prepare each piece of casters."""
+        """Begin a tile: prepare each piece of casters, after and before the proposal."""
         self._run, self._lights = run, lights
-        tile = run.tiles[0]
-        counter = tile.count_pieces(self.groups.pieces)
+        tile, before = run.tiles[0], self.attribution.before
+        self._counts = [self._make_count(tile, self.groups)]
+        if before is not None:
+            casters = sorted(part for piece in before.pieces for part in piece)
+            self._counts.append(self._make_count(tile, before, casters))
+
+    def _make_count(
+        self, tile: Tile, groups: Groups, casters: Sequence[int] | None = None
+    ) -> ShareCount:
+        """Prepare the pieces of some groups; of other casters, if they are given."""
+        counter = tile.count_pieces(self.groups.pieces) if casters is None else None
+        if casters is not None and not isinstance(self._counts[0].counter, PiecesOneByOne):
+            counter = tile.with_casters(casters).count_pieces(groups.pieces)
         if counter is None:
-            self._casters = self._casters or self.model.make_casters(self.groups.pieces)
-            finders = [partial(tile.find_cast, caster) for caster in self._casters]
-            counter = PiecesOneByOne(finders, tile.places, run.shape, self.model.threads)
-        self._count = ShareCount(counter, self.groups, run.shape)
+            if groups not in self._casters:
+                self._casters[groups] = self.model.make_casters(groups.pieces)
+            finders = [partial(tile.find_cast, caster) for caster in self._casters[groups]]
+            counter = PiecesOneByOne(finders, tile.places, tile.shape, self.model.threads)
+        return ShareCount(counter, groups, tile.shape)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Find the shadows of each piece of casters at some instants."""
@@ -144,13 +181,17 @@ class Attribution(Accumulator):
         through = np.zeros(len(hours))
         if arrays.shares is not None:
             through = arrays.shares[arrays.period.day_of_step[lights.step[some]]]
-        self._count.add(lights.directions[some], hours, through)
+        for count in self._counts:
+            count.add(lights.directions[some], hours, through)
 
     def end_day(self, day: int) -> None:
         """Store the hours of a date."""
-        shares = self._count.finish()
+        shares, *before = [count.finish() for count in self._counts]
+        for one in before:
+            shares.sole[-1] -= one.sole[0]
         self._enter(day, shares.cast, shares.sole, self._run.where)
-        self._count.clear()
+        for count in self._counts:
+            count.clear()
 
     def end(self, progress: Callable[[int], object]) -> None:
         """End the tile."""
@@ -160,6 +201,8 @@ class Attribution(Accumulator):
         """Keep the owners of receivers that no group's shadow can reach: their hours stay 0."""
         if self.attribution.proposed is not None:
             self.owner[run.where] = run.tiles[0].find_parts()
+            if self.proposal is not None:
+                self.absent[run.where] = self.proposal.find_absent(run.tiles[0])
 
     def _enter(
         self, day: int, due: NDArray[np.float32], sole: NDArray[np.float32], where: Any
@@ -186,7 +229,7 @@ class Attribution(Accumulator):
         for hours in (self.cast, self.sole, self.cast_by_day, self.sole_by_day):
             hours[..., nothing] = np.nan
         if self.attribution.proposed is not None:
-            self.nothing |= nothing
+            self.absent |= nothing
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the hours due to groups, and the sun lost to the proposal."""
@@ -211,13 +254,13 @@ class Attribution(Accumulator):
 
     def find_losses(self, laid: Receivers) -> SunLosses | None:
         """Return the sun that the proposal takes from its neighbours; None if it is not asked."""
-        proposed, has_days = self.attribution.proposed, len(self.cast_by_day) > 0
-        if proposed is None:
+        has_days = len(self.cast_by_day) > 0
+        if self.attribution.proposed is None:
             return None
         return SunLosses(
             self.sole[-1],
             self.newly_days,
-            np.isin(self.owner, proposed) | self.nothing,
+            self.absent,
             self.owner,
             self.model.scene.labels(),
             laid.area,
@@ -233,7 +276,7 @@ class ExactAttribution(Attribution):
 
     Parameters
     ----------
-    attribution, laid, arrays
+    attribution, laid, arrays, proposal
         As in ``Attribution``.
     solve : callable
         Returns a tile's hours in shadow of some casters by date, (n_days, ...) [h].
@@ -245,8 +288,9 @@ class ExactAttribution(Attribution):
     def __init__(
         self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays,
         solve: Callable[[Tile, Sequence[int]], NDArray[np.float32]],
+        proposal: Proposal | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(attribution, laid, arrays)
+        super().__init__(attribution, laid, arrays, proposal)
         self._solve = solve
 
     def begin(self, run: TileRun, lights: Lights) -> None:
@@ -275,6 +319,9 @@ class ExactAttribution(Attribution):
             if k < self.attribution.shown:
                 due[:, k] = np.maximum(self._solve(tile, sorted(mine)) - attached, 0)
             progress(works * (k + 1) // len(groups.names) - works * k // len(groups.names))
+        if (before := self.attribution.before) is not None:
+            casters = sorted(part for piece in before.pieces for part in piece)
+            sole[:, -1] = after - self._solve(tile, casters)
         for day in days:
             self._enter(day, due[day], sole[day], where)
         super().end(progress)

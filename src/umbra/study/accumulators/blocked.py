@@ -12,7 +12,8 @@ from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.sky.land import LAND, add_land
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups
-from umbra.study.accumulators.measure_sums import FindParts, compare_measured, level_normals
+from umbra.study.accumulators.measure_sums import compare_measured, level_normals
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure
 
@@ -38,8 +39,7 @@ class BlockedSky(Accumulator):
     attribution : AttributionOptions
         With the groups.
     casters : sequence of int
-    find_proposed, find_rest : callable, optional
-        As of ``MeasureSums``.
+    proposal : Proposal, optional
     """
 
     is_streamed = False
@@ -52,8 +52,7 @@ class BlockedSky(Accumulator):
         laid: Receivers,
         attribution: AttributionOptions,
         casters: Sequence[int],
-        find_proposed: FindParts | None = None,
-        find_rest: FindParts | None = None,
+        proposal: Proposal | None = None,
     ) -> None:
         self.measure, self.asked, self._casters = measure, asked, casters
         self._groups = cast("Groups", attribution.groups)
@@ -64,14 +63,14 @@ class BlockedSky(Accumulator):
             self._member = np.pad(member, ((0, 1), (0, 1)))
             self._member[-1, -1] = True
             self._names.append(LAND)
-        self._find_proposed, self._find_rest = find_proposed, find_rest
+        self._proposal = proposal
         self.lights: Lights = asked.make_lights(measure)
-        times = 1 if find_proposed is None else 2
+        times = 1 if proposal is None else 2
         self.own_lights = times * len(self.lights)
         count = 1 + len(self._names)
         self._after = np.zeros((count, *laid.shape))
-        self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
-        ends = ("", "_before", "_lost", "_ratio") if find_proposed else ("",)
+        self._before = np.zeros((count, *laid.shape)) if proposal is not None else None
+        ends = ("", "_before", "_lost", "_ratio") if proposal else ("",)
         names = [one.name + end for one in measure.quantities for end in ends]
         self.of_any_date = frozenset(["caster", *names])
 
@@ -80,10 +79,10 @@ class BlockedSky(Accumulator):
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         tile = run.tiles[0]
         self._after[:, *where] = self._find_shares(tile, self._casters, progress)
-        if self._before is None or self._find_rest is None or self._find_proposed is None:
+        if self._before is None or self._proposal is None:
             return
-        before = self._find_shares(tile, self._find_rest(tile), progress)
-        before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
+        before = self._find_shares(tile, self._proposal.find_before(tile), progress)
+        before[:, self._proposal.find_absent(tile)] = np.nan
         self._before[:, *where] = before
 
     def _find_shares(
@@ -92,6 +91,8 @@ class BlockedSky(Accumulator):
         """Return the shares of all casters and of each group (1 + groups, ...) [%]."""
         casting = set(parts)
         pieces = [[part for part in piece if part in casting] for piece in self._groups.pieces]
+        if replaced := sorted(casting.difference(*pieces)):  # by a proposal
+            pieces.append(replaced)
         points, normals = tile.places.points, tile.places.normals
         facing = level_normals(normals)
         solve = self._make_exact if self.asked.options.exact else self._make_counter
@@ -104,7 +105,8 @@ class BlockedSky(Accumulator):
             now = works * min(first + _AT_ONCE, len(points)) // len(points)
             progress(now - done)
             done = now
-        shares = np.stack([taken.sum(1), *(taken[:, is_in].sum(1) for is_in in self._member)])
+        of_groups = np.delete(taken, len(self._groups.pieces), 1) if replaced else taken
+        shares = np.stack([taken.sum(1), *(of_groups[:, is_in].sum(1) for is_in in self._member)])
         return 100 * shares.reshape(-1, *tile.shape)
 
     def _make_exact(self, tile: Tile, parts: Sequence[int], pieces: Sequence[Sequence[int]]) -> Any:
@@ -114,8 +116,8 @@ class BlockedSky(Accumulator):
 
         period, threads = self.asked.period, tile.casting.threads
         north = 0.0 if period.site is None else period.site.true_north
-        scene, around = add_land(tile.casting.scene, period.horizon, north)
-        owner = np.zeros(len(scene.parts), np.int32)
+        scene, around = add_land(tile.casting.scene.whole, period.horizon, north)
+        owner = np.zeros(len(scene.groups()), np.int32)
         for k, piece in enumerate((*pieces, around)):
             owner[list(piece)] = k
         casters, _ = find_sky_casters(scene, [*parts, *around], owner)

@@ -225,7 +225,7 @@ class ShareCount:
     """
 
     def __init__(self, counter: PieceShares, groups: Groups, shape: tuple[int, ...]) -> None:
-        self._counter, self.shape = counter, shape
+        self.counter, self.shape = counter, shape
         self._membership = Membership.of(groups.member, groups.is_weak)
         cells = int(np.prod(shape, dtype=np.int64))
         self._cast = np.zeros((len(groups.names), cells), np.float32)
@@ -253,7 +253,7 @@ class ShareCount:
             Share of light that canopies transmit.
         """
         weights = np.stack([hours.astype(np.float64), through])
-        self._counter.add_shares(suns, weights, self._membership, self._cast, self._sole)
+        self.counter.add_shares(suns, weights, self._membership, self._cast, self._sole)
 
     def finish(self) -> Shares:
         """Return the hours since the last ``clear``."""

@@ -13,16 +13,16 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.scene.grid import Places
 from umbra.sky.land import add_land
+from umbra.study.accumulators.proposal import Proposal
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity, guard
 
-__all__ = ["FindParts", "MeasureSums", "compare_measured", "level_normals"]
+__all__ = ["MeasureSums", "compare_measured", "level_normals"]
 
 _MOST_BLOCKS = 16
 _AT_ONCE = 256
 """Places that are solved at a time: a second or so, in which an interrupt waits."""
-FindParts = Callable[[Tile], Sequence[int]]
 
 
 class MeasureSums(Accumulator):
@@ -39,9 +39,8 @@ class MeasureSums(Accumulator):
     asked : Asked
     laid : Receivers
     canopy : Canopy, optional
-    find_proposed, find_rest : callable, optional
-        Return the parts of the proposal in a tile's scene, and the other casters; where the measure
-        is also asked before the proposal.
+    proposal : Proposal, optional
+        Where the measure is also asked before it.
     """
 
     is_streamed = False
@@ -53,19 +52,18 @@ class MeasureSums(Accumulator):
         asked: Asked,
         laid: Receivers,
         canopy: Canopy | None = None,
-        find_proposed: FindParts | None = None,
-        find_rest: FindParts | None = None,
+        proposal: Proposal | None = None,
         casters: Sequence[int] = (),
     ) -> None:
         self.measure, self.asked, self._casters = measure, asked, casters
         self._is_level, self._canopy = laid.kind.is_level, canopy
         self.lights = self._find_lights()
         self.own_lights = len(self.lights)
-        self._find_proposed, self._find_rest = find_proposed, find_rest
+        self._proposal = proposal
         self.of_any_date = frozenset(self._name_all())
         count = len(measure.quantities)
         self._after = np.zeros((count, *laid.shape))
-        self._before = np.zeros((count, *laid.shape)) if find_proposed is not None else None
+        self._before = np.zeros((count, *laid.shape)) if proposal is not None else None
         weights = self._spread()
         self._weights, self._unit = round_weights(weights)
         self._blocks = self._find_blocks()
@@ -115,29 +113,29 @@ class MeasureSums(Accumulator):
             self._solve(tile, where, progress)
             return
         sums = [_Sums(self, tile.shape)]
-        if self._find_proposed is not None:
+        if self._proposal is not None:
             sums.append(_Sums(self, tile.shape))
         for some, wide, counter in run.find_tiles(self.lights):
             sums[0].add(some, wide, counter, wide.with_casters if self._canopy else None, progress)
-            if self._find_proposed is not None and self._find_rest is not None:
-                rest, canopy = self._find_rest(wide), wide.casting.canopy
-                solid = [part for part in rest if canopy and part not in canopy.casting]
+            if self._proposal is not None:
+                before, canopy = self._proposal.find_before(wide), wide.casting.canopy
+                solid = sorted({*before} - canopy.weak) if canopy else []
                 sums[1].add(
-                    some, wide.with_casters(rest), None, partial(wide.with_casters, solid)
+                    some, wide.with_casters(before), None, partial(wide.with_casters, solid)
                 )  # fmt: skip
         self._after[:, *where] = self._derive(sums[0].free, tile)
-        if self._before is not None and self._find_proposed is not None:
-            before = self._derive(sums[1].free, tile)
-            before[:, np.isin(tile.find_parts(), self._find_proposed(tile))] = np.nan
-            self._before[:, *where] = before
+        if self._before is not None and self._proposal is not None:
+            values = self._derive(sums[1].free, tile)
+            values[:, self._proposal.find_absent(tile)] = np.nan
+            self._before[:, *where] = values
 
     def _solve(self, tile: Tile, where: tuple[Any, ...], progress: Callable[[int], object]) -> None:
         """Find the exact values of a tile, with and without the proposal, some at a time."""
         period, threads = self.asked.period, tile.casting.threads
         north = 0.0 if period.site is None else period.site.true_north
-        scene, around = add_land(tile.casting.scene, period.horizon, north)
+        scene, around = add_land(tile.casting.scene.whole, period.horizon, north)
         points, normals = tile.places.points, level_normals(tile.places.normals)
-        rest = self._find_rest(tile) if self._find_rest is not None else ()
+        rest = self._proposal.find_before(tile) if self._proposal is not None else ()
         each = [(self._after, [*self._casters, *around]), (self._before, [*rest, *around])]
         asked = [(values, parts) for values, parts in each if values is not None]
         done, all_, told = 0, len(asked) * len(points), 0
@@ -153,9 +151,8 @@ class MeasureSums(Accumulator):
                 progress(now - told)
                 told = now
             values[:, *where] = found.reshape(-1, *tile.shape)
-        if self._before is not None and self._find_proposed is not None:
-            is_new = np.isin(tile.find_parts(), self._find_proposed(tile))
-            self._before[:, *where][:, is_new] = np.nan
+        if self._before is not None and self._proposal is not None:
+            self._before[:, *where][:, self._proposal.find_absent(tile)] = np.nan
 
     def _derive(self, free: NDArray[np.float64], tile: Tile) -> NDArray[np.float64]:
         """Return the variables of a tile (quantities, ...) from what reaches its receivers."""
@@ -198,7 +195,7 @@ class MeasureSums(Accumulator):
 
     def _name_all(self) -> list[str]:
         names = [one.name for one in self.measure.quantities]
-        ends = ("", "_before", "_lost", "_ratio") if self._find_proposed else ("",)
+        ends = ("", "_before", "_lost", "_ratio") if self._proposal else ("",)
         return [name + end for name in names for end in ends]
 
     def variables(self, laid: Receivers) -> Variables:

@@ -171,6 +171,8 @@ def write_overviews(result: CityResult) -> list[Path]:
     """
     Write ``map.png``, hours in shadow of the whole, ``hours_lost.png``, and a map of each measure.
 
+    What each caster takes of it is in the store alone.
+
     Parameters
     ----------
     result : CityResult
@@ -183,7 +185,7 @@ def write_overviews(result: CityResult) -> list[Path]:
     told = CityPlan.of(result)
     paths = _draw_hours(result, told) if result.has_hours else []
     quantities = () if told is None else told.study.quantities
-    for one in (one for one in quantities if one.is_drawn):
+    for one in (one for one in quantities if one.is_drawn and not one.per):
         values, times, roofs = shrink_hours(result, one.name, plan=told)
         drawn = _Drawing(result, told, times, roofs)
         paths.append(drawn.draw_measure(values, f"{one.name}.png", one))

@@ -379,7 +379,9 @@ def describe_method(
     if options.canopy:
         notes.append(_describe_canopy(options.canopy, facts))
     if options.proposed:
-        notes.append(f"proposed: {list_few(options.proposed)}")
+        gone = list_few(str(facts.get("replaced", "")).split(", "))
+        instead = f" instead of {gone}, which is there before" if gone else ""
+        notes.append(f"proposed: {list_few(options.proposed)}{instead}")
     return notes
 
 

@@ -151,8 +151,12 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
     ground, (name, verb) = counted.what.replace(", ", " "), taker
     when = f" on {date}" if len(days) == 1 else f" ({date})" if date else ""
+    won = ""
+    if counted.add_up(lost < -_NEVER):  # where what the proposal replaces stood in the way
+        lit = replace(counted, which=counted.which & (lost < -_NEVER)).tell_whole()
+        won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
     if not counted.add_up(lost > _NEVER):
-        return [f"{name} {verb} no sun from {ground}{when}", left]
+        return [f"{name} {verb} no sun from {ground}{when}{won}", left]
     area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
     most = say_hours(lost[counted.which].max())
     newly = np.asarray(study.more["newly_under"][1]) > 0
@@ -160,7 +164,7 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
     falls += f" under {study.facts['under_hours']:g} h"
     falls += "" if len(days) == 1 else " on at least one date"
-    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}"
+    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
     return [told, left]
 
 

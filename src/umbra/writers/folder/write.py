@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from umbra.casters.casting import select_casters
 from umbra.errors import InputError, write_for_shell
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
@@ -305,6 +306,7 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
             tables=tables, casters=_name_casters(job), notes=job.scene.notes,
             timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show or "sun",
             answers=tell_answers(study, options.proposed), proposed=options.proposed,
+            obstructing=select_casters(study.model.scene, options.cast, options.no_cast),
         )  # fmt: skip
         names.append(REPORT)
     return names

@@ -32,7 +32,7 @@ from umbra.study.timeline import (
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
-from umbra.writers.live import find_face_surfaces, make_study_config
+from umbra.writers.live import describe_sky, find_face_surfaces, make_study_config
 from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.area_rows import list_areas
 from umbra.writers.report.data import (
@@ -68,7 +68,7 @@ MOST_TRIANGLES = 400_000
 COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "plan")
 MODEL = ("camera", "receivers", "turn")
-STAGE = ("tables", "stage", "main", "live")
+STAGE = ("tables", "sky", "stage", "main", "live")
 _WORDS = {
     "plan": {
         "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
@@ -105,6 +105,7 @@ def write_report(
     show: Show = "shadow",
     answers: Sequence[str] = (),
     proposed: Sequence[str] = (),
+    obstructing: Sequence[int] | None = None,
 ) -> Instants:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
@@ -115,8 +116,9 @@ def write_report(
     its cells. Sheets are
     (caption, PNG file), iterated over when all else is ready; tables are verdicts, comparisons
     are found in the study itself; casters and proposed are patterns of parts, notes are the
-    readers'. A timeline that has been counted already is taken. Returns the instants that the
-    page shows.
+    readers'. ``obstructing`` are the indices of the parts that obstruct the sky above a place,
+    which the page draws; None: all. A timeline that has been counted already is taken. Returns the
+    instants that the page shows.
     """
     instants: Instants
     more: list[Table] = []
@@ -148,6 +150,7 @@ def write_report(
         **_name_modes(study, show, data),
     }
     data["show"] = show
+    data["sky"] = describe_sky(study, obstructing) if live["live"] else None
     Path(path).write_text(_fill_page(study, plan, data, parts, more), "utf-8", newline="\n")
     return instants
 

@@ -239,6 +239,8 @@ def _compare_group(study: Study, both: Counted) -> list[tuple[object, ...]]:
         rows.append((name, old, new, new - old))
     touched = round(both.add_up(lost > _SLACK))
     rows.append((f"loses sun [{unit}]", 0, touched, touched))
+    if won := round(both.add_up(lost < -_SLACK)):  # where what was replaced stood in the way
+        rows.append((f"wins sun [{unit}]", 0, won, won))
     newly = round(both.add_up(np.asarray(study.more["newly_under"][1]) > 0))
     on = "" if is_one_date else " on at least one date"
     rows.append((f"newly under {under:g} h{on} [{unit}]", 0, newly, newly))

@@ -9,6 +9,7 @@ const makeStage = (picture) => {
   const view = { now: 0, day: 0, mode, chosen: 0 };
   let pinned = 0, hovered = -1, timer = 0, speaking = 0, which = "";
   const slider = $("time"), chooser = $("day");
+  const sky = makeSky(picture);
 
   const draw = () => {
     view.chosen = hovered < 0 ? pinned : hovered;
@@ -63,7 +64,10 @@ const makeStage = (picture) => {
     if (data.behind) $("share").textContent = tellShare(data.share[view.now]);
     if (view.mode === "shadow" || (/^(day|lost)$/.test(view.mode) && was !== view.day)) recolor();
     else draw();
-    if (was !== view.day) which = showFigures(picture, view.chosen, view);
+    if (was !== view.day) {
+      which = showFigures(picture, view.chosen, view);
+      sky.show(pinned, view);
+    } else sky.move(view);
     drawLine(picture.kindOf, view.chosen, view.now);
   };
   const tellShare = (share) =>
@@ -113,6 +117,7 @@ const makeStage = (picture) => {
     hovered = -1;
     read();
     draw();
+    sky.show(receiver, view, true);
     // For who listens: one short line, of the last of many moves.
     clearTimeout(speaking);
     speaking = setTimeout(() => {
@@ -166,6 +171,7 @@ const makeStage = (picture) => {
   go(noon);
   recolor();
   read();
+  sky.show(pinned, view);
   if (view.mode === "lost") { picture.frameLoss?.(); draw(); }
   window.addEventListener("resize", () => fit());
   // Paper is finer than a screen, and browsers misplace a canvas on it: it gets a picture.
