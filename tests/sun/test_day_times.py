@@ -9,8 +9,8 @@ from support.shapes import box
 
 import umbra
 from umbra.lights import make_period
+from umbra.sun.date_words import TERMS, find_term_day
 from umbra.sun.day_times import DayClock, find_solar_time, is_of_the_sun
-from umbra.sun.terms import TERMS, find_term_day
 
 CHINA = "Asia/Shanghai"
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")

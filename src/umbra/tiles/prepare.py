@@ -22,7 +22,7 @@ from umbra.scene.grid import Grid
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.date_words import tell_skipped
 from umbra.sun.site import tell_moved
 from umbra.tiles.city_catalogue import Catalogue, make_catalogue
 from umbra.tiles.city_ground import CityGround, find_city_ground

@@ -1,7 +1,7 @@
 """
 Moments of rules: days that astronomy names, and times by the sun or by a clock without summer time.
 
-Days are those of `umbra.sun.terms`. The equation of time is of Meeus, Astronomical Algorithms,
+Days are those of `umbra.sun.date_words`. The equation of time is of Meeus, Astronomical Algorithms,
 chapters 25 and 28: right to some seconds from 1950 to 2100.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.rules.record import Condition
-from umbra.sun import Site, find_sun, terms
+from umbra.sun import Site, date_words, find_sun
 from umbra.sun.clock import parse_duration
 
 __all__ = ["find_term", "find_windows", "follows_clock"]
@@ -33,7 +33,7 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
     if term == "equinox":
         return [day for name in ("spring-equinox", "autumn-equinox")
                 for day in find_term(name, year, zone)]  # fmt: skip
-    return [terms.find_term_day(f"{year}-{term}", zone)]
+    return [date_words.find_term_day(f"{year}-{term}", zone)]
 
 
 def _count_centuries(seconds: NDArray[np.float64]) -> NDArray[np.float64]:

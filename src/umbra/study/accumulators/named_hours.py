@@ -1,5 +1,5 @@
 """
-Results of named receivers by date: shares, means, first and last sun of areas and windows.
+Results of named receivers by date: means, first and last sun of areas and windows.
 
 A day's hours of all samples are held, and no more than figures of each group are kept of it.
 """
@@ -18,7 +18,7 @@ from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.loop import Accumulator, TileRun
 
-__all__ = ["GroupDays", "LitShares", "NamedDays"]
+__all__ = ["GroupDays", "NamedDays"]
 
 _SLACK = 1e-4  # rounding of microsecond sums kept as float32 hours [h]
 
@@ -143,35 +143,3 @@ class NamedDays(Accumulator):
     def end_day(self, day: int) -> None:
         """Reduce a day."""
         self._inner.end_day(day)
-
-
-class LitShares(Accumulator):
-    """
-    Accumulator of the share of each group in the sun at each light.
-
-    Parameters
-    ----------
-    laid : NamedReceivers
-    count : int
-        Number of lights.
-
-    Attributes
-    ----------
-    shares : (n_lights, n_groups) float64
-        In order of the lights; canopies count as opaque.
-    """
-
-    def __init__(self, laid: NamedReceivers, count: int) -> None:
-        self.laid, self.shares = laid, np.zeros((count, len(laid.records)))
-
-    def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin a tile."""
-        where = run.where if isinstance(run.where, slice) else slice(None)
-        self._weights = self.laid.areas[where]
-        self._groups, self._begin = np.unique(self.laid.owner[where], return_index=True)
-
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Add some lights."""
-        lit = self._weights * (masks[0] == 0)
-        sums = np.add.reduceat(lit, self._begin, axis=1)
-        self.shares[some, self._groups] += sums / self.laid.group_areas[self._groups]
