@@ -145,6 +145,8 @@ pictures: study
 	  $(OUT)/sky/sky.png $(OUT)/sky_waldram.png docs/pictures
 	$(UMBRA) view $(BLOCK) --date 2026-03-21 --proposed Tower --out $(OUT)/scene.html
 	$(PY) docs/film_page.py $(OUT)/scene.html docs/pictures/live.webp
+	$(PY) docs/film_page.py $(OUT)/scene.html docs/pictures/live.png \
+	  "at=2026-03-21T900&show=11011&hours=540,1020&compare=after"
 	cp $(OUT)/hall_soft.png docs/pictures  # in 256 colours its penumbrae would band
 
 clean:

@@ -9,6 +9,8 @@ import trimesh
 from support.model_files import save_obj
 from support.shapes import box
 
+import umbra
+
 SITE = ("--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna")
 RULE = """\
 format: 1
@@ -143,10 +145,18 @@ def test_a_part_reaches_the_height_of_its_plane(umbra_here, folder):
     )
     said = umbra_here(
         "envelope", folder / "wall.obj", "--max-height", "wall", "--rules", folder / "noon.yaml",
-        *SITE, "--ground", "0", "--json",
+        *SITE, "--ground", "0", "--json", "--out", folder / "part",
     )  # fmt: skip
     assert said.status == 0, said.err
     found = said.json()
+    for ending in ("obj", "glb"):
+        low, high = umbra.read(folder / "part" / f"envelope.{ending}").bounds()
+        assert (high - low)[2] == pytest.approx(found["max_height_m"], abs=1e-5)
+    wrong = umbra_here(
+        "envelope", folder / "wall.obj", "--max-height", "wall", "--rules", folder / "noon.yaml",
+        *SITE, "--write", "cityjson", "--out", folder / "part",
+    )  # fmt: skip
+    assert (wrong.status, "--plot" in wrong.err) == (2, True)
     from umbra.sun import Site, find_sun  # noqa: PLC0415
 
     sun = find_sun(Site(48.2, 16.37, "Europe/Vienna"), ["2026-03-21T11:30"]).direction[0]

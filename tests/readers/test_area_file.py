@@ -142,6 +142,9 @@ def test_features_without_names_are_numbered(tmp_path):
     file = write(tmp_path / "a.geojson", [("", [CORNERS]), (None, [HOLE])])
     areas, _ = read_areas(file, make_model((0.0, 0.0), None))
     assert [area.name for area in areas] == ["area 1", "area 2"]
+    (alone,), _ = read_areas(write(tmp_path / "back yard.geojson", [("", [CORNERS])]),
+                             make_model((0.0, 0.0), None))  # fmt: skip
+    assert alone.name == "back yard"  # the file's
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """``umbra envelope``: how high one may build on a plot."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,7 +57,7 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 @_option(
     "--max-height", "part", heading="Plot", metavar="PART",
     help="Instead of a plot: the greatest height of this part of the model, scaled from its base, "
-    "to a centimetre; it takes every rule.",
+    "to a centimetre; it takes every rule. --out holds the part at that height, OBJ and GLB.",
 )  # fmt: skip
 @_option(
     "--rules", heading="Rules", multiple=True, required=True, metavar="NAME|FILE",
@@ -139,6 +140,9 @@ def command(
 
     formats = [word.strip() for text in write for word in text.split(",") if word.strip()]
     check_formats(formats)
+    if part is not None and formats:
+        msg = f"--write {','.join(formats)} is of an envelope over --plot; leave it out"
+        raise InputError(msg, option="write")
     given["rules"] = read_chosen(given["rules"])
     with show_progress(quiet) as stages:
         stages.begin(name_reading(files))
@@ -149,7 +153,7 @@ def command(
         stages.show_scene(scene)
         if part is not None:
             stages.begin("trying heights")
-            _find_part(scene, site, part, given, as_json=as_json)
+            _find_part(scene, site, part, given, out, say, as_json=as_json)
             return
         found = envelope(scene, site, plot=plot, progress=stages.begin, **given)
         written: list[Path] = []
@@ -168,21 +172,26 @@ def command(
 
 
 def _find_part(
-    scene: "Scene", site: "Site", part: str, given: dict[str, Any], *, as_json: bool
-) -> None:
-    """Find and print the greatest height of a part."""
+    scene: "Scene", site: "Site", part: str, given: dict[str, Any], out: Path | None,
+    say: Callable[[str], None], *, as_json: bool,
+) -> None:  # fmt: skip
+    """Find, print and write the greatest height of a part."""
     from umbra.calls.part_height import part_height  # noqa: PLC0415
+    from umbra.writers.massing.folder import write_part_height  # noqa: PLC0415
 
     for name in ("cell", "keep", "replace", "replace_in"):
         del given[name]
     found = part_height(scene, site, part, **given)
+    written = [] if out is None else write_part_height(out, found, say)
     if as_json:
-        echo_json(found.sum_up())
+        echo_json({**found.sum_up(), "files": [str(path) for path in written]})
         return
     what = "the cap; --max sets another" if found.is_capped else "a centimetre more breaks "
     echo(f"{part} may be {found.height_m:.2f} m high: {what}{', '.join(found.binding[:3])}")
     for name in found.broken[:5]:
         echo(f"  {name} is broken without it; nothing more is taken")
+    for path in written:
+        echo_path(path)
 
 
 def _tell(found: "Envelope") -> None:

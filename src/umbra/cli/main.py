@@ -87,7 +87,17 @@ class _Commands(click.Group):
     cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Start with umbra inspect FILE. Each command has --help.",
+    epilog="""\b
+What a model holds:
+  umbra inspect quarter.city.json
+What a garden keeps beside a new tower (garden.geojson is a polygon):
+  umbra study quarter.city.json tower.glb --proposed tower --areas garden.geojson \\
+    --date 2026-03-21 --report --out out
+Whether that keeps a rule, on a sheet to hand in:
+  umbra prove quarter.city.json tower.glb --proposed tower --areas garden.geojson \\
+    --rules bre-209-gardens --out proof
+
+Start with umbra inspect FILE. Each command has --help.""",
 )
 @click.version_option(__version__, prog_name="umbra")
 @click.option("--debug", is_flag=True, help="Show tracebacks.")

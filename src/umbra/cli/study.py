@@ -60,8 +60,10 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     a map of each measure.
 
     \b
-    Example:
+    Examples:
     umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
+    umbra study block.city.json tower.glb --proposed tower --areas garden.geojson \\
+      --date 2026-03-21 --report --out out/
     """  # noqa: D301  (click asks for a real backspace)
     outputs, city = take_record(Outputs, given), take_record(CityOptions, given)
 

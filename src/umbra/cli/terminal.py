@@ -177,6 +177,7 @@ class _Logged(Stages):
         self._stage = "starting"
         self._done: tuple[int, int, str] | None = None
         self._begun = 0.0
+        self._has_told = False
         self._is_over = threading.Event()
         threading.Thread(target=self._tell, daemon=True).start()
 
@@ -187,6 +188,13 @@ class _Logged(Stages):
     def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
         super().advance(done, everything, what, unit)
         self._done = done, everything, unit
+
+    def tell_compiling(self) -> None:
+        super().tell_compiling()
+        if not self._has_told:  # at once: nothing else is said while a first run is prepared
+            self._has_told = True
+            with suppress(OSError, ValueError):
+                echo(f"umbra: {FIRST_RUN}", err=True)
 
     def end(self) -> None:
         self._is_over.set()
@@ -199,7 +207,7 @@ class _Logged(Stages):
     def _show(self) -> str:
         done, everything, unit = self._done or (0, 1, "")
         if self._is_compiling and not done:
-            return f"{self._stage}; {FIRST_RUN}"
+            return f"{self._stage}; compiling"
         if everything == 1:
             return self._stage
         words = f"{self._stage}: {done} of {everything} {unit}"

@@ -9,6 +9,8 @@ at least any weighted mean. Each receiver must keep its cheapest pieces at least
 by exponentiated subgradients, and every one of their steps gives a valid bound.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -108,6 +110,8 @@ def bound_sum(
     some = some[np.argsort(crossings.cell[some], kind="stable")]
     piece = np.repeat(np.arange(len(needs.hours)), np.diff(crossings.start))[some]
     excess, cell = excess[some], crossings.cell[some]
+    priced, piece = np.unique(piece, return_inverse=True)
+    left = _leave_priced(needs, priced)
     is_new = np.append(True, cell[1:] != cell[:-1])
     first, run = np.flatnonzero(is_new), np.cumsum(is_new) - 1
     power = np.zeros(len(some))
@@ -116,9 +120,10 @@ def bound_sum(
         power -= np.maximum.reduceat(power, first)[run]
         share = np.exp(power)
         share /= np.add.reduceat(share, first)[run]
-        price = np.bincount(piece, share * excess, len(needs.hours)).astype(np.float64)
-        value, used = _find_cheapest(needs, price)
-        prices += price if 2 * step >= steps else 0.0
+        price = np.bincount(piece, share * excess, len(priced)).astype(np.float64)
+        value, used = _find_cheapest(needs, left, price)
+        if 2 * step >= steps:
+            prices[priced] += price
         best = max(best, value)
         power += (2.0 / mean / np.sqrt(step + 1.0)) * excess * used[piece]
     return whole - best, prices * 2 / steps
@@ -134,11 +139,28 @@ def take_cheapest(needs: Needs, prices: NDArray[np.float64]) -> NDArray[np.bool_
     return (used > SLACK) & (chosen[need] > SLACK)
 
 
-def _find_cheapest(needs: Needs, price: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+class _Priced(NamedTuple):
+    """Pieces that cost something: their needs and hours, and what free ones leave of the limits."""
+
+    need: NDArray[np.intp]
+    hours: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+
+def _leave_priced(needs: Needs, priced: NDArray[np.intp]) -> _Priced:
+    need = np.repeat(np.arange(len(needs.limit)), np.diff(needs.start))
+    is_free = np.ones(len(needs.hours), np.bool_)
+    is_free[priced] = False
+    free = np.bincount(need[is_free], needs.hours[is_free], len(needs.limit))
+    return _Priced(need[priced], needs.hours[priced], np.maximum(needs.limit - free, 0.0))
+
+
+def _find_cheapest(
+    needs: Needs, left: _Priced, price: NDArray[np.float64]
+) -> tuple[float, NDArray[np.float64]]:
     """Return the least sum of prices that meets all needs, and the share of each piece in it."""
-    count = len(needs.limit)
-    need = np.repeat(np.arange(count), np.diff(needs.start))
-    used, cost = _fill(need, price, needs.hours, needs.limit, count)
+    count, need = len(needs.limit), left.need
+    used, cost = _fill(need, price, left.hours, left.limit, count)
     if len(needs.wanted) == count:
         return float(cost.sum()), used
     group = np.repeat(np.arange(len(needs.wanted)), np.diff(needs.group))

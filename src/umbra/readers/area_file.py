@@ -110,7 +110,7 @@ def load_areas(path: Path | str) -> AreaFile:
             left = f" ({'; '.join(table.notes)})" if table.notes else ""
             msg = f"holds no polygon{left}; give areas as polygons"
             raise InputError(msg)
-        areas = make_areas(shapely, table)
+        areas = make_areas(shapely, table, file.name.partition(".")[0])
         # It is told below in which coordinates the areas are taken.
         told = (note for note in table.notes if "CRS" not in note and "not degrees" not in note)
         notes = tuple(note.replace("footprints", "areas") for note in told)
@@ -151,8 +151,8 @@ def _tabulate(content: FileContent, path: Path) -> tuple[FootprintTable, bool]:
 _GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon", "Polygon"}
 
 
-def make_areas(shapely: Any, table: FootprintTable) -> tuple[Area, ...]:
-    """Make an area of each feature of a table; refuse invalid ones, and names given twice."""
+def make_areas(shapely: Any, table: FootprintTable, stem: str = "") -> tuple[Area, ...]:
+    """Make an area of each feature of a table of a file; refuse invalid ones, and equal names."""
     rings = table.rings
     if not np.isfinite(rings.points).all():
         row = rings.feature[rings.polygon[np.repeat(  # of the ring of the first such corner
@@ -162,7 +162,7 @@ def make_areas(shapely: Any, table: FootprintTable) -> tuple[Area, ...]:
         raise InputError(msg, feature=int(row) + 1)
     short = np.flatnonzero(rings.lengths < 3)
     rows = np.unique(rings.feature).tolist()
-    names = _name_areas(table, rows)
+    names = _name_areas(table, rows, stem)
     _refuse_twice(names, rows)
     if len(short):
         row = int(rings.feature[rings.polygon[short[0]]])
@@ -198,8 +198,12 @@ def check_polygon(shapely: Any, name: str, polygon: Any) -> None:
         raise InputError(msg, option="areas", area=name)
 
 
-def _name_areas(table: FootprintTable, rows: Sequence[int]) -> dict[int, str]:
-    """Name each feature: by a column of names, the features' own ids, a column of ids, in order."""
+def _name_areas(table: FootprintTable, rows: Sequence[int], stem: str) -> dict[int, str]:
+    """
+    Name each feature: by a column of names, the features' own ids, a column of ids, in order.
+
+    A file's only feature without a name has the file's, its ``stem``.
+    """
     columns = {column.casefold(): column for column in reversed(table.columns)}
     found = next((columns[word] for word in NAMES if word in columns), None)
     if found is None and not any(table.names):
@@ -211,7 +215,7 @@ def _name_areas(table: FootprintTable, rows: Sequence[int]) -> dict[int, str]:
         if isinstance(word, float) and word.is_integer():
             word = int(word)
         text = "" if word is None else str(word).strip().replace("\0", "\ufffd")
-        names[row] = text or f"area {n}"
+        names[row] = text or (stem if stem and len(rows) == 1 else f"area {n}")
     return names
 
 

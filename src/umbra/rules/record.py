@@ -9,6 +9,8 @@ import datetime as dt
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from umbra.sun.day_times import Clock
+
 __all__ = ["Alternative", "Condition", "Place", "Requirement", "Rule", "list_conditions"]
 
 
@@ -80,7 +82,7 @@ class Condition:
     start: str = "00:00"
     end: str = "24:00"
     every: str = "5min"
-    clock: str = "local"
+    clock: Clock = "local"
     casters: str = "all"
     min_altitude: float = 0.0
     min_angle: float = 0.0

@@ -1,8 +1,7 @@
 """
 Moments of rules: days that astronomy names, and times by the sun or by a clock without summer time.
 
-Days are those of `umbra.sun.date_words`. The equation of time is of Meeus, Astronomical Algorithms,
-chapters 25 and 28: right to some seconds from 1950 to 2100.
+Days are those of `umbra.sun.date_words`, clocks those of `umbra.sun.day_times`.
 """
 
 import datetime as dt
@@ -13,16 +12,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
 from umbra.rules.record import Condition
 from umbra.sun import Site, date_words, find_sun
 from umbra.sun.clock import parse_duration
+from umbra.sun.day_times import Clock, DayClock
 
 __all__ = ["find_term", "find_windows", "follows_clock"]
 
 RIM = -0.833
 """Altitude of the sun's middle at sunrise and sunset, without air [degrees]."""
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}))?")
+_CLOCK = re.compile(r"\d{1,2}:\d{2}")
 _EVENT = re.compile(r"(sunrise|sunset)(?:\s*([+-])\s*(.+))?")
 _DAY = 86_400_000_000  # [us]
 _EVERY = 600_000_000  # between altitudes among which a crossing is sought [us]
@@ -34,29 +33,6 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
         return [day for name in ("spring-equinox", "autumn-equinox")
                 for day in find_term(name, year, zone)]  # fmt: skip
     return [date_words.find_term_day(f"{year}-{term}", zone)]
-
-
-def _count_centuries(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Julian centuries since 2000 of UTC seconds since 1970, by dynamical time (69 s)."""
-    return ((seconds + 69.0) / 86400 + 2440587.5 - 2451545.0) / 36525
-
-
-def _find_equation(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the equation of time [minutes]."""
-    mean = 280.46646 + 36000.76983 * t + 0.0003032 * t * t
-    anomaly = np.radians(357.52911 + 35999.05029 * t - 0.0001537 * t * t)
-    centre = (
-        (1.914602 - 0.004817 * t) * np.sin(anomaly)
-        + (0.019993 - 0.000101 * t) * np.sin(2 * anomaly)
-        + 0.000289 * np.sin(3 * anomaly)
-    )
-    node = np.radians(125.04 - 1934.136 * t)
-    longitude = mean + centre - 0.00569 - 0.00478 * np.sin(node)
-    tilt = np.radians(23.439291 - 0.0130042 * t + 0.00256 * np.cos(node))
-    along = np.radians(longitude)
-    ascension = np.degrees(np.arctan2(np.cos(tilt) * np.sin(along), np.cos(along)))
-    nutation = -0.00478 * np.sin(node) * np.cos(tilt)
-    return 4 * ((mean - 0.0057183 - ascension + nutation + 180) % 360 - 180)
 
 
 def follows_clock(condition: Condition) -> bool:
@@ -88,13 +64,12 @@ def find_windows(
 
 
 def _find_times(
-    text: str, clock: str, days: Sequence[dt.date], site: Site, *, is_first: bool
+    text: str, clock: Clock, days: Sequence[dt.date], site: Site, *, is_first: bool
 ) -> list[int]:
-    found = _CLOCK.match(text)
-    if found:
-        hour, minute, second = (int(part or 0) for part in found.groups())
-        past = (hour * 60 + minute) * 60 + second
-        return [_read_clock(day, past, clock, site) for day in days]
+    if _CLOCK.match(text):
+        shown = DayClock(site, clock)
+        what = "start" if is_first else "end"
+        return [round(shown.find(day, text, what).timestamp() * 1e6) for day in days]
     if text.startswith("altitude:"):
         wanted = float(text.partition(":")[2])
         return _find_crossings(days, site, wanted, "standard", is_rising=is_first)
@@ -106,32 +81,6 @@ def _find_times(
     past_us = int(parse_duration(event[3], "time past the sun's rise or set", "")
                   / dt.timedelta(microseconds=1))  # fmt: skip
     return [moment + (past_us if event[2] == "+" else -past_us) for moment in moments]
-
-
-def _read_clock(day: dt.date, past: int, clock: str, site: Site) -> int:
-    """Return the instant of a time of the day, [s past midnight], by a clock."""
-    midnight = dt.datetime(day.year, day.month, day.day, tzinfo=dt.UTC)
-    seconds = midnight.timestamp() + past
-    if clock == "solar":
-        guess = seconds - 240 * site.longitude
-        for _ in range(2):
-            minutes = _find_equation(_count_centuries(np.array([guess])))
-            guess = seconds - 240 * site.longitude - 60 * float(minutes[0])
-        return round(guess * 1e6)
-    zone = zoneinfo.ZoneInfo(site.zone)
-    noon = dt.datetime(day.year, day.month, day.day, 12, tzinfo=zone)
-    offset, summer = noon.utcoffset(), noon.dst()
-    if offset is None:
-        msg = f"the zone {site.zone} has no offset on {day}; name another with zone="
-        raise InputError(msg)
-    if clock == "standard" and summer:
-        offset -= summer
-    if clock == "local":
-        whole, rest = divmod(past, 86400)
-        local = dt.datetime(day.year, day.month, day.day, tzinfo=zone) + dt.timedelta(
-            days=whole, seconds=rest)  # fmt: skip
-        return round(local.timestamp() * 1e6)
-    return round((seconds - offset.total_seconds()) * 1e6)
 
 
 def _find_crossings(

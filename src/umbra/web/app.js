@@ -8,8 +8,11 @@ import { Daylight } from "./daylight.js";
 import { fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
 import { layHours } from "./hours.js";
+import { isShortcut } from "./keys.js";
+import { describeHours } from "./legend.js";
 import { findOpening } from "./opening.js";
 import { Orbit } from "./orbit.js";
+import { Dome, isUp } from "./paths.js";
 import { findShown, listThings, makeParts } from "./parts.js";
 import { findSunlight, isLit } from "./place.js";
 import { makePlacePanel } from "./place_panel.js";
@@ -130,6 +133,7 @@ export class App {
       north: this.north,
       takesWheel: config.takesWheel,
       columns: () => (this.state.compare === "beside" ? 2 : 1),
+      frame: (viewpoint) => this.frameAll(viewpoint, built),
       find: (x, y) => this.stage.renderer.pick(x, y)?.position ?? null,
       tap: (x, y) => this.choose(x, y),
       changed: () => this.set({ viewpoint: this.orbit.viewpoint }),
@@ -142,11 +146,13 @@ export class App {
     this.stage.renderer.ground = this.ground;
     this.#layHours();
     if (!opening.isLinked && config.isFramed)
-      this.orbit.set(frame(this.state.viewpoint, this.box, this.aspect));
+      this.orbit.set(this.frameAll(this.state.viewpoint, this.box));
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
-    this.root.addEventListener("keydown", (event) => this.#keyOfSlider(event), { signal });
+    // A page of its own takes keys wherever the focus is; in a notebook other cells have their own.
+    const whole = config.hasLink ? document : this.root;
+    whole.addEventListener("keydown", (event) => this.#keyElsewhere(/** @type {KeyboardEvent} */ (event)), { signal });
     if (config.hasLink)
       addEventListener("hashchange", () => this.#follow(location.hash), { signal });
     this.watch = new ResizeObserver(() => this.redraw());
@@ -158,6 +164,21 @@ export class App {
   get aspect() {
     const { wide, high } = this.stage.size;
     return wide / (this.state.compare === "beside" ? 2 : 1) / high;
+  }
+
+  /**
+   * Look at a box with the compass and the sun's path of the date whole.
+   * @param {Viewpoint} viewpoint @param {[Vec3, Vec3]} box
+   */
+  frameAll(viewpoint, box) {
+    const { hasPath, hasCompass, date } = this.state,
+      dome = new Dome({ ...viewpoint, distance: 1e9 }, this.middle, this.radius, this.north);
+    const suns = (hasPath && this.daylight.day(date)?.path.filter(isUp)) || [],
+      winds = hasCompass ? [0, 1, 2, 3, 4, 5, 6, 7] : [];
+    return frame(viewpoint, box, this.aspect, [
+      ...suns.map((sun) => dome.at(sun, 1.06)),
+      ...winds.map((wind) => dome.onRing(45 * wind, 1.1)),
+    ]);
   }
 
   /** When the picture becomes narrower or wider, as much of the model stays in it. */
@@ -291,9 +312,12 @@ export class App {
     else this.set({ begun: null, distances: [...state.distances, [state.begun, place.position]] });
   }
 
-  /** A PNG of the picture with its caption. */
-  shoot() {
-    return this.stage.shoot(this.state, this.tellView());
+  /**
+   * A PNG of the picture with its caption.
+   * @param {number} [times] as many pixels along an edge as on the screen
+   */
+  shoot(times = 1) {
+    return this.stage.shoot(this.state, () => this.tellView(), times);
   }
 
   /** Title, date, time and sun in one line. */
@@ -303,10 +327,12 @@ export class App {
     const when = site
       ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
       : "";
+    const hours = state.hasSunHours && describeHours(this);
     return [
       config.title,
-      when,
-      `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`,
+      ...(hours
+        ? [`${hours.title}, ${hours.when}`]
+        : [when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`]),
       "umbra",
     ]
       .filter(Boolean)
@@ -339,13 +365,11 @@ export class App {
   }
 
   /**
-   * The picture's shortcuts while a slider has the focus, which keeps its own keys.
+   * The picture's shortcuts while something else has the focus, which keeps its own keys.
    * @param {KeyboardEvent} event
    */
-  #keyOfSlider(event) {
-    const from = /** @type {HTMLElement} */ (event.target);
-    if (!from.matches("input[type=range], [role=slider]") || event.defaultPrevented) return;
-    if (/^(Arrow|Page|Home|End|Enter|Tab)/.test(event.key)) return;
+  #keyElsewhere(event) {
+    if (event.target === this.stage.canvas || !isShortcut(event, this.root)) return;
     if (!event.altKey && !event.metaKey && !event.ctrlKey) this.#key(event);
     if (!event.defaultPrevented) this.orbit.key(event);
   }

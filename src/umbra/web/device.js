@@ -38,6 +38,8 @@ export class Device {
     /** Comparisons of depth by their meaning. */
     this.nearer = this.reverses ? gl.GREATER : gl.LESS;
     this.notFarther = this.reverses ? gl.GEQUAL : gl.LEQUAL;
+    /** Pixels along an edge of what it draws into. */
+    this.largest = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
     gl.clearDepth(this.reverses ? 0 : 1);
     /** @type {Map<Source, Program>} */
     this.programs = new Map();

@@ -3,6 +3,7 @@
 import { App } from "./app.js";
 import { el, fill } from "./dom.js";
 import { unpackModel } from "./model.js";
+import { followTheme } from "./theme.js";
 
 /**
  * Show a model in an element; without WebGL2 a picture of it.
@@ -14,8 +15,11 @@ import { unpackModel } from "./model.js";
  */
 export const mount = async (root, block, config, told) => {
   root.classList.add("umbra");
+  const stop = followTheme(root);
   try {
-    return new App(root, await unpackModel(block), config, told);
+    const app = new App(root, await unpackModel(block), config, told);
+    app.listening.signal.addEventListener("abort", stop);
+    return app;
   } catch (error) {
     const words = error instanceof Error ? error.message : String(error);
     fill(

@@ -15,11 +15,9 @@ export const findOpening = ({ config, model: { origin, parts }, thingOf, things 
       given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k])
     );
   /** @type {Map<number, Standing>} */
-  const standing = new Map(
-    [["proposed", proposed], ["removed", removed]].flatMap(([word, some]) =>
-      some.map((part) => [thingOf[part], word]),
-    ),
-  );
+  const standing = new Map();
+  for (const part of proposed) standing.set(thingOf[part], "proposed");
+  for (const part of removed) standing.set(thingOf[part], "removed");
   const start = /** @type {State} */ ({
     viewpoint: { ...given, target },
     date: isDate(view.sun.date) ? view.sun.date : "2026-03-21",

@@ -5,7 +5,7 @@
 // ground between them: they move, spread and twist it. Keys: see `KEYS`.
 
 import { measure, move } from "./vectors.js";
-import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./viewpoint.js";
+import { blend, findEye, findRay, pan, turn, turnAbout, zoom } from "./viewpoint.js";
 
 /**
  * @typedef {object} OrbitOptions
@@ -16,6 +16,7 @@ import { blend, findEye, findRay, frame, pan, turn, turnAbout, zoom } from "./vi
  * @property {(x: number, y: number) => Vec3 | null} find the place that is seen at a pixel
  * @property {(x: number, y: number, event: PointerEvent) => void} tap a click or tap, not a drag
  * @property {() => void} changed
+ * @property {(viewpoint: Viewpoint) => Viewpoint} frame the whole model, from the same direction
  * @property {() => number} columns how many pictures of the same view stand side by side
  * @property {boolean} [takesWheel] whether the wheel zooms without Ctrl and before a click
  */
@@ -102,7 +103,7 @@ export class Orbit {
 
   /** Show the whole model, from the same direction. */
   showAll() {
-    this.glide(frame(this.viewpoint, this.options.bounds, this.#aspect()));
+    this.glide(this.options.frame(this.viewpoint));
   }
 
   /**
@@ -136,11 +137,6 @@ export class Orbit {
     cancelAnimationFrame(this.gliding);
   }
 
-  #aspect() {
-    const { clientWidth: wide, clientHeight: high } = this.element;
-    return (wide || 1) / this.options.columns() / (high || 1);
-  }
-
   /** Keep the eye above the floor by tilting the view. */
   #stayAbove() {
     const { floor } = this.options,
@@ -158,8 +154,17 @@ export class Orbit {
   #findHold(x, y) {
     return (
       this.options.find(x, y) ??
-      move(findEye(this.viewpoint), this.#ray(x, y), this.viewpoint.distance)
+      this.#reach(x, y)
     );
+  }
+
+  /**
+   * The place at the target's depth under a pixel.
+   * @param {number} x @param {number} y of the element
+   */
+  #reach(x, y) {
+    const { from, towards } = this.#ray(x, y);
+    return move(from, towards, 1);
   }
 
   /** @param {number} x @param {number} y of the element */
@@ -176,11 +181,10 @@ export class Orbit {
    * @param {number} x @param {number} y @param {number} dx @param {number} dy
    */
   #follow(x, y, dx, dy) {
-    const eye = findEye(this.viewpoint),
-      ray = this.#ray(x, y),
+    const { from, towards } = this.#ray(x, y),
       held = this.held;
-    const t = held ? (held[2] - eye[2]) / ray[2] : -1;
-    const is = move(eye, ray, t),
+    const t = held ? (held[2] - from[2]) / towards[2] : -1;
+    const is = move(from, towards, t),
       far = 4 * this.viewpoint.distance;
     if (held && this.viewpoint.tilt < -12 && t > 0 && measure(is, held) < far) {
       this.set({ ...this.viewpoint, target: move(this.viewpoint.target, move(held, is, -1)) });

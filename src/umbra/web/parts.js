@@ -54,9 +54,34 @@ export const findShown = (things, standing, isAfter, partCount) => {
   return shown;
 };
 
+/**
+ * Objects by their layers, in the order of the file.
+ * @param {Thing[]} things
+ * @param {number[]} objects
+ * @returns {{layer: string, objects: number[], first: number}[]} first: how many are in layers before
+ */
+export const groupByLayer = (things, objects) => {
+  /** @type {Map<string, number[]>} */
+  const layers = new Map();
+  for (const k of objects) {
+    const own = layers.get(things[k].layer);
+    if (own) own.push(k);
+    else layers.set(things[k].layer, [k]);
+  }
+  let first = 0;
+  return [...layers].map(([layer, own]) => {
+    first += own.length;
+    return { layer, objects: own, first: first - own.length };
+  });
+};
+
+/** @param {number} count */
+const tellCount = (count) => `${count.toLocaleString("en")} object${count === 1 ? "" : "s"}`;
+
 /** @param {App} app */
 export const makeParts = (app) => {
   const { things } = app,
+    hasLayers = things.some((thing) => thing.layer),
     state = () => app.state;
   const list = el("ul", { class: "things", "aria-label": "Objects" });
   const count = el("p", { class: "quiet", role: "status" });
@@ -145,25 +170,37 @@ export const makeParts = (app) => {
     );
     if (!element.open || (!again && drawn === now.standing)) return;
     drawn = now.standing;
+    const row = (/** @type {number} */ k) => {
+      const { label, kinds } = things[k],
+        where = now.standing.get(k) ?? "on",
+        about = kinds.slice(0, 3).join(", ");
+      return el(
+        "li",
+        { class: where },
+        el("span", { class: "label" }, label || "(no name)", about && el("small", {}, about)),
+        choose(`${label}: shown when`, where, (value) => put([k], value)),
+      );
+    };
     fill(
       list,
-      ...found.slice(0, MOST).map((k) => {
-        const { label, kinds, layer } = things[k],
-          where = now.standing.get(k) ?? "on";
-        const about = [layer, kinds.slice(0, 3).join(", ")].filter(Boolean).join(" · ");
-        return el(
-          "li",
-          { class: where },
-          el("span", { class: "label" }, label || "(no name)", about && el("small", {}, about)),
-          choose(`${label}: shown when`, where, (value) => put([k], value)),
-        );
-      }),
+      ...groupByLayer(things, found).flatMap(({ layer, objects, first }) => [
+        hasLayers &&
+          el(
+            "li",
+            { class: "layer" },
+            el("strong", { class: "label" }, layer || "(no layer)", el("small", {}, tellCount(objects.length))),
+            choice(`Layer ${layer}: set all`, [["", "Set all…"], ...STANDINGS], (where) => {
+              if (where) put(objects, /** @type {Standing} */ (where));
+            }),
+          ),
+        ...objects.slice(0, Math.max(0, MOST - first)).map(row),
+      ]),
     );
     fill(
       count,
       found.length > MOST
         ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
-        : `${found.length.toLocaleString("en")} object${found.length === 1 ? "" : "s"}`,
+        : tellCount(found.length),
     );
   };
   return { element, update, choose, put };

@@ -2,11 +2,12 @@
 
 import { makeDirection } from "./sun.js";
 import { measure, move } from "./vectors.js";
-import { findEye } from "./viewpoint.js";
+import { findEye, isPlan } from "./viewpoint.js";
 
 /** @typedef {import('./sun.js').Sun} Sun */
 
 const RING = /** @type {Line['color']} */ ([0.24, 0.26, 0.35, 0.7]);
+const NIGHT_RING = /** @type {Line['color']} */ ([0.8, 0.83, 0.95, 0.7]);
 const OTHER = /** @type {Line['color']} */ ([0.59, 0.41, 0.08, 0.5]);
 const HALO = /** @type {Line['color']} */ ([1, 1, 1, 0.7]);
 const SUN = /** @type {Line['color']} */ ([0.95, 0.71, 0.2, 1]);
@@ -30,7 +31,7 @@ export class Dome {
   constructor(viewpoint, middle, radius, north) {
     const eye = findEye(viewpoint),
       t = measure(eye, middle) / radius;
-    const inside = Math.max(0, Math.min(1, (1 - t) / 0.4));
+    const inside = isPlan(viewpoint) ? 0 : Math.max(0, Math.min(1, (1 - t) / 0.4));
     this.centre = move(middle, move(eye, middle, -1), inside * inside * (3 - 2 * inside));
     /** whether everything of the model is nearer than the dome */
     this.isSky = inside > 0.5;
@@ -55,14 +56,18 @@ export class Dome {
     return move(this.middle, makeDirection(0, azimuth + this.north), this.radius * times);
   }
 
-  /** @returns {Line[]} */
-  drawCompass() {
+  /**
+   * @param {boolean} isNight
+   * @returns {Line[]}
+   */
+  drawCompass(isNight) {
+    const color = isNight ? NIGHT_RING : RING;
     const ring = Array.from({ length: 121 }, (_, k) => this.onRing(3 * k));
     const ticks = Array.from({ length: 24 }, (_, k) => {
       const places = [this.onRing(15 * k), this.onRing(15 * k, k % 3 ? 1.015 : 1.035)];
-      return { places, color: RING, width: k ? 1.25 : 2 };
+      return { places, color, width: k ? 1.25 : 2 };
     });
-    return [{ places: ring, color: RING, width: 1.25 }, ...ticks];
+    return [{ places: ring, color, width: 1.25 }, ...ticks];
   }
 
   /**

@@ -1,7 +1,7 @@
 // What one takes away: a link, a file of the view, a picture.
 
 import { KEYS } from "./orbit.js";
-import { button, el, fill, fold } from "./dom.js";
+import { button, choice, el, fill, fold } from "./dom.js";
 import { fromLink, toLink } from "./state.js";
 
 /** @param {Blob} blob @param {string} name */
@@ -41,9 +41,15 @@ export const makeShare = (app) => {
     tell("Open it here, or with umbra view --view.");
   };
   const shoot = async () => {
-    download(await app.shoot(), `${stem}.png`);
+    download(await app.shoot(Number(size.value)), `${stem}.png`);
     tell("The picture is saved.");
   };
+  const size = choice(
+    "Size of the picture",
+    [1, 2, 3, 4].map((times) => /** @type {[string, string]} */ ([String(times), `${times}×`])),
+    () => {},
+  );
+  size.value = "2";
   const file = el("input", {
     type: "file",
     accept: ".json,application/json",
@@ -87,7 +93,7 @@ export const makeShare = (app) => {
       "div",
       { class: "line" },
       app.config.hasLink && button("Copy link", copy),
-      button("Picture (PNG)", shoot),
+      el("span", { class: "pair" }, button("Picture (PNG)", shoot), size),
       button("Save view", save),
       button("Open view", () => file.click()),
       file,

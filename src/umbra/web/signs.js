@@ -3,6 +3,7 @@
 import { tellMinutes } from "./clock.js";
 import { drawLegend, LEGEND } from "./legend.js";
 import { isUp } from "./paths.js";
+import { drawScale } from "./scale_bar.js";
 import { measure, move } from "./vectors.js";
 import { project } from "./viewpoint.js";
 
@@ -14,6 +15,8 @@ import { project } from "./viewpoint.js";
  * @property {Dome} dome
  * @property {Sun} sun
  * @property {Day | null} day whose hours are written
+ * @property {boolean} isNight whether the picture is dark
+ * @property {{metres: number, isEverywhere: boolean} | null} scale metres of a pixel, and where
  * @property {boolean} hasPath
  * @property {boolean} hasCompass
  * @property {{position: Vec3, lit: boolean | null} | null} place
@@ -29,6 +32,14 @@ const SUN = "#f2b632",
   SUN_RIM = "#8a5a00",
   LINE = "#33457a",
   HALO = "rgba(255, 255, 255, 0.85)";
+/** Inks of words, and what they are at night. */
+const INKS = /** @type {Record<string, [string, string]>} */ ({
+  hour: ["#6d4700", "#ffdc8c"],
+  north: ["#a32020", "#ff9d92"],
+  wind: ["#3c425a", "#dfe3f2"],
+  length: [LINE, "#c4d2ff"],
+});
+const NIGHT_HALO = "rgba(14, 16, 30, 0.85)";
 const WINDS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 const RIM = 40; // as far out of the picture a wind's name is drawn at its border [pixels]
 
@@ -66,10 +77,16 @@ export class SignPainter {
     for (const [from, to] of signs.distances) this.#drawDistance(from, to);
     if (signs.begun) this.#drawDot(signs.begun, LINE);
     if (signs.hasCross) this.#drawCross();
+    // On a phone the view's buttons and the sky of a place are below.
+    const isNarrow = this.wide < 560;
+    if (signs.scale) {
+      const { metres, isEverywhere } = signs.scale;
+      const left = isNarrow ? 8 : signs.legend ? LEGEND.wide + 28 : 14,
+        above = isNarrow ? (signs.place ? 130 : 60) : 14;
+      drawScale(this.pen, metres, isEverywhere, left, this.high - above);
+    }
     if (signs.legend) {
-      // On a phone the view's buttons and the sky of a place are below.
-      const isNarrow = this.wide < 560,
-        top = signs.place ? 66 : 8;
+      const top = signs.place ? 66 : 8;
       drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, isNarrow ? top + LEGEND.high : this.high - 14);
     }
   }
@@ -101,26 +118,27 @@ export class SignPainter {
    * @param {string} words
    * @param {number} x
    * @param {number} y
-   * @param {string} color
+   * @param {string} ink of `INKS`
    * @param {number} size
    * @param {string} weight
    */
-  #write(words, x, y, color, size = 12, weight = "500") {
-    const { pen } = this;
+  #write(words, x, y, ink, size = 12, weight = "500") {
+    const { pen } = this,
+      { isNight } = this.signs;
     pen.font = `${weight} ${size}px ${FONT}`;
     pen.lineWidth = 3;
-    pen.strokeStyle = HALO;
+    pen.strokeStyle = isNight ? NIGHT_HALO : HALO;
     pen.strokeText(words, x, y);
-    pen.fillStyle = color;
+    pen.fillStyle = INKS[ink][isNight ? 1 : 0];
     pen.fillText(words, x, y);
   }
 
   /**
    * Write a word where none stands yet; return whether it was written.
-   * @param {string} words @param {{x: number, y: number}} at @param {string} color
+   * @param {string} words @param {{x: number, y: number}} at @param {string} ink
    * @param {number} size @param {string} weight
    */
-  #label(words, { x, y }, color, size, weight) {
+  #label(words, { x, y }, ink, size, weight) {
     const wide = size * 0.62 * words.length + 4,
       high = size + 4;
     if (
@@ -132,7 +150,7 @@ export class SignPainter {
     )
       return;
     this.taken.push({ x, y, wide, high });
-    this.#write(words, x, y, color, size, weight);
+    this.#write(words, x, y, ink, size, weight);
   }
 
   #drawCompass() {
@@ -147,7 +165,7 @@ export class SignPainter {
       if (isHidden(place)) continue;
       const x = Math.max(size, Math.min(wide - size, at.x)),
         y = Math.max(size, Math.min(high - size, at.y));
-      this.#label(WINDS[k], { x, y }, k ? "#3c425a" : "#a32020", size, k % 2 ? "600" : "700");
+      this.#label(WINDS[k], { x, y }, k ? "wind" : "north", size, k % 2 ? "600" : "700");
     }
   }
 
@@ -162,7 +180,7 @@ export class SignPainter {
       pen.fillStyle = SUN_RIM;
       this.#circle(spot, 2.2);
       pen.fill();
-      this.#label(tellMinutes(minutes).slice(0, 2), out, "#6d4700", 11, "500");
+      this.#label(tellMinutes(minutes).slice(0, 2), out, "hour", 11, "500");
     }
     const place = dome.at(sun),
       at = isUp(sun) ? this.#at(place) : null;
@@ -230,7 +248,7 @@ export class SignPainter {
     this.#drawDot(from, LINE);
     this.#drawDot(to, LINE);
     const at = this.#at(move(from, move(to, from, -1), 0.5));
-    if (at) this.#write(tellLength(measure(from, to)), at.x, at.y - 12, LINE, 13, "700");
+    if (at) this.#write(tellLength(measure(from, to)), at.x, at.y - 12, "length", 13, "700");
   }
 
   #drawCross() {

@@ -7,13 +7,16 @@ import { LEVELS, DrawQuality } from "./quality.js";
 import { Dome } from "./paths.js";
 import { SignPainter } from "./signs.js";
 import { move } from "./vectors.js";
-import { findEye } from "./viewpoint.js";
+import { findAxes, findEye, findHeight, isPlan } from "./viewpoint.js";
 
 /** @typedef {{sky: Vec3, horizon: Vec3, ground: Vec3}} Colors of the picture behind the model */
 
 const DAY = /** @type {Colors} */ ({ sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.95, 0.93, 0.89] });
 const DUSK = /** @type {Colors} */ ({ sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] });
 const NIGHT = /** @type {Colors} */ ({ sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] });
+
+const MOST_FINE = 9e6; // pixels with several samples each
+const NIGHTFALL = -3; // altitude of the sun below which words are light [degrees]
 
 /**
  * Mix two sets of colours.
@@ -93,19 +96,14 @@ export class Stage {
   /**
    * Bring the renderer to a state and draw.
    * @param {State} state
-   * @param {boolean} [isFine] whether it is drawn finely even while things move
+   * @param {number} [times] draw finely, even while things move, with so many times the pixels
    */
-  draw(state, isFine = false) {
+  draw(state, times = 0) {
     const { app, renderer } = this,
       { wide, high } = this.size,
       { viewpoint } = state;
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
-    renderer.camera = {
-      eye: findEye(viewpoint),
-      target: viewpoint.target,
-      fov: viewpoint.fov,
-      near,
-    };
+    renderer.camera = { ...this.#findLens(viewpoint), target: viewpoint.target, near };
     renderer.lights = app.sun.altitude > 0 ? [{ direction: app.sun.direction }] : [];
     renderer.setStyle({
       ...(state.hasSunHours ? DAY : findColors(app.sun.altitude)),
@@ -119,25 +117,56 @@ export class Stage {
     const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
     renderer.lines = this.#findLines(state, dome);
     const now = performance.now(),
-      level = isFine ? 0 : this.quality.begin(now);
+      level = times ? 0 : this.quality.begin(now);
     const { samples, scale } = LEVELS[level];
-    renderer.samples = samples;
-    renderer.options.pixelRatio = (window.devicePixelRatio || 1) * scale;
-    renderer.hours = isFine
+    const ratio = (window.devicePixelRatio || 1) * (times || scale);
+    renderer.samples = ratio * ratio * wide * high > MOST_FINE ? 1 : samples;
+    renderer.options.pixelRatio = ratio;
+    renderer.hours = times
       ? app.sunHours.findAll(state, renderer.options.pixelRatio)
       : app.sunHours.find(state);
     renderer.draw();
     this.quality.watch(renderer.device.gl, level, now);
-    this.#drawSigns(state, dome, wide, high);
+    this.#drawSigns(state, dome, wide, high, times);
+  }
+
+  /** @param {State} state */
+  #isNight(state) {
+    return this.app.sun.altitude < NIGHTFALL && !state.hasSunHours;
+  }
+
+  /**
+   * A plan shows its scale; other pictures that are saved, that of their middle.
+   * @param {State} state
+   */
+  #findScale({ viewpoint }) {
+    const isEverywhere = isPlan(viewpoint);
+    if (!isEverywhere && !this.isSaved) return null;
+    return { metres: findHeight(viewpoint) / this.size.high, isEverywhere };
+  }
+
+  isSaved = false;
+
+  /**
+   * The camera of a viewpoint; a plan's eye is above all, wherever the viewpoint's is.
+   * @param {Viewpoint} viewpoint
+   */
+  #findLens(viewpoint) {
+    const eye = findEye(viewpoint),
+      [low, high] = this.app.model.bounds;
+    if (!isPlan(viewpoint)) return { eye, fov: viewpoint.fov };
+    eye[2] = Math.max(eye[2], high[2] + Math.max(1, high[2] - low[2]));
+    return { eye, up: findAxes(viewpoint).up, height: findHeight(viewpoint) };
   }
 
   /** @param {State} state @param {Dome} dome */
   #findLines(state, dome) {
-    const key = [state.hasCompass, state.hasPath, state.date, dome.isSky, ...dome.centre].join();
+    const isNight = this.#isNight(state);
+    const key = [state.hasCompass, state.hasPath, state.date, isNight, dome.isSky, ...dome.centre].join();
     if (key !== this.lined.key) {
       const { daylight } = this.app,
         day = daylight.day(state.date);
-      const compass = state.hasCompass ? dome.drawCompass() : [];
+      const compass = state.hasCompass ? dome.drawCompass(isNight) : [];
       const paths = state.hasPath ? dome.drawPaths(day, this.app.solstices(state.date)) : [];
       this.lined = { key, lines: [...compass, ...paths] };
     }
@@ -160,7 +189,10 @@ export class Stage {
       if (found === undefined) {
         const isOnDome = place[2] !== app.middle[2],
           reach = isOnDome && dome.isSky ? Infinity : 1;
-        found = app.model.trace(eye, move(place, eye, -1), { cast: parts, reach }).length > 0;
+        const [from, towards] = isPlan(state.viewpoint)
+          ? [place, /** @type {Vec3} */ ([0, 0, 1])]
+          : [eye, move(place, eye, -1)];
+        found = app.model.trace(from, towards, { cast: parts, reach: towards[2] === 1 ? Infinity : reach }).length > 0;
         this.hidden.places.set(name, found);
       }
       return found;
@@ -187,10 +219,13 @@ export class Stage {
     return null;
   }
 
-  /** @param {State} state @param {Dome} dome @param {number} wide @param {number} high */
-  #drawSigns(state, dome, wide, high) {
+  /**
+   * @param {State} state @param {Dome} dome @param {number} wide @param {number} high
+   * @param {number} times as of `draw`
+   */
+  #drawSigns(state, dome, wide, high, times) {
     const { pen, cover, app } = this,
-      dot = Math.min(window.devicePixelRatio || 1, 3);
+      dot = times ? (window.devicePixelRatio || 1) * times : Math.min(window.devicePixelRatio || 1, 3);
     if (cover.width !== Math.round(wide * dot)) cover.width = Math.round(wide * dot);
     if (cover.height !== Math.round(high * dot)) cover.height = Math.round(high * dot);
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -218,6 +253,8 @@ export class Stage {
       sun: app.sun,
       day: app.daylight.day(state.date),
       isHidden: this.#findHidden(state, dome, app.seen[isAfter ? "after" : "before"]),
+      isNight: this.#isNight(state),
+      scale: this.#findScale(state),
       hasPath: state.hasPath,
       hasCompass: state.hasCompass,
       distances: state.distances,
@@ -230,12 +267,20 @@ export class Stage {
 
   /**
    * The picture with its lines, and a caption below, as PNG.
-   * @param {State} state @param {string} caption @returns {Promise<Blob>}
+   * @param {State} state @param {() => string} tell what the caption says
+   * @param {number} times as many pixels along an edge as on the screen
+   * @returns {Promise<Blob>}
    */
-  shoot(state, caption) {
+  shoot(state, tell, times) {
     const focused = this.canvas.matches(":focus-visible");
     if (focused) this.canvas.blur();
-    this.draw(state, true); // in this task, as the browser clears the canvas after it
+    const { wide, high } = this.size,
+      dot = window.devicePixelRatio || 1;
+    this.isSaved = true;
+    // As large as the card draws; in this task, as the browser clears the canvas after it.
+    this.draw(state, Math.min(times, this.renderer.device.largest / (dot * Math.max(wide, high))));
+    this.isSaved = false;
+    this.app.redraw();
     const { width, height } = this.canvas,
       line = Math.round((26 * width) / this.size.wide);
     const sheet = el("canvas", { width, height: height + line }),
@@ -250,7 +295,7 @@ export class Stage {
     pen.fillStyle = "#1c1c22";
     pen.font = `${Math.round(line * 0.52)}px system-ui, sans-serif`;
     pen.textBaseline = "middle";
-    pen.fillText(caption, line * 0.4, height + line / 2, width - line * 0.8);
+    pen.fillText(tell(), line * 0.4, height + line / 2, width - line * 0.8);
     return new Promise((done, fail) =>
       sheet.toBlob(
         (blob) => (blob ? done(blob) : fail(new Error("the picture is empty"))),

@@ -104,7 +104,8 @@ export class SunHours {
     this.key = this.begun = this.summed = ""; // the picture's masks are not the page's
     fine.begin(ratio, this.steps.length);
     for (const k of this.wanted) fine.count(k, this.steps[k].direction);
-    return this.#sum(fine, this.wanted);
+    this.layer = this.#sum(fine, this.wanted);
+    return this.layer;
   }
 
   /**

@@ -116,7 +116,16 @@ export const makeSection = (app) => {
     const axis = AXES.find((one) => one === value);
     const { at, flipped } = app.state.section ?? { at: 0.5, flipped: false };
     app.set({ section: axis ? { axis, at, flipped } : null });
+    face();
   });
+  /** Turn the view to the cut; a level one from above, unless what is above it stays. */
+  const face = () => {
+    const { section } = app.state;
+    if (!section || (section.axis === "level" && section.flipped)) return;
+    const side = (section.axis === "north" ? 180 : -90) + (section.flipped ? 180 : 0);
+    if (section.axis === "level") app.orbit.look(app.north, -89.9);
+    else app.orbit.look(app.north + side, -12);
+  };
   const change = (/** @type {Partial<import('./state.js').Section>} */ some) => {
     if (app.state.section) app.set({ section: { ...app.state.section, ...some } });
   };
@@ -135,7 +144,10 @@ export const makeSection = (app) => {
     (at) => change({ at }),
     tell,
   );
-  const flip = button("Other side", () => change({ flipped: !app.state.section?.flipped }));
+  const flip = button("Other side", () => {
+    change({ flipped: !app.state.section?.flipped });
+    face();
+  });
   const told = el("span", { class: "quiet" });
   const more = el("div", { class: "line" }, where.input, flip);
   const element = fold("Section", el("div", { class: "line" }, select), more, told);

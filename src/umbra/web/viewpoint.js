@@ -18,10 +18,16 @@ const RADIANS = Math.PI / 180;
 const STEEPEST = 89.9; // [degrees], so that "up" stays defined
 const MARGIN = 1.06;
 
+/**
+ * Whether one looks straight down: such a view is a plan, in parallel.
+ * @param {Viewpoint} view
+ */
+export const isPlan = (view) => view.tilt <= -STEEPEST + 1e-6;
+
 /** @param {Viewpoint} view @returns {Axes} unit vectors */
 export const findAxes = (view) => {
   const turn = view.heading * RADIANS,
-    lift = view.tilt * RADIANS;
+    lift = (isPlan(view) ? -90 : view.tilt) * RADIANS;
   const [s, c, h, v] = [Math.sin(turn), Math.cos(turn), Math.cos(lift), Math.sin(lift)];
   return { right: [c, -s, 0], up: [-s * v, -c * v, h], forward: [s * h, c * h, v] };
 };
@@ -30,14 +36,25 @@ export const findAxes = (view) => {
 export const findEye = (view) => move(view.target, findAxes(view).forward, -view.distance);
 
 /**
+ * How much of the world a picture's height shows at the target's depth [m].
+ * @param {Viewpoint} view
+ */
+export const findHeight = (view) => 2 * view.distance * Math.tan((view.fov * RADIANS) / 2);
+
+/**
  * The ray through a place of the picture, from -1 to 1 to the right and upward.
  * @param {Viewpoint} view @param {number} x @param {number} y @param {number} aspect width / height
- * @returns {Vec3} of any length
+ * @returns {{from: Vec3, towards: Vec3}} towards in parts of the target's distance
  */
 export const findRay = (view, x, y, aspect) => {
   const { right, up, forward } = findAxes(view),
-    tan = Math.tan((view.fov * RADIANS) / 2);
-  return move(move(forward, right, x * tan * aspect), up, y * tan);
+    half = findHeight(view) / 2,
+    eye = findEye(view),
+    aside = move(move([0, 0, 0], right, x * half * aspect), up, y * half),
+    ahead = move([0, 0, 0], forward, view.distance);
+  return isPlan(view)
+    ? { from: move(eye, aside, 1), towards: ahead }
+    : { from: eye, towards: move(ahead, aside, 1) };
 };
 
 /**
@@ -48,8 +65,8 @@ export const project = (view, place, wide, high) => {
   const { right, up, forward } = findAxes(view);
   const from = move(place, findEye(view), -1),
     depth = dot(from, forward);
-  if (depth < 1e-3 * view.distance) return null;
-  const scale = high / 2 / Math.tan((view.fov * RADIANS) / 2) / depth;
+  if (depth < 1e-3 * view.distance && !isPlan(view)) return null;
+  const scale = (high / findHeight(view)) * (isPlan(view) ? 1 : view.distance / depth);
   return { x: wide / 2 + dot(from, right) * scale, y: high / 2 - dot(from, up) * scale, depth };
 };
 
@@ -99,25 +116,30 @@ export const zoom = (view, times, about = view.target) => ({
  */
 export const pan = (view, right, up) => {
   const axes = findAxes(view),
-    size = 2 * view.distance * Math.tan((view.fov * RADIANS) / 2);
+    size = findHeight(view);
   return { ...view, target: move(move(view.target, axes.right, right * size), axes.up, up * size) };
 };
 
 /**
- * Look at a box so that it fills the picture.
+ * Look at a box so that it fills the picture, and further places are in it.
  * @param {Viewpoint} view gives direction and field of view
- * @param {[Vec3, Vec3]} bounds @param {number} aspect width / height @returns {Viewpoint}
+ * @param {[Vec3, Vec3]} bounds @param {number} aspect width / height
+ * @param {Vec3[]} [places] @returns {Viewpoint}
  */
-export const frame = (view, bounds, aspect) => {
+export const frame = (view, bounds, aspect, places = []) => {
   const { right, up, forward } = findAxes(view),
     tan = Math.tan((view.fov * RADIANS) / 2);
   const target = move(bounds[0], move(bounds[1], bounds[0], -1), 0.5);
   let distance = Math.max(measure(bounds[0], bounds[1]) / 4, 1e-3);
-  for (let k = 0; k < 8; k++) {
-    const corner = /** @type {Vec3} */ ([0, 1, 2].map((axis) => bounds[(k >> axis) & 1][axis]));
-    const from = move(corner, target, -1);
+  const corners = Array.from(
+    { length: 8 },
+    (_, k) => /** @type {Vec3} */ ([0, 1, 2].map((axis) => bounds[(k >> axis) & 1][axis])),
+  );
+  for (const place of [...corners, ...places]) {
+    const from = move(place, target, -1);
     const across = Math.max(Math.abs(dot(from, right)) / aspect, Math.abs(dot(from, up)));
-    distance = Math.max(distance, (across / tan) * MARGIN - dot(from, forward));
+    const before = isPlan(view) ? 0 : dot(from, forward);
+    distance = Math.max(distance, (across / tan) * MARGIN - before);
   }
   return { ...view, target, distance };
 };

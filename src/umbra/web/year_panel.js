@@ -40,7 +40,7 @@ export const makeYearPanel = (app) => {
    */
   const make = (title, cast, place, year) => {
     const carpet = new Carpet(app.model, place, cast, app.thingOf, findYearSuns(site, year));
-    const canvas = el("canvas", { class: "carpet", role: "img" }),
+    const canvas = el("canvas", { class: "carpet", role: "img", "aria-label": "The place's year, being counted" }),
       told = el("p", { class: "quiet told-cell", "aria-live": "off" });
     const find = (/** @type {PointerEvent | MouseEvent} */ { offsetX, offsetY }) => {
       const frame = findFrame(canvas.clientWidth, HIGH);
@@ -83,7 +83,7 @@ export const makeYearPanel = (app) => {
         dot = Math.min(window.devicePixelRatio || 1, 3);
       const look = [
         carpet.pass, carpet.isWhole ? 0 : carpet.next, now.day, Math.floor(now.minutes), wide,
-        ...app.sky.colors().keys(),
+        app.root.dataset.theme, ...app.sky.colors().keys(),
       ].join();
       if (one.drawn === look) continue;
       one.drawn = look;
@@ -114,7 +114,7 @@ export const makeYearPanel = (app) => {
         up = hours.reduce((sum, [, each]) => sum + each, 0);
       canvas.setAttribute(
         "aria-label",
-        `${one.title} day by hour over ${carpet.suns.year}: ${tellYear(sun)} in the sun of ${tellYear(up)}`,
+        `${one.title && `${one.title}: `}day by hour over ${carpet.suns.year}: ${tellYear(sun)} in the sun of ${tellYear(up)}`,
       );
     }
   };

@@ -127,8 +127,10 @@ def _tell_areas(study: Study) -> list[str]:
 def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
     """Name the parts of the proposal, if they are few, with the verb that follows."""
     scene = study.model.scene
-    labels = scene.labels() if proposed else []
-    names = list(dict.fromkeys(labels[k] for k in scene.select(proposed))) if proposed else []
+    labels, parts = scene.labels(), scene.select(proposed) if proposed else []
+    names = list(dict.fromkeys(labels[k] for k in parts))
+    if {scene.parts[k].layer for k in parts} == {*proposed}:  # as it was asked for, by its file
+        names = list(proposed)
     if not 0 < len(names) <= _MOST_NAMES:
         return "The proposal", "takes"
     return " and ".join(names), "takes" if len(names) == 1 else "take"

@@ -1,17 +1,23 @@
 """An envelope of heights as GeoTIFF, OBJ, GLB and CityJSON."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import orjson
+from numpy.typing import NDArray
 
+from umbra.massing.bisection import PartHeight
 from umbra.massing.search import HeightEnvelope
 from umbra.scene import Mesh
 from umbra.version import __version__
 from umbra.writers.glb import Glb, turn_y_up
 from umbra.writers.vectors.gis_files import write_geotiff
 
-__all__ = ["write_height_cityjson", "write_height_glb", "write_height_obj", "write_height_raster"]
+__all__ = [
+    "write_height_cityjson", "write_height_glb", "write_height_obj", "write_height_raster",
+    "write_part",
+]  # fmt: skip
 
 _NONE = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 _COLOR = [0.87, 0.62, 0.36, 1.0]  # of the solid, linear
@@ -41,29 +47,49 @@ def write_height_raster(path: Path, envelope: HeightEnvelope) -> None:
 
 def write_height_obj(path: Path, envelope: HeightEnvelope) -> None:
     """Write the solid in the model's own coordinates, z up [m]."""
-    mesh = envelope.mesh or _NONE
-    lines = [
-        f"# umbra {__version__}: envelope of {envelope.volume_m3:,.0f} m3; z is up, metres",
-        f"# {envelope.scene.crs or 'the coordinates of the model'}",
-        "o envelope",
-        *("v %.6f %.6f %.6f" % tuple(corner) for corner in mesh.vertices.tolist()),  # noqa: UP031
-        *("f %d %d %d" % tuple(face) for face in (mesh.faces + 1).tolist()),  # noqa: UP031
-    ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    told = f"envelope of {envelope.volume_m3:,.0f} m3"
+    _write_obj(path, "envelope", envelope.mesh or _NONE, told, envelope.scene.crs)
 
 
 def write_height_glb(path: Path, envelope: HeightEnvelope) -> None:
     """Write the solid about the middle of the plot, which ``origin`` of the extras states."""
-    mesh = envelope.mesh or _NONE
-    plot = envelope.found.plot
-    foot = float(plot.foot.min() + envelope.scene.origin[2])
+    foot = float(envelope.found.plot.foot.min() + envelope.scene.origin[2])
     origin = np.array([np.mean(envelope.x), np.mean(envelope.y), foot])
-    extras = {"origin": origin.tolist(), "crs": envelope.scene.crs, **envelope.sum_up()}
-    glb = Glb(f"umbra {__version__}", extras)
+    facts = {"crs": envelope.scene.crs, **envelope.sum_up()}
+    _write_glb(path, "envelope", envelope.mesh or _NONE, origin, facts)
+
+
+def write_part(obj: Path, glb: Path, found: PartHeight) -> None:
+    """Write a part of a model at its greatest height as OBJ and GLB."""
+    scene = found.scene
+    soup = scene.triangles(scene.select((found.part,), option="max_height"))
+    mesh = Mesh(soup.vertices + scene.origin, soup.faces)
+    _write_obj(obj, found.part, mesh, f"{found.part}, {found.height_m:.2f} m high", scene.crs)
+    low, high = mesh.vertices.min(0), mesh.vertices.max(0)
+    origin = np.array([*(low + high)[:2] / 2, low[2]])
+    _write_glb(glb, found.part, mesh, origin, {"crs": scene.crs, **found.sum_up()})
+
+
+def _write_obj(path: Path, name: str, mesh: Mesh, told: str, crs: str | None) -> None:
+    lines = [
+        f"# umbra {__version__}: {told}; z is up, metres",
+        f"# {crs or 'the coordinates of the model'}",
+        f"o {name}",
+        *("v %.6f %.6f %.6f" % tuple(corner) for corner in mesh.vertices.tolist()),  # noqa: UP031
+        *("f %d %d %d" % tuple(face) for face in (mesh.faces + 1).tolist()),  # noqa: UP031
+    ]
+    # A name from a file may hold a line's end.
+    path.write_text("\n".join(line.replace("\n", " ") for line in lines) + "\n", encoding="utf-8")
+
+
+def _write_glb(
+    path: Path, name: str, mesh: Mesh, origin: NDArray[np.float64], facts: dict[str, Any]
+) -> None:
+    glb = Glb(f"umbra {__version__}", {"origin": origin.tolist(), **facts})
     if len(mesh.faces):
         material = glb.add_material(baseColorFactor=_COLOR)
         points = turn_y_up(mesh.vertices - origin)
-        glb.add_mesh("envelope", mesh.faces.astype(np.uint32), material, POSITION=points)
+        glb.add_mesh(name, mesh.faces.astype(np.uint32), material, POSITION=points)
     glb.write(path)
 
 

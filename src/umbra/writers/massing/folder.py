@@ -7,16 +7,18 @@ import orjson
 
 from umbra.errors import InputError, find_similar
 from umbra.folders.atomic import check_folder_name, replace_results
+from umbra.massing.bisection import PartHeight
 from umbra.massing.search import HeightEnvelope
 from umbra.writers.massing.files import (
     write_height_cityjson,
     write_height_glb,
     write_height_obj,
     write_height_raster,
+    write_part,
 )
 from umbra.writers.massing.picture import draw_envelope
 
-__all__ = ["EXTRA", "check_formats", "write_envelope"]
+__all__ = ["EXTRA", "check_formats", "write_envelope", "write_part_height"]
 
 EXTRA = ("cityjson", "pdf", "svg", "json")
 """Formats besides those that are always written."""
@@ -70,4 +72,17 @@ def write_envelope(
             else:
                 names.append(f"envelope.{name}")
                 sheet.save(folder / names[-1])
+    return [out / name for name in names]
+
+
+def write_part_height(
+    out: Path, found: PartHeight, say: Callable[[str], object] = lambda _line: None
+) -> list[Path]:
+    """Write a part at its greatest height: ``envelope.obj``, ``.glb`` and ``.json``."""
+    check_folder_name(out)
+    names = ["envelope.obj", "envelope.glb", "envelope.json"]
+    with replace_results(out, say) as folder:
+        write_part(folder / names[0], folder / names[1], found)
+        facts = orjson.dumps(found.sum_up(), option=orjson.OPT_INDENT_2)
+        (folder / names[2]).write_bytes(facts + b"\n")
     return [out / name for name in names]
