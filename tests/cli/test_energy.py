@@ -8,6 +8,8 @@ import pytest
 import xarray as xr
 from support.weather_files import make_values, save_epw
 
+from umbra.study import StudyOptions
+
 NOTE = "note: "
 
 
@@ -75,3 +77,11 @@ def test_a_command_without_a_place_is_refused_in_a_line(umbra_here, tower, tmp_p
     told = run(umbra_here, tower, tmp_path / "out", "--measure", "irradiation").refusal()
     assert "--weather" in told
     assert not (tmp_path / "out").exists()
+
+
+def test_maps_say_which_hours_of_the_weather_are_added_up(epw):
+    given = {"weather": epw, "measure": ["irradiation"]}
+    [measure] = StudyOptions(**given).measures
+    assert "09:00" not in measure.tell(StudyOptions(**given))
+    told = measure.tell(StudyOptions(**given, date="2026-03-21", end="12:00"))
+    assert all(word in told for word in ("2026-03-21", "09:00", "12:00"))

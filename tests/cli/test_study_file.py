@@ -184,9 +184,9 @@ def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp
 NAMES = """
 files lat lon tz north
 date from to clock every every-days by-day refraction
-measure sky-directions weather albedo sunshine horizon
+measure sky-directions weather albedo sunshine horizon horizon-from
 receivers spacing on points eye target fov ground extent cell size crs
-windows judge reveal areas areas-on least
+windows judge reveal areas areas-on band least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed replace replace-in under spells exact disc min-spell masks
 title subtitle show at pictures report sheet write rules

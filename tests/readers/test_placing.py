@@ -1,6 +1,7 @@
 """Layers in their place: by the caller, or by the site that a file states."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 import umbra
 from umbra import InputError
 from umbra.cli.main import umbra as command
+from umbra.readers.placing import Placing, move_parts_by, place_parts
 
 CRS = "EPSG:31256"
 X, Y, GROUND = 2500.0, 340500.0, 12.0
@@ -293,3 +295,25 @@ def test_a_site_elsewhere_places_nothing(city, house):
     with pytest.raises(InputError) as caught:
         umbra.read(city(), f"new={house(latitude=(52, 30, 0))}")
     assert caught.value.site is None
+
+
+def test_a_cellar_lies_below_the_ground_that_its_file_states(city, box):
+    """A box from -0.5 to 5 m whose file states its ground at 0 m, at 1 m, or not."""
+    around, own = umbra.read(city()), umbra.read(box)
+    town = move_parts_by(around.parts, shift(around.origin))
+    alone = move_parts_by(own.parts, shift(own.origin))
+    for ground, low in ((0.0, GROUND - 0.5), (1.0, GROUND - 1.5), (None, GROUND), (9.0, GROUND)):
+        placing = Placing("new", (X + 40, Y))
+        placed = place_parts(alone, town, CRS, placing, own_ground=ground)
+        assert placed.parts[0].bounds[0, 2] == pytest.approx(low)
+        is_told = "of it below" in placed.note
+        assert is_told == (low < GROUND)
+        on_ground = replace(placing, lift="ground")
+        lowest = place_parts(alone, town, CRS, on_ground, own_ground=ground)
+        assert lowest.parts[0].bounds[0, 2] == pytest.approx(GROUND)
+
+
+def shift(origin):
+    matrix = np.eye(4)
+    matrix[:3, 3] = origin
+    return matrix

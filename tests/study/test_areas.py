@@ -277,3 +277,46 @@ def test_a_file_that_is_written_anyhow_is_not_asked_for(receivers):
         Outputs(formats="csv").check_receivers(receivers)
     assert told.value.option == "write"
     assert find_kind(receivers).own_table in str(told.value)
+
+
+@pytest.mark.parametrize("band", [("0", "5"), ("5", "10")])
+def test_shares_of_bands_around_a_plot(scene, at_45, noon, band):
+    """On a plane 4 m up the shadow of the wall of 10 m ends at y = 6."""
+    plot = shapely.box(-20, -31, 20, -1)
+    study = umbra.shadow_study(
+        scene, at_45, **around(noon), refraction="none", areas={"plot": plot}, ground=0.0,
+        areas_on="mean+4", band=",".join(band), least="1s", receivers="areas", threads=1,
+    )  # fmt: skip
+    near, far = map(float, band)
+    ring = plot.buffer(far, quad_segs=64).difference(plot.buffer(near, quad_segs=64))
+    dark = ring.intersection(shapely.box(-300, -1, 300, 6)).area / ring.area
+    (row,) = study.areas.to_dict("records")
+    assert row["name"] == f"plot, {near:g} to {far:g} m"
+    assert row["area_m2"] == pytest.approx(ring.area, rel=1e-3)
+    assert row["share_1s"] == pytest.approx(1 - dark, abs=5e-3)
+
+
+def test_bands_lie_over_the_mean_ground_of_their_plot():
+    """The plot lies on the lower of two terraces, and its band reaches over both."""
+    terraces = {
+        f"at {z}": sheet([(x, -60, z), (x + 60, -60, z), (x + 60, 60, z), (x, 60, z)])
+        for x, z in ((-60, 0), (0, 3))
+    }
+    land = umbra.make_scene([
+        umbra.Part(name, "Raster", umbra.Mesh(*shape)) for name, shape in terraces.items()
+    ])  # fmt: skip
+    options = {"areas": {"plot": shapely.box(-20, -5, -4, 5)}, "receivers": "areas"}
+    for on, heights in (("mean+4", {4.0}), ("ground+4", {4.0, 7.0})):
+        study = umbra.shadow_study(land, SITE, **DAY, **options, areas_on=on, band=["2,10", "1,2"])
+        assert set(np.round(study.receiver_z.values, 6)) == heights
+        assert len(study.areas) == 2
+
+
+@pytest.mark.parametrize("band", ["5", "10,5", "a,b", "-1,5", "5,10,15", "5,5", "1,1e9", "nan,5"])
+def test_wrong_bands_are_refused(scene, band):
+    with pytest.raises(InputError) as error:
+        umbra.shadow_study(scene, SITE, **DAY, areas={"plot": HOLED}, band=band)
+    assert error.value.option == "band"
+    with pytest.raises(InputError) as error:
+        umbra.shadow_study(scene, SITE, **DAY, band="5,10")
+    assert error.value.option == "band"

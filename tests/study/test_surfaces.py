@@ -13,6 +13,7 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, rewound, sheet, turned
 
 import umbra
+from umbra.cpu.patch_count import PatchCounter
 from umbra.receivers import read_points
 from umbra.receivers import single as points_module
 from umbra.receivers.samples import sample_surfaces
@@ -91,6 +92,19 @@ def test_pieces_hold_the_samples_of_the_whole(block):
         np.testing.assert_array_equal(
             piece.corners[piece.triangle], samples.corners[samples.triangle[begin:end]]
         )
+
+
+def test_a_few_suns_of_many_samples_are_counted_by_patches(block, monkeypatch):
+    few = {"start": "08:15", "end": "16:15", "every": "2h"}  # four suns
+    rays = run(block, **few).in_shadow
+    monkeypatch.setattr(points_module, "_MANY_SAMPLES", 1000)
+    counted = []
+    count = PatchCounter.masks
+    monkeypatch.setattr(
+        PatchCounter, "masks", lambda self, suns: counted.append(len(suns)) or count(self, suns)
+    )
+    np.testing.assert_array_equal(run(block, **few).in_shadow, rays)
+    assert sum(counted) == 4
 
 
 def test_positions_take_no_memory_until_they_are_asked_for(monkeypatch):

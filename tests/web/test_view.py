@@ -48,6 +48,14 @@ def test_from_above_is_a_plan_with_a_scale(live):
     said = live.ask(f"(() => {{ const said = []; {words}; umbra.stage.draw(umbra.state);"
                     "delete umbra.stage.pen.fillText; return said; })()")  # fmt: skip
     assert any(text.endswith(" m") for text in said)
+    spot = live.ask(  # a mark at the corner of a high roof is where the roof is
+        "(() => { const position = [5, 5, 30].map((v, k) => v - umbra.model.origin[k]), marks = [];"
+        "const { pen } = umbra.stage, draw = pen.arc; pen.arc = (...at) => marks.push(at);"
+        "umbra.stage.draw({ ...umbra.state, place: { position, normal: [0, 0, 1], part: 0 } });"
+        "pen.arc = draw; const { x, y } = umbra.stage.renderer.project(position);"
+        "return Math.min(...marks.map(([a, b]) => Math.hypot(a - x, b - y))); })()"
+    )
+    assert spot < 1
     held = live.ask("umbra.stage.renderer.pick(200, 200).position")
     live.mouse("mousePressed", 200, 200, button="right", clickCount=1)
     live.mouse("mouseMoved", 260, 230, button="right", buttons=2)
@@ -57,13 +65,14 @@ def test_from_above_is_a_plan_with_a_scale(live):
     assert found[:2] == pytest.approx(held[:2], abs=0.05)
 
 
-def test_first_views_hold_the_whole_path_of_the_sun(live):
-    for width, height in ((1000, 700), (390, 844)):
-        live.resize(width, height)
-        live.wait(f"innerWidth === {width}")
-        live.press("Home")
-        settle(live)
-        seen = np.array(live.ask(
+def test_first_views_hold_the_whole_path_of_the_sun(page, tmp_path):
+    low = umbra.make_scene(*box((0, 0, 0), (12, 12, 0.5)), ground=0.0)
+    equator = umbra.Site(0.0, 0.0, "UTC")
+    umbra.show(low, equator, date="2026-03-21", at="15:00", out=tmp_path / "house.html")
+    for width, height in ((1300, 600), (390, 844)):
+        page.resize(width, height)
+        page.open(tmp_path / "house.html", READY)
+        seen = np.array(page.ask(
             "(() => { const { wide, high } = umbra.stage.size; return umbra.stage.renderer.lines"
             ".find((one) => one.width === 2.5).places.map((place) => { const { x, y } ="
             "umbra.stage.renderer.project(place); return [x / wide, y / high]; }); })()"

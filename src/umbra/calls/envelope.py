@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from umbra.casters.casting import prepare_casting, select_casters
 from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
+from umbra.land.settle import NamedLand
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
 from umbra.massing.plot import Plot, lay_cells
@@ -96,6 +97,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
     ground: float | str | Path | None = None,
+    horizon: Any = None,
+    horizon_from: float | str | None = None,
     threads: int | None = None,
     progress: Callable[[str], object] = lambda _stage: None,
 ) -> Envelope:
@@ -136,6 +139,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
         Patterns of the parts that cast shadows, and of those that do not.
     ground : float, str or path, optional
         As ``umbra.shadow_study``.
+    horizon, horizon_from : optional
+        Land far away, as ``umbra.shadow_study``: suns behind it ask for nothing.
     threads : int, optional
     progress : callable
         Called with the name of each stage.
@@ -167,6 +172,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     chosen = read_chosen(rules)
     progress("reading the plot")
     outlines, notes = read_polygons(plot, scene, "plot")
+    land = NamedLand.of(horizon, horizon_from).settle(scene.model_bounds(), site)
+    notes += () if land is None else land.told
     kept, replaced, told = _clear_plot(scene, outlines, _list(keep), _list(replace), replace_in)
     notes += told
     stated = find_ground(scene, str(ground) if isinstance(ground, Path) else ground)
@@ -178,7 +185,7 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     gathered = _gather(
         ground_now, site, cells, highest, areas=areas, windows=windows, outlines=outlines,
         points=read_given(points, names), year=year, cast=_list(cast), no_cast=_list(no_cast),
-        threads=threads,
+        threads=threads, horizon=land,
     )  # fmt: skip
     progress("laying out receivers")
     asked = ask_rules(gathered, chosen, around)

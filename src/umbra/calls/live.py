@@ -15,6 +15,7 @@ from umbra.calls.options import ViewOptions
 from umbra.calls.result import ShadowStudy
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
+from umbra.lights import Horizon
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
@@ -70,6 +71,12 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     }
 
 
+def _find_land(options: ViewOptions) -> Horizon | None:
+    """Return the land far away of a page's study."""
+    study = _find_study(options.study)
+    return None if study is None else study.period.horizon
+
+
 def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
     """Return the parts that a proposal replaces."""
     left, _ = leave_replaced(scene, options.proposed, options.replace, options.replace_in)
@@ -85,6 +92,12 @@ def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
         what = "1 part is" if len(glass) == 1 else f"{len(glass):,} parts are"
         notes.append(
             f"{what} drawn transparent (first: '{glass[0]}'), and cast shadows as opaque ones do"
+        )
+    if study is not None and study.period.horizon is not None:
+        land = study.period.horizon
+        notes.append(
+            f"the land of {land.name}, up to {land.highest:.1f}° high, hides the sun; it is not "
+            "drawn, and dusk stands for it"
         )
     if study is not None and "canopy_transmissivity" in study.facts:
         notes.append(
@@ -161,7 +174,7 @@ def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
     surface = find_face_surfaces(_find_study(options.study), scene)
-    return make_page(pack_model(scene, site, surface), config, __version__)
+    return make_page(pack_model(scene, site, surface, _find_land(options)), config, __version__)
 
 
 def write_live_page(
@@ -181,4 +194,6 @@ def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveV
     from umbra.web.widget import LiveView  # noqa: PLC0415
 
     surface = find_face_surfaces(_find_study(options.study), scene)
-    return LiveView(pack_model(scene, site, surface), config, height=options.size[1])
+    return LiveView(
+        pack_model(scene, site, surface, _find_land(options)), config, height=options.size[1]
+    )

@@ -121,6 +121,7 @@ class LightOptions(Options):
         "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
     )
     at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
+    horizon: Any = _lights("table", "Refuse a sun behind the land of a file.", metavar="FILE")
 
     def __post_init__(self) -> None:
         check_types(self)

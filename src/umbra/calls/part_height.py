@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from umbra.calls.envelope import HIGHEST, check_highest, read_chosen, read_given
 from umbra.errors import check_type
+from umbra.land.settle import NamedLand
 from umbra.massing.bisection import PartHeight, search_part_height
 from umbra.massing.rule_asks import GatheredPoints
 from umbra.rules import Rule
@@ -38,6 +39,8 @@ def part_height(  # noqa: PLR0913  (each option by its name)
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
     ground: float | str | Path | None = None,
+    horizon: Any = None,
+    horizon_from: float | str | None = None,
     threads: int | None = None,
 ) -> PartHeight:
     """
@@ -52,7 +55,9 @@ def part_height(  # noqa: PLR0913  (each option by its name)
     site : Site
     part : str
         Shell pattern of its name.
-    rules, highest, areas, windows, points, names, year, cast, no_cast, ground, threads
+    rules, highest, areas, windows, points, names, year, cast, no_cast, ground, horizon
+        As ``umbra.envelope``.
+    horizon_from, threads
         As ``umbra.envelope``.
     plot : optional
         For rules of bands around a plot.
@@ -74,9 +79,10 @@ def part_height(  # noqa: PLR0913  (each option by its name)
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
     chosen, given = read_chosen(rules), read_given(points, names)
+    land = NamedLand.of(horizon, horizon_from).settle(scene.model_bounds(), site)
     options = StudyOptions(
         date="2026-03-21", cast=cast, no_cast=no_cast, threads=threads,
-        ground=str(ground) if isinstance(ground, Path) else ground,
+        ground=str(ground) if isinstance(ground, Path) else ground, horizon=land,
     )  # fmt: skip
     when = check_year(year or dt.date.today().year)
 

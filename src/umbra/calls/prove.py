@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from umbra.calls.prove_options import ProofOptions, take_study_options
 from umbra.errors import InputError, check_type
+from umbra.lights import Horizon
 from umbra.rules.read import read_rule
 from umbra.rules.record import Rule
 from umbra.scene import Scene
 from umbra.signatures import check_names
+from umbra.study.land import settle_land
 from umbra.study.remarks import tell_proposal
 from umbra.study.settled import settle_ground
 from umbra.sun import Site
@@ -119,8 +121,8 @@ def prove(
     **options
         ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``replace``,
         ``replace_in``, ``year``, ``cast``, ``no_cast``, ``canopy``, ``transmissivity``,
-        ``leaf_on``, ``ground``, ``sunshine``, ``threads``; and of the sheet ``title``,
-        ``project``, ``author``, ``number``, ``logo``, ``paper``.
+        ``leaf_on``, ``ground``, ``horizon``, ``horizon_from``, ``sunshine``, ``threads``; and of
+        the sheet ``title``, ``project``, ``author``, ``number``, ``logo``, ``paper``.
 
     Returns
     -------
@@ -159,7 +161,8 @@ def make_proof(
     if rules is None:
         rules = read_rules_of(options)
     logo = None if options.logo is None else _read_logo(options.logo)  # before all that takes time
-    study = take_study_options(options)
+    study = settle_land(take_study_options(options), scene.model_bounds(), site)
+    land = () if study.horizon is None else study.horizon.told
     ground = settle_ground(scene, study)
     told = tell_proposal(scene, study) if options.proposed else []
     if ground.scene.replaced:  # on the ground of what stood there, too
@@ -173,7 +176,7 @@ def make_proof(
         areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
-    notes = tuple(dict.fromkeys(map(spell, (*told, *gathered.notes, *ground.notes))))
+    notes = tuple(dict.fromkeys(map(spell, (*told, *gathered.notes, *ground.notes, *land))))
     return Proof(verdicts, gathered, options, notes, spell, logo)
 
 
@@ -240,11 +243,20 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
         ("ground", proof.spell(str(described.get("assumption", ground.name)))),
         ("casters", "; ".join(casters) or "all parts of the model"),
+        *([("land", _tell_land(model.options.horizon))] if model.options.horizon else []),
         ("not in it", "light reflected, glass, frames, and whatever the files do not have"),
         *([("notes", "\n".join(proof.notes))] if proof.notes else []),
         ("files", "\n".join(files) or "none"),
         ("made by", f"umbra {__version__}"),
     ]
+
+
+def _tell_land(land: Horizon) -> str:
+    """Describe the land around, which hides the sun and the sky."""
+    return (
+        f"{land.name} hides the sun and the sky, up to {land.highest:.1f}° above the horizon; not "
+        "from what the proposal alone shades"
+    )
 
 
 def _tell_angle(degrees: float) -> str:
@@ -264,6 +276,7 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
         options.plot,
         options.replace_in,
         options.sunshine,
+        options.horizon,
         *options.rules,
     ]
     for one in named:

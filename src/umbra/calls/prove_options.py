@@ -100,6 +100,17 @@ class ProofOptions(Options):
         "any", "With two shares: the days from which and to which trees have leaves.",
         metavar="MM-DD..MM-DD",
     )  # fmt: skip
+    horizon: Any = _casters(
+        "table",
+        "Land up to 100 km away: a raster of heights (GeoTIFF), or a table azimuth,elevation, "
+        "PVGIS' horizon profile, or bare elevations from north on.",
+        metavar="FILE",
+    )  # fmt: skip
+    horizon_from: Any = _casters(
+        "length", "Distance from which the land of a raster counts; default: as far as the model "
+        "reaches from its middle.",
+        unit="m", metavar="M",
+    )  # fmt: skip
     ground: float | str | None = _casters(
         "ground", "What the ground is: feet, level, a height [m], or a terrain file.", unit="m",
         metavar="feet|level|Z|FILE",
@@ -128,7 +139,7 @@ def take_study_options(options: ProofOptions) -> StudyOptions:
     """Return the options of the studies that a proof runs."""
     taken = (
         "proposed", "replace", "replace_in", "cast", "no_cast", "canopy", "transmissivity",
-        "leaf_on", "ground", "sunshine", "threads",
+        "leaf_on", "ground", "sunshine", "threads", "horizon", "horizon_from",
     )  # fmt: skip
     given = {name: getattr(options, name) for name in taken}
     if options.sunshine is not None:

@@ -90,6 +90,16 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
     "--ground", heading="Casters", type=GroundType(), metavar="feet|level|Z|FILE",
     help="Ground from which heights count: that of a study, if not given.",
 )  # fmt: skip
+@_option(
+    "--horizon", heading="Casters", metavar="FILE",
+    help="Land up to 100 km away, whose suns ask for nothing: a raster of heights (GeoTIFF), or a "
+    "table azimuth,elevation.",
+)  # fmt: skip
+@_option(
+    "--horizon-from", heading="Casters", metavar="M",
+    help="Distance from which the land of a raster counts; default: as far as the model reaches "
+    "from its middle.",
+)  # fmt: skip
 @site_options
 @reading_options()
 @_option(

@@ -114,6 +114,9 @@ def _draw_film(
 ) -> dict[str, Any]:
     """Draw a film; return its numbers."""
     scene, lens, lights, options = drawn
+    if lights.horizon is not None:
+        msg = "horizon= judges the sun of a picture; leave it out of a film"
+        raise InputError(msg, option="horizon")
     sun = None
     if lights.date is not None:
         sun = find_model_site(scene), lights.date, str(lights.at)
@@ -134,6 +137,7 @@ def _draw_pictures(
     """Draw a picture, its arrays, or both; return its numbers."""
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
     from umbra.calls.vectors import draw_seen  # noqa: PLC0415
+    from umbra.land.settle import NamedLand  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
@@ -142,6 +146,9 @@ def _draw_pictures(
     stages.begin(what := _name_drawing(scene, lens))
     find_once = cache(lambda: find_model_site(scene))
     shining = lights.make(find_once)
+    if lights.horizon is not None:
+        when = f"{lights.date} at {lights.at}"
+        NamedLand.of(lights.horizon).check_sun(scene, find_once(), shining[-1].position, when)
     if lights.date is not None and not options.caption:
         options = replace(options, caption=lights.tell_sun(find_once()))
     view = scene, lens.make(scene), shining, options
@@ -209,6 +216,9 @@ def _check_site(lights: LightOptions) -> None:
     if lights.date is None and given:
         msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
         raise InputError(msg)
+    if lights.date is None and lights.horizon is not None:
+        msg = "horizon= hides the sun; give date= and at=, too, or leave it out"
+        raise InputError(msg, option="horizon")
 
 
 def _tell(message: str) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Horizon, LandRaster, read_horizon
 from umbra.options import read_length
+from umbra.scene import Scene
 from umbra.sun import Site
 
 __all__ = ["NamedLand", "check_nearest", "is_raster", "settle_horizon"]
@@ -56,6 +57,16 @@ class NamedLand:
             self.horizon, bounds, site, nearest=self.nearest, is_refracted=self.is_refracted,
             progress=progress,
         )  # fmt: skip
+
+    def check_sun(self, scene: Scene, site: Site, toward: NDArray[np.float64], when: str) -> None:
+        """Refuse a sun, in a direction (4,) of the model's axes, that is behind the land."""
+        land = self.settle(scene.model_bounds(), site)
+        if land is not None and land.covers(np.array([toward]), site.true_north)[0]:
+            msg = (
+                f"the sun is behind the land of {land.name} on {when} ({site.zone}); choose "
+                "another time, or leave horizon= out"
+            )
+            raise InputError(msg, option="horizon")
 
 
 def is_raster(given: object) -> bool:

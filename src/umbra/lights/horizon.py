@@ -1,7 +1,9 @@
 """The horizon: the elevation of the land far away by azimuth."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +54,24 @@ class Horizon:
     def highest(self) -> float:
         """The highest elevation [degrees]."""
         return float(self.elevation.max())
+
+    @property
+    def plain(self) -> dict[str, object]:
+        """The record as JSON and literals hold it."""
+        return {
+            one.name: value.tolist() if isinstance(value, np.ndarray) else value
+            for one in fields(self)
+            for value in (getattr(self, one.name),)
+        }
+
+    @classmethod
+    def of_plain(cls, plain: Mapping[str, Any]) -> Self:
+        """Return the record that is plain; KeyError, TypeError or ValueError if it is none."""
+        arrays = {
+            name: None if plain[name] is None else np.array(plain[name], np.float64)
+            for name in ("azimuth", "elevation", "distance")
+        }
+        return cls(**{**plain, **arrays, "told": tuple(plain["told"])})
 
     @property
     def facts(self) -> dict[str, object]:

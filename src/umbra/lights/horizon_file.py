@@ -12,6 +12,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, Self
 
@@ -124,6 +125,9 @@ def read_horizon(given: Any) -> Horizon | LandRaster:
     """
     if isinstance(given, (Horizon, LandRaster)):
         return given
+    if isinstance(given, dict):  # of a city's run
+        with suppress(KeyError, TypeError, ValueError):
+            return Horizon.of_plain(given)
     file = _File.open(Path(given)) if isinstance(given, (str, Path)) else _write_table(given)
     if file.is_raster:
         return LandRaster(file.path)
@@ -140,8 +144,7 @@ def _write_table(given: Any) -> _File:
     """Write a pandas series of elevations by azimuth as a table."""
     try:
         rows = [f"{float(turn)!r},{float(high)!r}" for turn, high in given.items()]
-        assert not isinstance(given, dict)
-    except (AttributeError, TypeError, ValueError, AssertionError):
+    except (AttributeError, TypeError, ValueError):
         msg = (
             "horizon= is a file (azimuth,elevation, or a raster of heights), or a pandas series of "
             f"elevations by azimuth; got {show_value(given)}"

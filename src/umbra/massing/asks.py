@@ -77,7 +77,9 @@ class Ask:
         """The suns: at the middles of steps, or close enough to miss no minute."""
         if self.is_continuous:
             return follow_sun(self.period, _EXACT)
-        return self.period.make_lights(self.period.sun.altitude >= self.min_altitude)
+        sun = self.period.sun
+        is_behind = self.period.meets_land(sun.direction)
+        return self.period.make_lights((sun.altitude >= self.min_altitude) & ~is_behind)
 
     def count(self, casting: Casting | None) -> NDArray[np.float64]:
         """Measure the hours of all receivers among casters, (n,) [h]; None: nothing casts."""

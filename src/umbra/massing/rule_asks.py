@@ -278,7 +278,8 @@ class _Clauses:
             "date": settle_dates(condition, model.year, model.site.zone), "start": condition.start,
             "end": condition.end, "every": condition.every, "clock": condition.clock,
         }  # fmt: skip
-        period = find_period(StudyOptions(**time), model.site)
+        land = model.options.horizon
+        period = find_period(StudyOptions(**time, horizon=land), model.site)
         days = f"{period.days[0]}" if period.days else ""
         days += f" to {period.days[-1]}" if len(period.days) > 1 else ""
         counted = tell_interval(condition.start, condition.end, condition.clock)

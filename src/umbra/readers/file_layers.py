@@ -161,6 +161,7 @@ def _place(
             placed = place_parts(
                 moved[k], others or _list_others(layers, moved, layer.name), crs, placing,
                 is_afloat=layer.model.is_afloat and has_raster,
+                own_ground=layer.model.place.ground,
             )  # fmt: skip
             moved[k] = placed.parts
             if placed.note not in notes:

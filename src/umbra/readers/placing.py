@@ -2,7 +2,8 @@
 Layers in their place among others: where a caller puts them, or where their site lies.
 
 A model's own origin comes to a place of the other layers' plan, and its y axis is turned clockwise
-from the plan's north. Without a height its lowest point stands on the ground of the others there.
+from the plan's north. Without a height the ground that its file states, such as that of a storey at
+grade, lies on the ground of the others there, with cellars below; else its lowest point does.
 """
 
 import math
@@ -28,6 +29,7 @@ __all__ = [
 ]  # fmt: skip
 
 _GROUND = "ground"
+_DEEP = 0.05  # of what lies below the ground, from which it is told [m]
 _AFLOAT = ("Bridge", "Tunnel", "Canopy")  # kinds that begin so show nothing of the ground's height
 _FORMS = {
     "place": "LAYER=X,Y[,Z][,AZIMUTH], such as 'new=2500,340500' or 'new=48.2029,16.3658,,90'",
@@ -171,6 +173,7 @@ def place_parts(
     frame: NDArray[np.float64] | None = None,
     *,
     is_afloat: bool = False,
+    own_ground: float | None = None,
 ) -> Placed:
     """
     Bring the parts of a layer to their place.
@@ -187,6 +190,8 @@ def place_parts(
         From the layer's own coordinates to those of ``parts``; by default they are the same.
     is_afloat : bool
         Whether the parts are set on the ground one by one afterwards.
+    own_ground : float, optional
+        Height of its ground that the layer's file states, in the coordinates of ``parts`` [m].
 
     Returns
     -------
@@ -214,7 +219,9 @@ def place_parts(
     matrix = shift @ matrix
     if any(placing.move):
         told.append("moved by {:.2f}, {:.2f}, {:.2f} m".format(*placing.move))
-    height, how = _find_height(parts, others, placing, matrix, is_afloat=is_afloat)
+    height, how = _find_height(
+        parts, others, placing, matrix, is_afloat=is_afloat, own_ground=own_ground
+    )
     rise = placing.move[2] + (0.0 if placing.lift == _GROUND else float(placing.lift))
     matrix[2, 3] += height + rise
     if placing.lift and placing.lift != _GROUND:
@@ -225,7 +232,7 @@ def place_parts(
 
 def _tell(placing: Placing, told: Sequence[str]) -> str:
     name = " ".join(placing.layer.split())
-    options = [f"place='{name}=X,Y,Z,AZIMUTH'", f"lift='{name}=M'", f"move='{name}=DX,DY'"]
+    options = [f"place='{name}=X,Y,Z,AZIMUTH'", f"lift='{name}=M|ground'", f"move='{name}=DX,DY'"]
     said = ", ".join(one for one in told if one)
     return f"layer '{name}': {said} (other: {', '.join(options)})"
 
@@ -244,7 +251,7 @@ def _find_plan(placing: Placing, crs: str | None) -> tuple[float, float, str]:
 
 def _find_height(
     parts: Sequence[Part], others: Sequence[Part], placing: Placing, matrix: NDArray[np.float64],
-    *, is_afloat: bool,
+    *, is_afloat: bool, own_ground: float | None,
 ) -> tuple[float, str]:  # fmt: skip
     """Return by how much the parts rise [m], and what they stand on then."""
     if placing.at is not None and len(placing.at) > 2 and placing.lift != _GROUND:
@@ -263,7 +270,16 @@ def _find_height(
     if found is None:
         return 0.0, "its height as it is, for there is no ground below it"
     ground, what = found
-    low = float(corners[:, 2].min())
+    low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
+    if own_ground is not None and placing.lift != _GROUND:
+        level = own_ground + float(matrix[2, 3])  # it stays upright
+        if low <= level <= high:
+            rise = ground - level
+            below = f", with {level - low:.2f} m of it below" if level - low > _DEEP else ""
+            return rise, (
+                f"its own ground (z {own_ground:.2f} m of its file) on {what}, z {ground:.2f} m"
+                f"{below}, raised by {rise:.2f} m"
+            )
     rise = ground - low
     return rise, f"its lowest point on {what}, z {ground:.2f} m, raised by {rise:.2f} m"
 

@@ -21,6 +21,7 @@ from umbra.options import is_area_file
 from umbra.packages import need
 from umbra.rays.nearest_hits import drop_plumb
 from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_areas
+from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import Request
 from umbra.receivers.lattice import choose_side, cut_polygon
@@ -201,13 +202,16 @@ class AreaKind(PlacedKind):
             raise InputError(msg, option="areas")
         areas, notes = find_areas(scene, options.areas)
         _refuse_outside(areas, options.extent)
-        sides = [choose_side(area.area_m2, options.cell) for area in areas]
-        pieces = [cut_polygon(area.polygon, side) for area, side in zip(areas, sides, strict=True)]
-        owner = np.repeat(np.arange(len(areas)), [len(own) for _, own in pieces])
-        weights = np.concatenate([own for _, own in pieces])
-        plan = np.concatenate([points for points, _ in pieces]) - scene.origin[:2]
-        level = AreaLevel.of(options.areas_on)
-        points, normals, covered = _stand(request, areas, plan, owner, weights, level)
+        level, mean = AreaLevel.of(options.areas_on), None
+        if bands := read_bands(options.band):
+            plots = areas
+            areas, of_plot = make_bands(plots, bands)
+            if level.base == "mean":
+                plan, owner, weights, _ = _cut(plots, None, scene)
+                z, _, _ = _drop_to_ground(request, plots, plan, owner)
+                mean = _average(z, owner, weights)[of_plot]
+        plan, owner, weights, sides = _cut(areas, options.cell, scene)
+        points, normals, covered = _stand(request, areas, plan, owner, weights, level, mean)
         notes += _tell_covered(areas, owner, weights, covered)
         told = _tell_lattice(sides, options.cell, level)
         return NamedReceivers(
@@ -247,6 +251,26 @@ def _refuse_outside(areas: Sequence[Area], extent: Sequence[float] | None) -> No
         raise InputError(msg, option="areas", area=out[0])
 
 
+def _cut(
+    areas: Sequence[Area], cell: float | None, scene: Scene
+) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64], list[float]]:
+    """Return places in local plan, the area of each, their weights, and the squares' sides."""
+    sides = [choose_side(area.area_m2, cell) for area in areas]
+    pieces = [cut_polygon(area.polygon, side) for area, side in zip(areas, sides, strict=True)]
+    owner = np.repeat(np.arange(len(areas)), [len(own) for _, own in pieces])
+    weights = np.concatenate([own for _, own in pieces])
+    plan = np.concatenate([points for points, _ in pieces]) - scene.origin[:2]
+    return plan, owner, weights, sides
+
+
+def _average(
+    z: NDArray[np.float64], owner: NDArray[np.intp], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the mean height of each area."""
+    mean: NDArray[np.float64] = np.bincount(owner, weights * z) / np.bincount(owner, weights)
+    return mean
+
+
 def _stand(
     request: Request,
     areas: Sequence[Area],
@@ -254,8 +278,36 @@ def _stand(
     owner: NDArray[np.intp],
     weights: NDArray[np.float64],
     level: AreaLevel,
+    mean: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return points and normals on what areas are judged on, and which lie under a roof."""
+    """
+    Return points and normals on what areas are judged on, and which lie under a roof.
+
+    ``mean`` (n_areas,) is the height of a mean ground, by default that of each area [m].
+    """
+    z, normals, over = _drop_to_ground(request, areas, plan, owner)
+    casting = request.prepare()
+    floor = float(request.scene.bounds()[0, 2] - request.scene.origin[2]) - 1.0
+    covered = np.zeros(len(plan), np.bool_)
+    if over:
+        tree = casting.with_casters(over).tree
+        roof, slope, _ = drop_plumb(tree, plan, floor, request.threads)
+        is_above = roof > z + _ABOVE
+        if level.base == "top":
+            z, normals = np.where(is_above, roof, z), np.where(is_above[:, None], slope, normals)
+        else:
+            covered = is_above & (roof > z + level.above + _ABOVE)
+    if level.base == "mean":
+        z = (_average(z, owner, weights) if mean is None else mean)[owner]
+    if level.base == "mean" or level.above:
+        z, normals = z + level.above, np.tile(_UP, (len(plan), 1))
+    return np.column_stack([plan, z]), normals, covered
+
+
+def _drop_to_ground(
+    request: Request, areas: Sequence[Area], plan: NDArray[np.float64], owner: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int]]:
+    """Return heights and normals of the ground at places, and the parts that may lie over it."""
     scene, casting = request.scene, request.prepare()
     ground = find_ground(scene, request.options.ground)
     kinds = ADDED_GROUND if ground.is_added else TERRAIN
@@ -269,20 +321,7 @@ def _stand(
         tree = casting.with_casters(land).tree
         z, normals, _ = drop_plumb(tree, plan, floor, request.threads)
         _fill(areas, plan, owner, z, normals)
-    covered = np.zeros(len(plan), np.bool_)
-    if over:
-        tree = casting.with_casters(over).tree
-        roof, slope, _ = drop_plumb(tree, plan, floor, request.threads)
-        is_above = roof > z + _ABOVE
-        if level.base == "top":
-            z, normals = np.where(is_above, roof, z), np.where(is_above[:, None], slope, normals)
-        else:
-            covered = is_above & (roof > z + level.above + _ABOVE)
-    if level.base == "mean":
-        z = (np.bincount(owner, weights * z) / np.bincount(owner, weights))[owner]
-    if level.base == "mean" or level.above:
-        z, normals = z + level.above, np.tile(_UP, (len(plan), 1))
-    return np.column_stack([plan, z]), normals, covered
+    return z, normals, over
 
 
 def _fill(

@@ -32,7 +32,9 @@ CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
 MANY_SUNS = 16
-"""Number of suns from which patches of surfaces pay; rays are faster for fewer."""
+"""Number of suns from which patches of surfaces pay; rays are faster for fewer,"""
+_FEW_SUNS, _MANY_SAMPLES = 4, 1_000_000
+"""but from so many suns on of so many samples: a patch serves all of its own at once."""
 _KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
 _SAMPLE = 150  # of a surface, with its share of a patch [byte]
 _SHARE = 0.03  # of the memory, for samples and patches that are kept for the next study
@@ -209,7 +211,8 @@ class SingleReceivers(Receivers):
                 "give a larger spacing=, or choose parts with on="
             )
             raise InputError(msg, samples=count)
-        is_many = request.lights >= MANY_SUNS or request.has_groups
+        least = min(MANY_SUNS, _FEW_SUNS) if count >= _MANY_SAMPLES else MANY_SUNS
+        is_many = request.lights >= least or request.has_groups
         samples = self.samples if is_many else None
         # Attribution holds a mask of each caster.
         side = request.limit_tiles(math.isqrt(CHUNK if samples is None else _CHUNK_OF_SURFACES))

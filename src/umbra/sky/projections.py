@@ -10,7 +10,7 @@ __all__ = ["PROJECTIONS", "Projection", "find_projection"]
 PROJECTIONS = ("stereographic", "equidistant", "orthographic", "waldram")
 
 
-_LEVEL = 1e-6  # sine of a tilt
+_STEEP = 0.5**0.5  # sine of a tilt from which a Waldram diagram is of a vertical plane
 
 
 class Projection:
@@ -22,8 +22,8 @@ class Projection:
     name : str
         One of ``PROJECTIONS``.
     facing : float or None
-        Azimuth of the plane's normal in the model's axes, clockwise from +y [radians]; None where
-        it looks up: its Waldram diagram is of a level plane and shows the whole turn.
+        Azimuth of the plane's normal in the model's axes, clockwise from +y [radians]; None within
+        45 degrees of level: its Waldram diagram is of a level plane and shows the whole turn.
     north : float
         Azimuth of true north in the model's axes [radians].
     """
@@ -79,6 +79,6 @@ def find_projection(name: str, normal: NDArray[np.float64], north: float) -> Pro
         advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(PROJECTIONS)}"
         msg = f"there is no projection '{name}'; {advice}"
         raise InputError(msg, projection=name)
-    level = np.hypot(normal[0], normal[1]) < _LEVEL
-    facing = None if level else float(np.arctan2(normal[0], normal[1]))
+    is_steep = np.hypot(normal[0], normal[1]) >= _STEEP * np.linalg.norm(normal)
+    facing = float(np.arctan2(normal[0], normal[1])) if is_steep else None
     return Projection(name, facing, float(np.radians(north)))

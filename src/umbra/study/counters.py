@@ -48,14 +48,14 @@ class LandCounter:
         self, counter: Counter, shape: tuple[int, ...],
         meets_land: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
     ) -> None:  # fmt: skip
-        self._counter, self._shape, self._meets_land = counter, shape, meets_land
+        self.counter, self._shape, self._meets_land = counter, shape, meets_land
 
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun (n, 3) the receivers in shadow."""
         is_free = ~self._meets_land(lights)
         masks = np.ones((len(lights), *self._shape), np.uint8)
         if is_free.any():
-            masks[is_free] = self._counter.masks(np.ascontiguousarray(lights[is_free]))
+            masks[is_free] = self.counter.masks(np.ascontiguousarray(lights[is_free]))
         return masks
 
     def add_weights(
@@ -72,7 +72,7 @@ class LandCounter:
         progress(int((~is_free).sum()))
         if is_free.any():
             some = np.ascontiguousarray(lights[is_free]), np.ascontiguousarray(weights[is_free])
-            self._counter.add_weights(*some, sums, progress)
+            self.counter.add_weights(*some, sums, progress)
 
 
 class RayCounter(CounterByMasks):

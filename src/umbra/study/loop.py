@@ -88,7 +88,7 @@ class TileRun:
             Sum of each column.
         """
         counter = self.counters[0]
-        if not isinstance(counter, LightCounter):
+        if not isinstance(getattr(counter, "counter", counter), LightCounter):
             counter = LightCounter(self.tiles[0], counter)
         return add_up(counter, self.shape, lights)
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["StudyOptions"]
 
 _DEEPEST = 10.0  # reveal [m]
-_OF_AREAS = ("areas", "areas_on", "least")
+_OF_AREAS = ("areas", "areas_on", "band", "least")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 
@@ -145,14 +145,16 @@ class StudyOptions(ReceiverOptions):
         from umbra.study.compare import read_hours  # noqa: PLC0415  (the help needs none)
 
         if self.areas is None:
-            for name, default in (("areas_on", "ground"), ("least", "2h")):
+            for name, default in (("areas_on", "ground"), ("band", ()), ("least", "2h")):
                 given = getattr(self, name)
-                if not isinstance(given, str) or given != default:
+                if type(given) is not type(default) or given != default:
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
                     raise InputError(msg, option=name)
             return
         from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+        from umbra.receivers.bands import read_bands  # noqa: PLC0415
 
+        read_bands(self.band)
         object.__setattr__(self, "areas", check_areas(self.areas))
         AreaLevel.of(self.areas_on)
         read_hours(self.least, "least")

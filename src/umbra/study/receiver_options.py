@@ -99,6 +99,11 @@ class ReceiverOptions(TimeOptions):
         "any", "What areas are judged on: ground, top, or a plane above the ground (ground+1.5) or "
         "above the mean ground of each (mean+4) [m].", default="ground", metavar="WHERE",
     )  # fmt: skip
+    band: Sequence[str] = _receivers(
+        "texts", "Instead of each area judge the ring between two distances from its boundary [m], "
+        "such as 5,10; areas_on=mean+4 is then above the mean ground of the area itself.",
+        default=(), metavar="NEAR,FAR",
+    )  # fmt: skip
     least: str | float | dt.timedelta = _receivers(
         "any", "Areas: the share of each that gets at least so much sun on a date.",
         more="A number is of hours.", default="2h", metavar="DURATION",

@@ -48,9 +48,6 @@ def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
             "tiles= out and read what lies around them with bbox="
         )
         raise InputError(msg, option="receivers")
-    if options.horizon is not None:
-        msg = "horizon= is not known in tiles; leave tiles= or horizon= out"
-        raise InputError(msg, option="horizon")
     if options.areas is not None:
         msg = (
             "areas= are not counted in tiles; leave tiles= out and read what lies around them with "

@@ -13,12 +13,14 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
+from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.readers.georeference import locate_bounds
 from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
+from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
@@ -90,6 +92,8 @@ class Preparation:
         if self.job.options.date is not None:
             found += tell_skipped(self.job.options.date)
         found += tell_sources(self.job.options, self.job.site)
+        land = self.job.options.horizon
+        found += land.told if land is not None else ()
         found += tell_proposal(self.job.open())
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
@@ -176,6 +180,7 @@ def prepare_city(
     frame = find_frame(catalogue, kind, ground)
     if not isinstance(site, Site):
         site = find_city_site(catalogue, is_needed=options.needs_site, **(site or {}))
+    options = settle_land(options, catalogue.bounds, site)
     merged = find_merged(catalogue)
     Roles(catalogue, options, merged).check()
     period = make_city_period(options, site, city.min_altitude or 0.0)
@@ -304,6 +309,8 @@ def _make_plain(value: Any) -> Any:
         return f"{value.total_seconds():g}s"
     if isinstance(value, (list, tuple)):
         return tuple(map(_make_plain, value))
+    if isinstance(value, Horizon):
+        return value.plain
     return str(value) if isinstance(value, (dt.date, dt.time)) else value
 
 
@@ -328,7 +335,8 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
-        what = f"another {name}= ({was}, now {wanted})"
+        told = "" if name == "horizon" else f" ({was}, now {wanted})"
+        what = f"another {name}={told}"
     elif what == "files":
         known = {one[0]: one for one in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.

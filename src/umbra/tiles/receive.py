@@ -189,6 +189,7 @@ def count_receivers(
             tile, counter, place.lights.vectors, partial(_find, find_tiles, number)
         )
         run = make_tile_run(tile, canopy, where, reaching, partial(_reach, find_tiles, number))
+        run = run.behind_land(place.period)
         for one in idle:
             one.skip(run)
         return run

@@ -188,10 +188,14 @@ class SunlightOf:
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
+        if which != "proposed":  # what the proposal alone shades, it shades without land, too
+            kept["horizon"] = options.horizon
         casters = model.choose_casters(which)
         scene = model.scene.whole if which == "before" else model.scene
         if not scene.select(casters["cast"], casters["no_cast"]):
-            scene, casters, kept = _make_empty(given.points), {}, {"threads": options.threads}
+            scene, casters, kept = _make_empty(given.points), {}, {
+                name: kept[name] for name in ("threads", "horizon") if name in kept
+            }  # fmt: skip
         points = np.hstack([given.points, normals])
         asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
         return run(scene, model.site, asked)

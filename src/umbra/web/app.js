@@ -267,6 +267,7 @@ export class App {
   isLit(isAfter) {
     const { place } = this.state;
     if (!place || this.sun.altitude <= 0) return null;
+    if (this.sun.isBehind) return false;
     return isLit(this.model, place, this.sun.direction, isAfter ? this.after : this.before);
   }
 

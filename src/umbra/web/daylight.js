@@ -1,7 +1,7 @@
 // The sun of one view: by date and clock at a site, or by azimuth and altitude without one.
 
 import { addDays, findInstant } from "./clock.js";
-import { RIM, findSpells, findSun, makeDirection } from "./sun.js";
+import { RIM, describeSun, findSpells, findSun, makeDirection } from "./sun.js";
 
 /** @typedef {import('./sun.js').Site} Site */
 /** @typedef {import('./sun.js').Sun} Sun */
@@ -51,7 +51,7 @@ export class Daylight {
   sun(when) {
     if (!this.site) {
       const { altitude, azimuth } = when;
-      return { altitude, azimuth, direction: makeDirection(altitude, azimuth) };
+      return { altitude, azimuth, direction: makeDirection(altitude, azimuth), isBehind: false };
     }
     const now = findSun(this.site, this.instant(when));
     if (!when.share) return now;
@@ -61,7 +61,7 @@ export class Daylight {
     const around = ((next.azimuth - now.azimuth + 540) % 360) - 180;
     const altitude = now.altitude + (next.altitude - now.altitude) * t;
     const azimuth = (now.azimuth + around * t + 360) % 360;
-    return { altitude, azimuth, direction: makeDirection(altitude, azimuth + this.site.trueNorth) };
+    return describeSun(this.site, altitude, azimuth);
   }
 
   /**

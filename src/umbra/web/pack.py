@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.lights import Horizon
 from umbra.scene import Scene
 from umbra.scene.mesh import Mesh, transform_points
 from umbra.sun import Site
@@ -85,8 +86,9 @@ def _find_step(reach: float) -> float:
 
 
 def pack_model(
-    scene: Scene, site: Site | None = None, surface: NDArray[np.integer] | None = None
-) -> bytes:
+    scene: Scene, site: Site | None = None, surface: NDArray[np.integer] | None = None,
+    land: Horizon | None = None,
+) -> bytes:  # fmt: skip
     """
     Pack a scene for the renderer in the browser.
 
@@ -98,6 +100,8 @@ def pack_model(
         Place on earth, for the sun.
     surface : (n_faces,) int, optional
         Surface of a study's samples of each face of ``scene.triangles()``; -1 is none.
+    land : Horizon, optional
+        Land far away, which hides the sun and the sky.
 
     Returns
     -------
@@ -138,7 +142,7 @@ def pack_model(
         "step": step,
         "origin": rounded.origin.tolist(),
         "ground": None if scene.ground is None else scene.ground - float(rounded.origin[2]),
-        "site": None if site is None else _describe_site(site),
+        "site": None if site is None else _describe_site(site, land),
         "parts": [
             [part.name, part.kind, part.layer, label, list(part.color), part.material.opacity]
             for part, label in zip(rounded.parts, rounded.labels(), strict=True)
@@ -149,7 +153,7 @@ def pack_model(
     return zlib.compress(struct.pack("<I", len(text)) + text + b"".join(streams.bodies), 9)
 
 
-def _describe_site(site: Site) -> dict[str, object]:
+def _describe_site(site: Site, land: Horizon | None) -> dict[str, object]:
     """Return a site as the page's sun needs it."""
     return {
         "latitude": site.latitude,
@@ -157,6 +161,12 @@ def _describe_site(site: Site) -> dict[str, object]:
         "zone": site.zone,
         "trueNorth": site.true_north,
         "elevation": site.elevation,
+        "land": None
+        if land is None
+        else {
+            "azimuth": land.azimuth.round(3).tolist(),
+            "elevation": land.elevation.round(3).tolist(),
+        },
     }
 
 

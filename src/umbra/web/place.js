@@ -57,8 +57,10 @@ export const isLit = (model, place, direction, cast) =>
  * @returns {Sunlight}
  */
 export const findSunlight = (model, site, day, place, cast) => {
-  const isLitAt = (/** @type {number} */ instant) =>
-    isLit(model, place, findSun(site, instant).direction, cast);
+  const isLitAt = (/** @type {number} */ instant) => {
+    const { direction, isBehind } = findSun(site, instant);
+    return !isBehind && isLit(model, place, direction, cast);
+  };
   const spells = day.up.flatMap(([begin, end]) => findSpells(isLitAt, begin, end, STEP));
   const sum = spells.reduce((total, [from, to]) => total + to - from, 0);
   return { spells, hours: sum / 3600000 };

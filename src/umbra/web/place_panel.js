@@ -75,6 +75,7 @@ export const makePlacePanel = (app) => {
   const tellNow = (place, parts) => {
     const { sun } = app;
     if (sun.altitude <= 0) return "The sun is below the horizon.";
+    if (sun.isBehind) return "Now in shadow: the sun is behind the land.";
     const direction = sun.direction;
     if (place.normal && dot(place.normal, direction) <= 0) {
       return "Now in shadow: the surface is turned away from the sun.";

@@ -33,9 +33,11 @@ const AXES = [
  * @param {ArrayLike<number>} objectOf the object of each part
  * @param {Mask} cast which parts obstruct; null: all
  * @param {number} size texels along a cube's edge, even
+ * @param {Float64Array} [around] triangles from the eye, nine coordinates each [m]
+ * @param {number} [object] that they are
  * @returns {SkyCube}
  */
-export const lookAround = (model, eye, objectOf, cast, size) => {
+export const lookAround = (model, eye, objectOf, cast, size, around, object = 0) => {
   const { faces, facePart, faceStarts, places, shells, shellCount } = model;
   const hit = new Int32Array(3 * size * size),
     nearness = new Float32Array(3 * size * size);
@@ -53,6 +55,10 @@ export const lookAround = (model, eye, objectOf, cast, size) => {
       if (corners[2] <= 0 && corners[5] <= 0 && corners[8] <= 0) continue;
       drawFace(objectOf[facePart[f]] + 1, size, hit, nearness);
     }
+  }
+  for (let at = 0; around && at < around.length; at += 9) {
+    corners.set(around.subarray(at, at + 9));
+    drawFace(object + 1, size, hit, nearness);
   }
   return { size, hit };
 };

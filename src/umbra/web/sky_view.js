@@ -2,6 +2,7 @@
 
 import { readClock } from "./clock.js";
 import { button, choice, el, fill } from "./dom.js";
+import { hang } from "./land.js";
 import { findOrigin } from "./place.js";
 import { CHARTS, Chart } from "./sky_charts.js";
 import { findHit, lookAround, sumSky } from "./sky_cube.js";
@@ -17,7 +18,7 @@ import { dot } from "./vectors.js";
 /**
  * @typedef {object} SkyScene what all skies of a model share
  * @property {Model} model
- * @property {string[]} names of objects
+ * @property {string[]} names of objects; the land's number is theirs
  * @property {ArrayLike<number>} objectOf the object of each part
  * @property {import('./daylight.js').Daylight} daylight
  * @property {number} north azimuth of true north in the plan [degrees]
@@ -45,9 +46,12 @@ const BESIDE = 1000; // from the end of a spell to what hides the sun [ms]
  * @param {number} size texels along a cube's edge
  * @returns {SeenSky}
  */
-export const findSky = ({ model, objectOf }, place, cast, size) => {
+export const findSky = ({ model, objectOf, names, daylight, north }, place, cast, size) => {
   const normal = place.normal ?? /** @type {Vec3} */ ([0, 0, 1]);
-  const cube = lookAround(model, findOrigin(model, place), objectOf, cast, size);
+  const land = daylight.site?.land,
+    around = land ? hang(land, north) : undefined;
+  const eye = findOrigin(model, place);
+  const cube = lookAround(model, eye, objectOf, cast, size, around, names.length);
   const sums = sumSky(cube, normal);
   const colors = new Map(sums.blockedBy.slice(0, NAMED).map(([object], k) => [object, COLORS[k]]));
   return { cube, normal, sums, colors };
@@ -70,6 +74,8 @@ export const tellPlane = ([x, y, z], north) => {
 
 /** @param {string} name */
 const orNone = (name) => name || "(no name)";
+/** @param {string[]} names @param {number} object */
+const nameObject = (names, object) => (object < names.length ? orNone(names[object]) : "land");
 
 /**
  * List what obstructs, with its share of the plane's open sky component, as a key of colours.
@@ -78,7 +84,7 @@ const orNone = (name) => name || "(no name)";
  */
 export const listObstructions = ({ names }, { sums, colors }) => {
   const rows = sums.blockedBy.slice(0, NAMED).map(([object, share]) => ({
-    share, color: colors.get(object) ?? OTHER, name: orNone(names[object]),
+    share, color: colors.get(object) ?? OTHER, name: nameObject(names, object),
   })); // prettier-ignore
   const rest = sums.blockedBy.slice(NAMED);
   if (rest.length) {
@@ -122,11 +128,11 @@ export const listSpells = ({ model, daylight }, { place, cast, date, sunlight })
   if (!site || !day || !sunlight) return null;
   const name = (/** @type {number} */ instant) => {
     if (instant <= day.begin || instant >= day.end) return "midnight";
-    const { direction } = findSun(site, instant);
+    const { direction, isBehind } = findSun(site, instant);
     if (direction[2] <= 0) return "the horizon";
     if (place.normal && dot(place.normal, direction) <= 0) return "its own plane";
     const [hit] = model.trace(findOrigin(model, place), direction, { cast });
-    return hit ? orNone(model.parts[hit.part].label) : "the sky";
+    return hit ? orNone(model.parts[hit.part].label) : isBehind ? "the land" : "the sky";
   };
   if (!sunlight.spells.length) return el("p", { class: "quiet" }, `No sun on ${date}.`);
   const rows = sunlight.spells.map(([from, to]) =>
@@ -282,6 +288,6 @@ const tellDirection = ({ names, north }, { cube, normal }, toward) => {
   const azimuth = ((Math.atan2(x, y) * 180) / Math.PI - north + 720) % 360,
     altitude = (Math.asin(Math.min(1, z)) * 180) / Math.PI;
   const hit = findHit(cube, x, y, z);
-  const what = dot(normal, toward) <= 0 ? "behind the plane" : hit ? orNone(names[hit - 1]) : "free sky";
+  const what = dot(normal, toward) <= 0 ? "behind the plane" : hit ? nameObject(names, hit - 1) : "free sky";
   return `azimuth ${azimuth.toFixed(1)}°, ${altitude.toFixed(1)}° high: ${what}`;
 };

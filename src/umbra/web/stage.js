@@ -104,9 +104,10 @@ export class Stage {
       { viewpoint } = state;
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
     renderer.camera = { ...this.#findLens(viewpoint), target: viewpoint.target, near };
-    renderer.lights = app.sun.altitude > 0 ? [{ direction: app.sun.direction }] : [];
+    const { altitude, direction, isBehind } = app.sun;
+    renderer.lights = altitude > 0 && !isBehind ? [{ direction }] : [];
     renderer.setStyle({
-      ...(state.hasSunHours ? DAY : findColors(app.sun.altitude)),
+      ...(state.hasSunHours ? DAY : findColors(isBehind ? 0 : altitude)),
       edges: state.hasEdges,
     });
     renderer.clip = app.plane;

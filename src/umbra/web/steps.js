@@ -1,4 +1,4 @@
-// The steps of a day at whose middle the sun is up: what hours of sun are counted by, as a study's are.
+// The steps of a day at whose middle the sun is up before no land: what hours of sun are counted by, as a study's are.
 
 import { findInstant } from "./clock.js";
 import { findSun } from "./sun.js";
@@ -24,8 +24,8 @@ export const findSteps = (site, date) => {
     half = STEP * 30000;
   const steps = [];
   for (let instant = begin + half; instant < end; instant += 2 * half) {
-    const { altitude, direction } = findSun(site, instant);
-    if (altitude > 0) steps.push({ instant, direction });
+    const { altitude, direction, isBehind } = findSun(site, instant);
+    if (altitude > 0 && !isBehind) steps.push({ instant, direction });
   }
   return steps;
 };

@@ -6,6 +6,8 @@
 // I. Reda and A. Andreas, "Solar position algorithm for solar radiation applications",
 // NREL/TP-560-34302, revised January 2008; numbers of equations are theirs.
 
+import { hides } from "./land.js";
+
 /**
  * @typedef {object} Site
  * @property {number} latitude north is positive [degrees]
@@ -13,11 +15,13 @@
  * @property {number} elevation above the sea [m]
  * @property {number} trueNorth its azimuth in the model's plan, clockwise from +y [degrees]
  * @property {string} zone IANA name of the local clock
+ * @property {import('./land.js').Land | null} [land] far away, which hides the sun
  *
  * @typedef {object} Sun
  * @property {number} altitude of the centre above the horizon, with refraction [degrees]
  * @property {number} azimuth clockwise from true north, in [0, 360) [degrees]
  * @property {Vec3} direction unit vector toward the sun in the model's axes
+ * @property {boolean} isBehind whether it is up behind the land
  */
 
 const DEGREES = 180 / Math.PI;
@@ -194,8 +198,21 @@ export const findSun = (site, instant) => {
   }
   const west = atan2(sin(h), cos(h) * sin(phi) - tan(seen) * cos(phi));
   const azimuth = (((west * DEGREES + 180) % 360) + 360) % 360;
-  return { altitude, azimuth, direction: makeDirection(altitude, azimuth + site.trueNorth) };
+  return describeSun(site, altitude, azimuth);
 };
+
+/**
+ * The sun at an altitude and an azimuth over a site.
+ * @param {Site} site
+ * @param {number} altitude @param {number} azimuth [degrees]
+ * @returns {Sun}
+ */
+export const describeSun = (site, altitude, azimuth) => ({
+  altitude,
+  azimuth,
+  direction: makeDirection(altitude, azimuth + site.trueNorth),
+  isBehind: hides(site.land, azimuth, altitude),
+});
 
 /**
  * Turn an altitude and an azimuth, clockwise from +y [degrees], into a unit vector.

@@ -172,7 +172,8 @@ const makeClockBar = (app) => {
           ].filter(Boolean);
     const place =
       sun.altitude > 0
-        ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)`
+        ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)` +
+          (sun.isBehind ? ", behind the land" : "")
         : `the sun is ${(-sun.altitude).toFixed(1)}° below the horizon`;
     const now = nameZone(zone, app.daylight.instant(state));
     fill(

@@ -13,6 +13,7 @@ from umbra.sky.projections import Projection, find_projection
 from umbra.sky.view import ExactSky
 from umbra.sun import find_sun
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Paper, wrap
+from umbra.writers.sky_shapes import bend, join_bands, split_at_cut
 
 __all__ = ["SkyPicture", "draw_sky"]
 
@@ -22,14 +23,19 @@ _COLORS = (
 )  # fmt: skip
 _OTHER = "#b4b4ba"
 _SKY, _GRID = "#eef4fa", "#c3ccd6"
+_BEHIND = "#dcdce0"
 _SUN, _HIDDEN, _SOLAR = "#d9480f", "#f0b89c", "#6b6b76"
 _NAMED = 10  # obstructions in colours of their own
-_FINE = np.radians(1.5)  # of arcs drawn as straight pieces
 _MARGIN, _ROUND, _LEGEND = 0.55, 5.4, 2.35  # [inch]
 _WIDE, _HIGH = 7.2, 4.1  # of a Waldram diagram [inch]
 _JUMP = 1.5  # between neighbours of a path, over the cut of a diagram [inch]
 _LOW = 0.02  # sine of an altitude below which no hour is named
 _SHOWN = 0.0005  # share that is told
+_FLAT = 1e-4  # tilt that is none [degrees]
+_LINES = 3  # of a long name
+_LINE = 0.15  # between lines of a name [inch]
+_LETTER = 0.068  # width of one, on average [inch]
+_CLEAR = 0.1  # between words of an axis [inch]
 _SOLAR_TILTS = np.radians(np.linspace(-23.44, 23.44, 25))
 
 
@@ -124,8 +130,8 @@ def _tell_facts(view: ExactSky, projection: Projection, dates: Sequence[dt.date]
     x, y, z = view.point
     tilt = np.degrees(np.arccos(np.clip(view.normal[2], -1, 1)))
     plane = "level plane"
-    if projection.facing is not None:
-        facing = np.degrees(projection.facing - projection.north) % 360
+    if tilt > _FLAT:
+        facing = np.degrees(np.arctan2(*view.normal[:2]) - projection.north) % 360
         plane = f"plane facing {facing:.1f}°, {tilt:.0f}° from level"
     kind = {
         "stereographic": "stereographic", "equidistant": "equidistant",
@@ -159,33 +165,36 @@ def _draw_obstructions(chart: _Chart, view: ExactSky, colors: dict[str, str]) ->
         low_x, high_x, low_y, high_y = projection.box
         box = np.array([[low_x, low_y], [high_x, low_y], [high_x, high_y], [low_x, high_y]])
         chart.fill([chart.start + chart.scale * box], _SKY, RULE, 0.8)
-    bands, events = view.trace_bands()
     by_color: dict[str, list] = {}
-    for row in bands:
-        one, two = events[int(row[1])], events[int(row[1]) + 1]
-        lower = _bend(_lift(one, row[2:4]), _lift(two, row[4:6]))
-        upper = _bend(_lift(two, row[8:10]), _lift(one, row[6:8]))
-        shape = chart.spot(_split_turn(np.concatenate([lower, upper])))
-        if np.isfinite(shape).all():
-            color = colors.get(view.names[int(row[0])], _OTHER)
-            by_color.setdefault(color, []).append(shape)
+    ends = None if projection.is_round or projection.facing is not None else _find_ends(chart)
+    for owner, shape in join_bands(*view.trace_bands(), chart.spot, ends):
+        by_color.setdefault(colors.get(view.names[owner], _OTHER), []).append(shape)
     for color, shapes in by_color.items():
         chart.fill(shapes, color, color, 0.25)
-    if projection.is_round and view.normal[2] < 1 - 1e-12:
+    if projection.is_round or projection.facing is None:
         _hatch_behind(chart, view)
     for outline in view.outlines:
         points = outline.directions
         lines = []
         for k, part in enumerate(outline.part):
-            arc = chart.spot(_split_turn(_bend(points[k], points[(k + 1) % len(points)])))
+            arc = chart.spot(bend(points[k], points[(k + 1) % len(points)]))
             if part is not None and np.isfinite(arc).all():
-                lines.append(arc)
+                lines += split_at_cut(arc, _JUMP)
         chart.rule(lines, INK, 0.7)
 
 
 def _hatch_behind(chart: _Chart, view: ExactSky) -> None:
-    """Shade what lies behind the plane."""
+    """Shade what lies behind the plane, which is not level."""
     n = view.normal
+    if np.hypot(n[0], n[1]) <= np.radians(_FLAT):
+        return
+    if not chart.projection.is_round:
+        turn = np.radians(np.arange(0.5, 360.0)) + chart.projection.north
+        edge = np.arctan2(-(n[0] * np.sin(turn) + n[1] * np.cos(turn)), n[2])
+        low = chart.spot_angles(turn, np.zeros_like(turn))
+        high = chart.spot_angles(turn, np.maximum(edge, 0.0))
+        chart.fill([np.concatenate([low, high[::-1]])], _BEHIND, RULE, 0.5)
+        return
     side = np.array([n[1], -n[0], 0.0]) / np.hypot(n[0], n[1])
     up = np.cross(n, side)
     up = up if up[2] >= 0 else -up
@@ -193,24 +202,13 @@ def _hatch_behind(chart: _Chart, view: ExactSky) -> None:
     plane = side * np.cos(angle) + up * np.sin(angle)
     back = np.array([-n[0], -n[1], 0.0]) / np.hypot(n[0], n[1])
     around = -side * np.cos(angle) + back * np.sin(angle)
-    chart.fill([chart.spot(np.concatenate([plane, around]))], "#dcdce0", RULE, 0.5)
+    chart.fill([chart.spot(np.concatenate([plane, around]))], _BEHIND, RULE, 0.5)
 
 
-def _lift(event: NDArray[np.float64], level: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([event[0] * level[0], event[1] * level[0], level[1]])
-
-
-def _bend(p: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points of the arc from p to q (n, 3)."""
-    n = 1 + int(np.arccos(np.clip(p @ q, -1, 1)) / _FINE)
-    points = p + np.linspace(0, 1, n + 1)[:, None] * (q - p)
-    return points / np.linalg.norm(points, axis=1)[:, None]
-
-
-def _split_turn(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move points of one azimuth pair off the cut of a turn, by 1e-7, so that none jumps."""
-    middle = points.mean(0)
-    return points + 1e-7 * (middle - points)
+def _find_ends(chart: _Chart) -> tuple[float, float]:
+    """Return the left and right end of a diagram [inch]."""
+    low, high = chart.projection.box[:2]
+    return tuple((chart.start[0] + chart.scale[0] * np.array([low, high])).tolist())
 
 
 def _draw_grid(chart: _Chart) -> None:
@@ -254,8 +252,12 @@ def _draw_grid(chart: _Chart) -> None:
         line = chart.spot_angles(np.full(2, turn), np.array([0.0, np.pi / 2]))
         chart.rule([line], _GRID, 0.4)
         chart.write(line[0, 0], line[0, 1] - 0.15, word, 6.5, ha="center", color=QUIET)
+    last = -np.inf
     for altitude in (0, 10, 20, 30, 40, 50, 60, 70, 90):
         x, y = chart.spot_angles(np.array(angle[1] + (facing or 0)), np.radians(altitude * 1.0))
+        if y - last < _CLEAR:
+            continue
+        last = y
         chart.write(_MARGIN - 0.05, y, f"{altitude}°", 6.5, ha="right", va="center", color=QUIET)
 
 
@@ -336,7 +338,8 @@ def _mark_hours(chart: _Chart, view: ExactSky, day: dt.date) -> None:
         chart.fill([dot + (x, y)], _SUN, "white", 0.3)
         chart.write(x + 0.05, y + 0.04, f"{hour}", 6.5, halo="white")
         if not named:
-            chart.write(x + 0.05, y - 0.12, f"{day.day} {day:%b}", 7, weight="bold", halo="white")
+            low = y - 0.12 if chart.projection.is_round else max(y - 0.12, chart.start[1] + 0.03)
+            chart.write(x + 0.05, low, f"{day.day} {day:%b}", 7, weight="bold", halo="white")
             named = True
 
 
@@ -351,13 +354,25 @@ def _list_parts(
         rows.append((f"{len(rest)} others", sum(share for _, share in rest), _OTHER))
     chart.write(x, y, "Takes of the open sky component", SMALL, weight="bold")
     wide = (_WIDE if columns == 2 else _LEGEND) / columns
+    room = int((wide - 0.72) / _LETTER)
+    at = y - 0.2
     for k, (name, share, color) in enumerate(rows):
         left = x + (k % columns) * wide
-        at = y - 0.2 - 0.19 * (k // columns)
+        if columns > 1:
+            at = y - 0.2 - 0.19 * (k // columns)
         box = np.array([[0, -0.01], [0.14, -0.01], [0.14, 0.1], [0, 0.1]]) + (left, at)
         chart.fill([box], color, INK, 0.3)
         shown = f"{100 * share:.1f} %" if share >= _SHOWN else "< 0.1 %"
         chart.write(left + 0.65, at, shown, SMALL, ha="right")
-        most = round((wide - 0.8) / 0.062)
-        short = name if len(name) <= most else name[: most // 2 - 1] + "…" + name[-(most // 2) :]
-        chart.write(left + 0.72, at, short, SMALL)
+        for line in _cut_name(name, room, 1 if columns > 1 else _LINES):
+            chart.write(left + 0.72, at, line, SMALL)
+            at -= _LINE
+        at -= 0.19 - _LINE
+
+
+def _cut_name(name: str, room: int, most: int) -> list[str]:
+    """Cut a name into lines of ``room`` letters, at most so many; the middle is left out."""
+    if len(name) > room * most:
+        kept = room * most - 1
+        name = name[: kept - kept // 2] + "…" + name[len(name) - kept // 2 :]
+    return [name[k : k + room] for k in range(0, len(name), room)] or [""]

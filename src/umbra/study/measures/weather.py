@@ -1,5 +1,6 @@
 """Measures of a weather file: hours of bright sun, and irradiation by the sun, sky and ground."""
 
+import datetime as dt
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -59,8 +60,12 @@ class OfWeather(Measure):
         }
 
     def tell(self, options: Any) -> str:
-        """Name the weather file."""
-        return f"weather of {options.weather_year.name}"
+        """Name the weather file, and the dates and hours that are added up."""
+        when = "its whole year"
+        if options.date is not None:
+            days = [options.date] if isinstance(options.date, (str, dt.date)) else options.date
+            when = f"{', '.join(map(str, days))}, {options.start} to {options.end}"
+        return f"weather of {options.weather_year.name}: {when}"
 
     def find_suns(self, asked: Asked) -> WeatherSuns:
         """Return the suns of the dates, or of the file's whole year, with their weather."""

@@ -15,6 +15,7 @@ from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, te
 from umbra.study.finer import LONGEST
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
+    choose_panels,
     describe_finer,
     find_maps,
     find_together,
@@ -72,9 +73,9 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     of = study.kind.area_of
     shown, plan = find_maps(study, plan)
     maps = []
-    for one in shown:
-        lost = every[next(k for k, date in enumerate(dates) if date is one)]
-        hours = lost[where] / divisor
+    which = range(1) if len(dates) == 1 else choose_panels(study)
+    for k, one in zip(which, shown, strict=True):
+        hours = every[k][where] / divisor
         hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
         area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
         maps.append(make_map(one, shown, hours, area, hatched=hatched))

@@ -391,6 +391,9 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         "who": "Who casts the shadow",
         "points": f"{hours} at the points",
     }
+    for one in job.study.quantities:
+        name = one.long_name[:1].upper() + one.long_name[1:]
+        words |= {one.name: name, f"{one.name}_lost": f"{name}: what the proposal takes"}
     for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):
         kind, _, day = path.stem.partition("_")
         caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"

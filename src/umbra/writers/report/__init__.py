@@ -66,7 +66,7 @@ __all__ = ["Table", "write_report"]
 MOST_TRIANGLES = 400_000
 """Most triangles of the model of a picture; of more there is no live model."""
 COMMON = ("read", "timeline", "signs")
-PLAN = ("zoom", "plan")
+PLAN = ("zoom", "areas", "plan")
 MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "sky", "stage", "main", "live")
 _WORDS = {
@@ -163,7 +163,7 @@ def _make_live(study: Study, plan: Plan) -> tuple[dict[str, str], str]:
         scene, surface = _keep_largest(scene, surface)
     own = f"const kit = (() => {{\n{bundle('kit')}\nreturn $kit;\n}})();"
     try:
-        block = pack_model(scene, study.site, surface)
+        block = pack_model(scene, study.site, surface, study.period.horizon)
     except InputError:  # no triangle can be drawn
         return dict.fromkeys(("live", "live_config", "live_block", "live_style"), ""), own
     config = make_study_config(study, plan.title, f"{plan.date} · {plan.place}")

@@ -48,6 +48,9 @@ def list_areas(study: Study) -> Table | None:
         ("area", "date", "counted", "size [m²]", *columns.values()),
         laid_out,
         f"First and last sun are when it reaches any of an area, by the clock of {zone}.{more}",
+        # Shown on the map, where there is one.
+        kind="area" if study.is_plan else "",
+        index=[k // max(len(found.dates), 1) for k in range(len(laid_out))],
     )
 
 

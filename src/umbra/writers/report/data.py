@@ -16,7 +16,7 @@ from umbra.study.timeline import LONGEST_VIEW, Instants, Timeline
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.packing import pack, pack_differences, pack_grids, pack_hours
 from umbra.writers.pixels import write_png
-from umbra.writers.plan import Appearance, Plan, shade_roofs
+from umbra.writers.plan import Appearance, OutlinedArea, Plan, shade_roofs
 from umbra.writers.report.losses import pack_losses, pack_plan_losses
 from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_common_data, tell_steps
@@ -74,10 +74,17 @@ def make_plan_data(
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
+        "areas": [_outline(area) for area in plan.areas],
         "relief": None if appearance is None else _draw_relief(appearance),
         **pack_plan_losses(study, timeline, proposed),
         **more,
     }
+
+
+def _outline(area: OutlinedArea) -> dict[str, object]:
+    """Return a named area for the script: its rings and a place inside, to centimetres."""
+    rings = [np.round(ring, 2).tolist() for ring in area.rings]
+    return {"name": area.name, "rings": rings, "x": area.middle[0], "y": area.middle[1]}
 
 
 def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:

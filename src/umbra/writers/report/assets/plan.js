@@ -19,6 +19,7 @@ const makePlan = async () => {
   const places = (data.places || []).map((place) => ({
     ...place, col: (place.x - data.x0) / data.dx + 0.5, row: rows - 0.5 - (place.y - data.y0) / data.dy,
   }));
+  const areas = makeAreas(pen, map, (x, y) => [(x - data.x0) / data.dx + 0.5, rows - 0.5 - (y - data.y0) / data.dy]);
   const layer = document.createElement("canvas");
   layer.width = cols; layer.height = rows;
   const layerPen = layer.getContext("2d");
@@ -96,6 +97,8 @@ const makePlan = async () => {
     }
     if (data.has_scale) signs.scale(across / data.dx, dot);
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
+    areas.tell(...middleOf(view.chosen));
+    areas.draw(left, top, across, down, dot, signs.halo);
     signs.pins(places.map((place) => ({ ...place, x: left + place.col * across, y: top + place.row * down })), dot);
     const [col, row] = middleOf(view.chosen);
     signs.ring(left + col * across, top + row * down, dot);
@@ -130,7 +133,8 @@ const makePlan = async () => {
     const [up, across] = data.axes;
     const named = places.filter((place) => cellOf(place.col, place.row) === cell)
       .map((place) => place.name + (place.standing ? ", " + place.standing : "") + ": ");
-    return named.join("") + `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
+    const inside = areas.find(...middleOf(cell)).map((k) => areas.list[k].name + ": ");
+    return inside.join("") + named.join("") + `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
       (data.has_scale ? " m" : "") +
       (exists(cell) ? "" : data.is_plan ? ": nothing receives here" : ": nothing is seen here") +
       (heights[cell] > 0.005
@@ -149,7 +153,11 @@ const makePlan = async () => {
     frame.follow(col + 0.5, rows - 0.5 - row);
     return row * cols + col;
   };
-  const show = (_, index) => {
+  const show = (kind, index) => {
+    if (kind === "area") {
+      frame.show(areas.box(index));
+      return cellOf(...areas.list[index].spot);
+    }
     const { col, row } = places[index];
     frame.center(col, row);
     return cellOf(col, row);
