@@ -27,7 +27,8 @@ __all__ = ["KIND", "Found", "HeightEnvelope", "Violation", "search_heights"]
 KIND = "Envelope"
 """Kind of the part that a found envelope is."""
 _BELOW = 1e-3  # heights are whole millimetres, at least half of one below the planes [m]
-_ROUNDS, _STEPS = 400, 200
+_ROUNDS, _STEPS, _FEWEST = 400, 200, 40
+_AT_ONCE = 3e8  # crossings that all steps of the bound may look at, but for the fewest
 _SHRINKS = 16
 _FIRST_SHRINK = 0.01  # doubled each time [m]
 
@@ -125,7 +126,9 @@ def search_heights(
     top = plot.ground + highest
     tell("bounding the volume")
     ceiling = np.maximum(bound_cells(needs, top), plot.ground)
-    bound, prices = bound_sum(needs, ceiling, plot.ground, _STEPS)
+    crossings = max(len(needs.crossings.cell), 1)
+    steps = int(np.clip(_AT_ONCE / crossings, _FEWEST, _STEPS))  # each gives a valid bound
+    bound, prices = bound_sum(needs, ceiling, plot.ground, steps)
     tell("choosing hours of sun")
     tops = choose_pieces(needs, ceiling, prices, _ROUNDS)
     tell("verifying by a study")

@@ -211,7 +211,7 @@ class SingleReceivers(Receivers):
                 "give a larger spacing=, or choose parts with on="
             )
             raise InputError(msg, samples=count)
-        least = min(MANY_SUNS, _FEW_SUNS) if count >= _MANY_SAMPLES else MANY_SUNS
+        least = _FEW_SUNS if count >= _MANY_SAMPLES else MANY_SUNS
         is_many = request.lights >= least or request.has_groups
         samples = self.samples if is_many else None
         # Attribution holds a mask of each caster.
