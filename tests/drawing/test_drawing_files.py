@@ -11,7 +11,7 @@ import pytest
 from support.shapes import box
 
 import umbra
-from umbra.drawing.page import list_losses
+from umbra.drawing.drawn_page import list_losses
 from umbra.scene import Material, Part, Scene
 from umbra.scene.material import Image
 from umbra.scene.mesh import Mesh

@@ -158,7 +158,7 @@ def plan_shots(
 
 def _read_views(path: Path, camera: Camera) -> list[Camera]:
     """Read a list of saved views, as cameras of the film's size."""
-    from umbra.window.file import from_json  # noqa: PLC0415
+    from umbra.window.view_file import from_json  # noqa: PLC0415
 
     try:
         size = path.stat().st_size

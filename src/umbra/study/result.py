@@ -22,7 +22,7 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
-    from umbra.study.accumulators.named import GroupDays
+    from umbra.study.accumulators.named_hours import GroupDays
     from umbra.study.area_table import AreaTable
 
 __all__ = ["Study", "Variables", "split_dates", "tell_dates"]
