@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.state import State
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.window.overlays import Overlays
@@ -46,7 +46,7 @@ def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     camera = Camera((-13, -15, 12), (0.2, 0, 0.8), size=(640, 400), fov=32)
     lamp = point_light((9.5, -3, 9))
-    with Renderer(make_stairs(), ground=0.0) as renderer:
+    with SceneRenderer(make_stairs(), ground=0.0) as renderer:
         passes = [renderer.render(camera, [])]
         for overlay in ("volumes", "counts"):
             renderer.draw(camera, [lamp])

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import (
     Camera,
     Material,
@@ -141,7 +141,7 @@ def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     camera = Camera((-1.2, -5.5, 3.4), (0.4, 20, 4.2), size=(960, 600), fov=58)
     lights = make_lights()
-    with Renderer(make_hall()) as renderer:
+    with SceneRenderer(make_hall()) as renderer:
         Image.fromarray(renderer.render(camera, lights)).save(folder / "hall.png")
         # Lamps of 0.35 m, and a sun behind thin clouds.
         large = [ball_light(light, 0.35 if light.is_point else 1.0) for light in lights]

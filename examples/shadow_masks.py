@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from umbra.gl.context import open_device
-from umbra.gl.masks.picture import MaskPicture
+from umbra.gl.masks.mask_frames import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, make_scene, point_light
 
 CORNERS = np.array([(x, y, z) for z in (0, 1) for y in (-1, 1) for x in (-1, 1)], float)

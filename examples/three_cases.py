@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.state import State
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.window.overlays import Overlays
@@ -54,7 +54,7 @@ def main(folder):
     near = Camera((-16.8, -10.8, 3.8), (-3.2, 0.5, 0.8), size=(960, 540), fov=50, near=3.0)
     above = Camera((-9, -26, 30), (0, 1.5, 0), size=(960, 540), fov=45)
     lamp = point_light((-1.6, -11.6, 1.5))
-    with Renderer(make_grid(), ground=0.0) as renderer:
+    with SceneRenderer(make_grid(), ground=0.0) as renderer:
         pixels = draw(renderer, near, lamp, "cases")
         Image.fromarray(pixels).save(folder / "three_cases.png")
         cases = renderer.statistics[0].cases

@@ -184,14 +184,12 @@ class UmbraError(Exception):
         spaces, so that it is one line, control and bidirectional characters are escaped, and the
         middle of more than 500 characters is cut.
     **data
-        Data of the error, as attributes for programs. ``option`` is the invalid option, by default
-        the first that the message names.
+        Data of the error, as attributes for programs. ``option`` is the invalid option, or None.
     """
 
     def __init__(self, message: str, **data: object) -> None:
         super().__init__(shorten(make_printable(_BREAK.sub(" ", message))))
-        named = (found[1] for found in _OPTION.finditer(message) if found[1] in FLAGS)
-        self.data = {"option": next(named, None)} | data
+        self.data = {"option": None} | data
 
     def __getattr__(self, name: str) -> object:
         """Return the data as attributes: ``error.indices``, ``error.path``."""

@@ -119,7 +119,7 @@ class Softness:
                 f"layer_length={length:g} and layer_gap={gap:g} do not make 1 to {_MOST_LAYERS} "
                 f"layers; {usual.length:g} and {usual.gap:g} make {usual.layers}"
             )
-            raise InputError(msg)
+            raise InputError(msg, option="layer_length")
 
     @property
     def layers(self) -> int:

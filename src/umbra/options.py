@@ -5,7 +5,7 @@ import os
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
@@ -14,8 +14,9 @@ from umbra.errors import FLAGS, InputError, find_similar, show_value
 from umbra.ground_option import check_ground
 
 __all__ = [
-    "Given", "Option", "Options", "check_types", "is_area_file", "list_options", "needed", "option",
-    "read_flag", "read_length", "read_names", "read_path", "read_text", "read_texts", "record",
+    "Given", "Option", "Options", "again", "check_types", "is_area_file", "list_options", "needed",
+    "option", "read_flag", "read_length", "read_names", "read_path", "read_text", "read_texts",
+    "record",
 ]  # fmt: skip
 
 _UNITS = {
@@ -130,6 +131,14 @@ def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> An
 def needed(type: str, help: str = "", **more: Any) -> Any:  # noqa: A002
     """Make a field without a default."""
     return field(metadata={"option": Option(type=type, help=help, **more)})
+
+
+def again(record: Any, name: str, **changes: Any) -> Any:
+    """Make a field of another record's option, with another default or description."""
+    one = record.__dataclass_fields__[name]
+    default = changes.pop("default", one.default)
+    said = replace(one.metadata["option"], **{"receivers": (), "more": "", **changes})
+    return field(default=default, metadata={"option": said})
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(needed,))

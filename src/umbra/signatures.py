@@ -10,7 +10,7 @@ import functools
 import inspect
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any, TypeVar
 
@@ -24,7 +24,7 @@ _WIDTH = 96
 _ENTRY = re.compile(r"^options : \w+\n(?:[ ]+.*\n)*", re.MULTILINE)
 
 
-def takes(record: Callable[..., Any], what: str) -> Callable[[C], C]:
+def takes(record: Callable[..., Any], what: str, **more: type) -> Callable[[C], C]:
     """
     Let a call take the options of a record, each by its name.
 
@@ -37,21 +37,35 @@ def takes(record: Callable[..., Any], what: str) -> Callable[[C], C]:
         A record of options.
     what : str
         What the options are of, for errors: ``a study``.
+    **more : type
+        A further record, which the call has by this name, without entries in the docstring.
 
     Raises
     ------
     InputError
         From the call: if a name is unknown, or the record refuses a value.
     """
-    known = record.__dataclass_fields__  # type: ignore[attr-defined]
 
     def decorate(call: C) -> C:
         own = [one for one in inspect.signature(call).parameters.values() if one.name != "options"]
+        own = [one for one in own if one.name not in more]
+        records: list[Any] = [record, *more.values()]
+        known = {name: one for each in records for name, one in each.__dataclass_fields__.items()}
+        for one in own:
+            known.pop(one.name, None)
+        needed = [name for name, one in known.items() if one.default is MISSING]
 
         @functools.wraps(call)
         def checked(*given: Any, **named: Any) -> Any:
             others = {one.name: named.pop(one.name) for one in own if one.name in named}
             check_names(named, known, what)
+            lacking = [f"{name}=" for name in needed if name not in named]
+            if lacking:
+                msg = f"{call.__name__}() needs {' and '.join(lacking)}"
+                raise TypeError(msg)
+            for name, further in more.items():
+                names = further.__dataclass_fields__  # type: ignore[attr-defined]
+                others[name] = further(**{one: named.pop(one) for one in names if one in named})
             return call(*given, **others, options=record(**named))
 
         added = [
@@ -62,7 +76,7 @@ def takes(record: Callable[..., Any], what: str) -> Callable[[C], C]:
             for name, one in known.items()
         ]  # fmt: skip
         checked.__signature__ = inspect.signature(call).replace(parameters=[*own, *added])  # type: ignore[attr-defined]
-        told = "\n".join(_describe(record))
+        told = "\n".join(_describe(record, known))
         checked.__doc__ = _ENTRY.sub(lambda _: f"{told}\n", inspect.getdoc(call) or "")
         return checked  # type: ignore[return-value]
 
@@ -79,10 +93,12 @@ def check_names(given: Sequence[str] | dict[str, Any], known: Any, what: str) ->
             raise InputError(msg, option=name)
 
 
-def _describe(record: Any) -> Iterator[str]:
+def _describe(record: Any, known: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of numpydoc entries."""
     types = {one.name: str(one.type) for one in fields(record)}
     for name, said, default in list_options(record):
+        if name not in known:
+            continue
         yield f"{name} : {_name_type(said, _name_given(types[name]), default)}"
         words = write_for_docs(f"{said.help} {said.more}".strip())
         yield from textwrap.wrap(words, _WIDTH, initial_indent="    ", subsequent_indent="    ")
@@ -103,6 +119,7 @@ def _name_given(annotation: str) -> str:
 def _name_type(said: Option, annotation: str, default: Any) -> str:
     """Write a type as docstrings do: ``str or sequence of str, optional``."""
     words = re.sub(r"dt\.| \| None$", "", annotation)
+    words = re.sub(r"Mapping\[[^]]*\]", "dict", words)
     words = re.sub(r"\bPath\b|os\.PathLike\[str\]", "path", words)
     words = re.sub(r"Sequence\[(\w+(?: \| \w+)*)\]", r"sequence of \1", words).replace(
         " | ", " or "
@@ -118,4 +135,6 @@ def _name_type(said: Option, annotation: str, default: Any) -> str:
         words = "str or sequence of str"
     if default is MISSING:
         return words
+    if callable(default):
+        return "callable"
     return f"{words}, optional" if default in (None, ()) else f"{words}, default {default!r}"

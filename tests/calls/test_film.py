@@ -9,8 +9,8 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.film import FilmOptions, plan_shots
-from umbra.window.file import to_json
-from umbra.window.view import Viewpoint, make_view
+from umbra.window.view_file import to_json
+from umbra.window.view_state import Viewpoint, make_view
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 SIZE = (64, 48)

@@ -11,7 +11,7 @@ import pytest
 from support.shapes import box
 
 import umbra
-from umbra.drawing.page import list_losses
+from umbra.drawing.drawn_page import list_losses
 from umbra.scene import Material, Part, Scene
 from umbra.scene.material import Image
 from umbra.scene.mesh import Mesh
@@ -167,7 +167,7 @@ def test_textures_that_are_left_out_are_told(scene):
 
 
 def test_python_refuses_too(scene, camera, monkeypatch, tmp_path):
-    with pytest.raises(umbra.InputError, match="shadows= is one of solid, hatched; got 'soft'"):
+    with pytest.raises(umbra.InputError, match="shadows 'soft' is not one of solid, hatched"):
         umbra.draw_vectors(scene, camera, SUN, shadows="soft")
     monkeypatch.setattr("umbra.calls.vectors.MOST", 10)
     with pytest.raises(umbra.InputError, match="at most 10 triangles, and this model 24; read a"):

@@ -5,7 +5,7 @@ import pytest
 from support.spheres import make_sphere
 
 from umbra.gl.batches import count_placed, find_draw_order
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 
 SUN = directional_light((0.3, -0.6, 0.8))
@@ -63,7 +63,7 @@ def test_pictures_do_not_depend_on_the_order(device, opacity):
     for mesh in (ball, shuffle(ball, 2)):
         other = Part("b", "", shuffle(ball, 3), np.diag([0.5, 0.5, 0.5, 1.0]) + np.eye(4, k=3) * 2)
         scene = make_scene([Part("a", "", mesh, material=Material(opacity=opacity)), other])
-        with Renderer(scene, -1.0, device=device) as renderer:
+        with SceneRenderer(scene, -1.0, device=device) as renderer:
             pictures.append(renderer.render(CAMERA, [SUN]).astype(int))
     assert (np.abs(pictures[0] - pictures[1]).max(-1) > 2).sum() <= 4
     assert pictures[0].std() > 10

@@ -6,11 +6,11 @@ from support.shapes import HOUSE, stack_of_triangles
 
 from umbra.errors import UmbraError
 from umbra.gl.context import Device
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.functions import TEXTURE_2D
-from umbra.gl.renderer import Renderer
+from umbra.gl.plan_sweep import GlSweep
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.state import State
-from umbra.gl.sweep import GlSweep
 from umbra.gl.target import Target
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.grid import Grid
@@ -111,8 +111,8 @@ def list_calls(device):
     """Yield the name of each public call, and what it returns."""
     scene = make_scene([Part("house", "", Mesh(*map(np.asarray, HOUSE)), np.eye(4))])
     turned = make_scene([Part("house", "", scene.parts[0].mesh, np.diag([1, 1, 1.5, 1.0]))])
-    renderer = Renderer(scene, 0.0, device=device)
-    yield "Renderer", None
+    renderer = SceneRenderer(scene, 0.0, device=device)
+    yield "SceneRenderer", None
     yield "render", renderer.render(CAMERA, [LAMP])
     renderer.draw(CAMERA, [LAMP, LAMP], samples=4)
     yield "draw", renderer.read()
@@ -240,7 +240,7 @@ def test_a_callers_errors_are_not_umbras_and_its_open_query_is_refused(shared_de
     with theirs:
         device = Device.of(theirs)
         gl = device.gl
-        with Renderer(make_scene(*HOUSE), 0.0, device=device) as renderer:
+        with SceneRenderer(make_scene(*HOUSE), 0.0, device=device) as renderer:
             gl.Enable(0xFFFF)
             expected = renderer.render(CAMERA, [LAMP])
             query = gl.make("Query")

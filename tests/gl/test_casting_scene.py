@@ -6,7 +6,7 @@ from support.shapes import box, torus_knot
 from support.spheres import make_sphere
 
 from umbra.gl.flags import LOW
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 
@@ -45,7 +45,7 @@ def make_field():
 def test_pictures_are_those_of_whole_volumes(device, lights, is_still):
     scene, images, low = make_field(), [], []
     for choices in (None, VolumeOptions()):
-        with Renderer(scene, 0.0, device=device, choices=choices) as renderer:
+        with SceneRenderer(scene, 0.0, device=device, choices=choices) as renderer:
             images.append(renderer.render(CAMERA, lights).astype(int))
             if is_still:
                 for _ in range(3):
@@ -81,7 +81,7 @@ IDLE = make_crate(0, 10, 0.5)
 )
 def test_lone_are_convex_casters_above_what_does_not_cast(device, casters, idle, light, expected):
     scene = make_scene([*casters, *idle])
-    with Renderer(scene, 0.0, device=device, casters=range(len(casters))) as renderer:
+    with SceneRenderer(scene, 0.0, device=device, casters=range(len(casters))) as renderer:
         renderer.render(CAMERA, [light])
         assert renderer.plans[0].selection.find(LOW).sum() == expected
         assert (renderer.statistics[0].low > 0) == (expected > 0)
@@ -89,10 +89,10 @@ def test_lone_are_convex_casters_above_what_does_not_cast(device, casters, idle,
 
 def test_only_auto_shortens_and_not_where_nothing_lies_below(device):
     scene = make_scene(APART)
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         renderer.render(CAMERA, [SUN], "mcguire")
         assert renderer.statistics[0].low == 0
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         renderer.render(CAMERA, [SUN])
         assert renderer.statistics[0].low == 0
 
@@ -104,7 +104,7 @@ def test_a_scaled_ball_is_as_large_as_it_is_drawn(device):
         place[:3, 3] = x, 0, 4
         places.append(Part(f"{x}", "", ball, place))
     up = directional_light((0, 0, 1))
-    with Renderer(make_scene(places), 0.0, device=device) as renderer:
+    with SceneRenderer(make_scene(places), 0.0, device=device) as renderer:
         renderer.render(CAMERA, [up])
         assert renderer.statistics[0].low > 0
         places[1].transform[0, 3] = 3.0  # now above one another, seen from the light

@@ -10,7 +10,7 @@ from support.spheres import make_sphere
 
 from umbra.gl.convexity import Balls, find_balls, find_convex
 from umbra.gl.flags import LOW
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.selection import VolumeOptions
 from umbra.rays.depth import GROUND
 from umbra.scene import Camera, directional_light, make_scene, point_light

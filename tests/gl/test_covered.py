@@ -6,7 +6,7 @@ from support.gl_judge import Judge
 from support.judge import Verdicts
 from support.shapes import box, city, merge
 
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 SUN = directional_light((0.1, 0.2, 1.0))

@@ -15,9 +15,9 @@ from support.shapes import HOUSE, box
 
 from umbra.errors import UmbraError
 from umbra.gl.backends import BACKENDS
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
-from umbra.gl.sweep import GlSweep
+from umbra.gl.frame_counter import GlFrameCounter
+from umbra.gl.plan_sweep import GlSweep
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.target import Target
 from umbra.scene import Camera, make_scene, point_light
 from umbra.scene.grid import Grid
@@ -63,7 +63,7 @@ def test_renderers_counters_and_sweeps_in_turn(shared_device, alone):
     def make(mesh):
         scene = make_scene(*mesh)
         return (
-            Renderer(scene, ground=0.0),
+            SceneRenderer(scene, ground=0.0),
             GlFrameCounter(scene, ground=0.0),
             GlSweep(scene, None, GRID, 0.0, False),
         )
@@ -170,7 +170,7 @@ from support.shapes import HOUSE, box
 from umbra.errors import UmbraError
 from umbra.gl.backends import BACKENDS
 from umbra.gl.context import open_device
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.scene import Camera, make_scene, point_light
 camera, lamp = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), point_light((8, -3.3, 20))
 meshes = [HOUSE, box((-5, -1, 0), (-4, 4, 9)), box((1, -6, 0), (6, -5, 2))]
@@ -226,7 +226,7 @@ import os, sys
 import numpy as np
 from support.shapes import HOUSE
 from umbra.errors import UmbraError
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.scene import Camera, make_scene
 camera, scene = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), make_scene(*HOUSE)
 kept = GlFrameCounter(scene, ground=0.0)
@@ -261,8 +261,8 @@ try:
 except Exception as error:
     print("none:", error)
     sys.exit()
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.frame_counter import GlFrameCounter
+from umbra.gl.scene_renderer import Renderer
 from umbra.scene import Camera, make_scene, point_light
 screen.start_gui()
 camera, lamp = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), point_light((8, -3.3, 20))

@@ -7,7 +7,7 @@ from support.shapes import HOUSE, SCENES, box, merge, moved, sheet
 
 from umbra.cli import main
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene, point_light
 

@@ -8,7 +8,7 @@ from support.glow import TEXELS, make_floor
 from support.spheres import make_sphere
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.readers.gltf_meshes import find_tangents
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
 
@@ -52,7 +52,7 @@ def test_both_devices_shade_by_one_rule(device, lights):
     dark = umbra.point_light((0, 0, 50), (0, 0, 0))
     picture = umbra.render(scene, CAMERA, lights or dark, ground=0.0, samples=1, arrays=True)
     truth, is_wall = picture.image.astype(int), np.abs(picture.position[..., 1] - 3) < 1e-6
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         image = renderer.render(CAMERA, lights)
         smooth = renderer.render(CAMERA, lights, samples=4)
     difference = np.abs(image - truth).max(-1)
@@ -95,7 +95,7 @@ def test_reliefs_follow_tangents_on_both_devices(device, eye, scale):
     for turned in (False, True):
         scene = make_relief(np.diag([*scale, 1.0]), turned=turned)
         truth = umbra.render(scene, camera, SUN, samples=1, style="plain").astype(int)
-        with Renderer(scene, device=device) as renderer:
+        with SceneRenderer(scene, device=device) as renderer:
             image = renderer.render(camera, [SUN])
         assert np.percentile(np.abs(image - truth).max(-1), 98) < 8
         pictures.append(image.astype(int))
@@ -109,7 +109,7 @@ def test_what_glows_beyond_white_keeps_its_hue(device):
     camera = umbra.Camera((0, 0, 5), (0, 0, 0), (0, 1, 0), (6, 6), height=1.0)
     scene = make_scene([floor])
     truth = umbra.render(scene, camera, SUN, samples=1, style="plain")
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         for lights in ([SUN], [SUN, LAMP]):
             image = renderer.render(camera, lights).astype(int)
             assert np.abs(image - truth).max() <= 1
@@ -122,7 +122,7 @@ def test_glow_and_occlusion_are_those_of_the_cpu(device, roughness, lights):
     scene = make_floor(roughness)
     dark = umbra.point_light((0, 0, 50), (0, 0, 0))
     truth = umbra.render(scene, ABOVE, lights or dark, samples=1, style="plain").astype(int)
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         image = renderer.render(ABOVE, lights)
     # Textures are filtered with 8 bits between texels, sums of lights are kept in float16.
     assert np.abs(image - truth)[TEXELS, TEXELS].max() <= 2

@@ -9,8 +9,8 @@ from support.shapes import HOUSE, box
 
 from umbra.gl.geometry import Geometry
 from umbra.gl.planner import Planner
-from umbra.gl.renderer import Renderer
 from umbra.gl.request import FrameRequest, LightShape, find_request_key
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, make_scene, spot_light
 
@@ -33,7 +33,7 @@ SCENE = make_scene(*box((12, 12, 0), (22, 24, 8)))
     "options", [{}, {"method": "z-fail"}, {"mask_scale": 2}, {"mask_scale": 4}, {"samples": 4}]
 )
 def test_a_spot_is_not_cut_by_the_last_pictures_size(device, options):
-    with Renderer(SCENE, 0.0, device=device) as kept:
+    with SceneRenderer(SCENE, 0.0, device=device) as kept:
         for size in ((64, 48), (256, 192), (128, 96)):
             camera = replace(VIEW, size=size)
             kept.draw(camera, [SPOT, SPOT], **options)
@@ -41,7 +41,7 @@ def test_a_spot_is_not_cut_by_the_last_pictures_size(device, options):
 
 
 def anew(device, camera, options):
-    with Renderer(SCENE, 0.0, device=device) as renderer:
+    with SceneRenderer(SCENE, 0.0, device=device) as renderer:
         renderer.draw(camera, [SPOT, SPOT], **options)
         return renderer.read()
 

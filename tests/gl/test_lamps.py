@@ -8,9 +8,9 @@ from support.lamps import PLACES, RIMS, hang, look_at
 from support.shapes import HOUSE, box, merge, moved, rewound, sheet
 
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.resources import Indices
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 
 METHODS = ("auto", "z-fail", "lengyel", "mcguire")
@@ -55,7 +55,7 @@ def test_lamps_come_and_go_in_turn(device):
         first = [counter.count(view, camera, lamp) for lamp in (near, far)]
         again = [counter.count(view, camera, lamp) for lamp in (near, far)]
         np.testing.assert_array_equal(first, again)
-    with Renderer(make_scene(*mesh), ground=0.0, device=device) as renderer:
+    with SceneRenderer(make_scene(*mesh), ground=0.0, device=device) as renderer:
         both = renderer.render(camera, [near, far])
         renderer.render(camera, [far])
         np.testing.assert_array_equal(renderer.render(camera, [near, far]), both)
@@ -95,7 +95,7 @@ def test_points_near_a_lamp_widen_the_numbers_where_they_must(device):
     camera = Camera((92, 88, 30), (101, 101, 0), size=(96, 72))
     shown = []
     for mesh, first in ((merge(*boxes), 2), (merge(*boxes, beyond), 4)):
-        with Renderer(make_scene(*mesh), 0.0, device=device) as renderer:
+        with SceneRenderer(make_scene(*mesh), 0.0, device=device) as renderer:
             assert renderer.planner.indices.dtype.itemsize == first
             shown.append(renderer.render(camera, [lamp]))
             assert renderer.planner.indices.nearby is not None

@@ -12,9 +12,9 @@ from umbra.calls.options import RenderOptions
 from umbra.calls.picture import draw_picture
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.levels import make_levels
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.methods import SOFT, Softness
 from umbra.scene import Camera, Scene, directional_light, make_scene, point_light
@@ -202,9 +202,9 @@ def test_levels_of_an_earlier_picture_are_not_in_those_that_do_without(device, r
     lights = [lamp] if kind == "alpha" else [ball_light(lamp, 0.5)]
     options = {"method": kind} if kind == "alpha" else {"soft": kind}
     given = {"device": device, "softness": Softness(samples=4, spots=4)}
-    with Renderer(rocks, 0.0, **given) as renderer:
+    with SceneRenderer(rocks, 0.0, **given) as renderer:
         exact = renderer.render(camera, lights, **options)
-    with Renderer(rocks, 0.0, choices=VolumeOptions(detail=8.0), **given) as renderer:
+    with SceneRenderer(rocks, 0.0, choices=VolumeOptions(detail=8.0), **given) as renderer:
         renderer.render(camera, [lamp])
         assert renderer.statistics[0].coarse > 0
         np.testing.assert_array_equal(renderer.render(camera, lights, **options), exact)
@@ -216,10 +216,10 @@ def test_levels_of_what_bends_are_made_anew(device, rocks):
     bent = part.mesh.vertices * (1.0 + 0.05 * np.sin(part.mesh.vertices[:, 2:]))
     posed = replace(rocks, parts=(replace(part, mesh=part.mesh.moved(bent)),))
     given = {"device": device, "choices": VolumeOptions(detail=8.0)}
-    with Renderer(posed, 0.0, **given) as renderer:
+    with SceneRenderer(posed, 0.0, **given) as renderer:
         expected = renderer.render(camera, lights)
         coarse = renderer.statistics[0].coarse
-    with Renderer(rocks, 0.0, **given) as renderer:
+    with SceneRenderer(rocks, 0.0, **given) as renderer:
         renderer.render(camera, lights)
         renderer.move(posed)
         picture = renderer.render(camera, lights)

@@ -7,7 +7,7 @@ import numpy as np
 from support.shapes import city
 
 from umbra.gl.lighting import LightPasses
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 from umbra.scene.lights import spot_light
 
@@ -28,7 +28,7 @@ def test_lights_together_are_their_sum(device):
     scene = make_scene(*city(5))
     camera = Camera((14, -22, 15), (0, 0, 1), size=(120, 90))
     lights = make_lights()
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         found = []
         find = LightPasses._find_alike
 

@@ -8,7 +8,7 @@ from support.raycaster import RayCaster
 from support.shapes import box, merge
 
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.rays.depth import GROUND
 from umbra.scene import Camera, directional_light, make_scene, point_light
 from umbra.volume.adjacency import make_caster

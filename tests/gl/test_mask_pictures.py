@@ -9,7 +9,7 @@ from support.shapes import box, city, merge, sheet, torus_knot
 
 from umbra.errors import InputError
 from umbra.gl.masks import MASKS, PRINTED
-from umbra.gl.masks.picture import MaskPicture
+from umbra.gl.masks.mask_frames import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
 
 FLOOR = sheet([(-60, -60, -0.01), (60, -60, -0.01), (60, 60, -0.01), (-60, 60, -0.01)])

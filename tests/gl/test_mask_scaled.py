@@ -7,7 +7,7 @@ from support.shapes import box, city, sheet
 
 from umbra.cli import main
 from umbra.errors import InputError
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.masks.upsampling import find_shares, shrink, upsample
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene, point_light

@@ -8,12 +8,12 @@ from support.model_files import save_obj
 from support.shapes import HOUSE, SCENES, aligned_boxes, box, city, staircase
 
 from umbra.cli import main
-from umbra.gl.casters import make_bodies
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.bodies import make_bodies
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, PRINTED
 from umbra.gl.masks.counter import MaskCounter, find_limit
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 SIZE = (48, 40)
@@ -138,7 +138,7 @@ def test_a_comb_drawn_whole_shows_the_smallest_failure(device, method, teeth, wr
 
 
 def test_limits_are_asked_of_the_device(device):
-    with Renderer(make_scene(*HOUSE), device=device) as renderer:
+    with SceneRenderer(make_scene(*HOUSE), device=device) as renderer:
         for name, most in {"alpha": 6, "screen": 6, "max": 7, "half": 23}.items():
             counter, plan_by = renderer.masks.choose(name, renderer.counter)
             assert plan_by == "mcguire"
@@ -200,7 +200,7 @@ def test_boxes_that_touch_along_an_edge_are_not_taken_for_one_that_is_convex(dev
 def test_pictures_are_those_of_the_stencil(device, method):
     camera = Camera((-30, -40, 45), (5, 5, 0), size=(96, 72))
     lights = [LIGHTS["lamp"], LIGHTS["sun"]]
-    with Renderer(make_scene(*city(3)), 0.0, device=device) as renderer:
+    with SceneRenderer(make_scene(*city(3)), 0.0, device=device) as renderer:
         right = renderer.render(camera, lights).astype(int)
         found = renderer.render(camera, lights, method).astype(int)
         dark = renderer.render(camera, [])

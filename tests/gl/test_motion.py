@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.shapes import box, torus_knot
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.sides import make_shell_sides
 from umbra.scene import (
     Camera,
@@ -25,7 +25,7 @@ LAMP = point_light((20, 4, 30))
 
 
 def render(device, scene, lights, camera=CAMERA):
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         return renderer.render(camera, lights)
 
 
@@ -74,7 +74,7 @@ def pose(scene, frame):
 
 @pytest.mark.parametrize("lights", [[SUN], [LAMP], [SUN, LAMP]], ids=["sun", "lamp", "both"])
 def test_what_bends_compiles_and_uploads_nothing_anew(device, still, lights):
-    with Renderer(still, 0.0, device=device) as renderer:
+    with SceneRenderer(still, 0.0, device=device) as renderer:
         renderer.render(CAMERA, lights)
         renderer.move(pose(still, 0.1))  # now some faces have normals that lean back
         renderer.render(CAMERA, lights)
@@ -94,11 +94,11 @@ def list_batches(renderer):
 
 def test_what_bends_is_batched_as_if_made_anew(device, still):
     """A pixel that asks for its side by differences sees another one now and then."""
-    with Renderer(still, 0.0, device=device) as kept:
+    with SceneRenderer(still, 0.0, device=device) as kept:
         for frame in (0.6, 1.2, 0.0):
             posed = pose(still, frame)
             kept.move(posed)
-            with Renderer(posed, 0.0, device=device) as fresh:
+            with SceneRenderer(posed, 0.0, device=device) as fresh:
                 ours, anew = list_batches(kept), list_batches(fresh)
             assert ours == anew
             assert any(is_sound for *_, is_sound in ours)
@@ -107,7 +107,7 @@ def test_what_bends_is_batched_as_if_made_anew(device, still):
 def test_parts_that_no_longer_share_a_mesh_are_made_anew(device, still):
     posed = pose(still, 0.7)
     apart = replace(posed, parts=(still.parts[0], *posed.parts[1:]))
-    with Renderer(still, 0.0, device=device) as renderer:
+    with SceneRenderer(still, 0.0, device=device) as renderer:
         renderer.render(CAMERA, [SUN])
         renderer.move(apart)
         ours = renderer.render(CAMERA, [SUN])
@@ -120,7 +120,7 @@ def test_a_mesh_that_turns_inside_out_shows_its_other_side(device):
     mirrored = replace(first.parts[0].mesh, vertices=vertices * (-1, 1, 1) + (26, 0, 0))
     turned = replace(first, parts=(replace(first.parts[0], mesh=mirrored),))
     near = Camera((13, -20, 40), (13, 13, 6), size=CAMERA.size)
-    with Renderer(first, 0.0, device=device) as renderer:
+    with SceneRenderer(first, 0.0, device=device) as renderer:
         renderer.render(near, [SUN])
         renderer.move(turned)
         ours = renderer.render(near, [SUN])
@@ -131,7 +131,7 @@ def test_a_mesh_that_turns_inside_out_shows_its_other_side(device):
 def test_what_is_kept_of_moving_instances_does_not_grow(device, still):
     _, second, _ = still.parts
     kept = []
-    with Renderer(still, 0.0, device=device) as renderer:
+    with SceneRenderer(still, 0.0, device=device) as renderer:
         for frame in range(6):
             turn = np.eye(4)
             turn[:2, :2] = [[np.cos(frame), -np.sin(frame)], [np.sin(frame), np.cos(frame)]]
@@ -163,7 +163,7 @@ def test_instances_that_keep_their_place_under_the_light_keep_their_sides(
     first, second, crate = still.parts
     moved = replace(second, transform=shift @ second.transform)
     later = replace(still, parts=(first, moved, crate))
-    with Renderer(still, 0.0, device=device) as renderer:
+    with SceneRenderer(still, 0.0, device=device) as renderer:
         renderer.render(CAMERA, [light])
         found.clear()
         renderer.move(later)

@@ -18,7 +18,7 @@ from support.shapes import (
 )
 
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
@@ -244,7 +244,7 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
         found = [
             scene.judge(camera, light, method)[1]
             for most in (255, 0)
-            for _ in [monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)]
+            for _ in [monkeypatch.setattr("umbra.gl.volume_plan.STENCIL_MOST", most)]
             for camera in (OUTSIDE, ORTHOGRAPHIC, CAMERAS["inside"])
             for light in (LIGHTS["lamp"], LIGHTS["sun below"], LIGHTS["lamp inside"])
             for method in ("z-fail", "auto")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.shapes import box, city, merge, moved, stack_of_triangles, staircase, terrain
 
-from umbra.gl import casters
-from umbra.gl.casters import make_bodies
+from umbra.gl import bodies
+from umbra.gl.bodies import make_bodies
 from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import bound_boxes, bound_count, bound_nearby, find_most
 from umbra.gl.volumes import make_volumes
@@ -94,7 +94,7 @@ def test_no_bound_is_below_what_a_ray_counts(bound, sun):
 
 @pytest.mark.parametrize("light", [(0.0, 0.6, 0.8, 0), (0.5, -3, -4, 1)])
 def test_shells_that_are_put_together_add_up_box_by_box(bound, monkeypatch, light):
-    monkeypatch.setattr(casters, "MOST_SHELLS", 40)
+    monkeypatch.setattr(bodies, "MOST_SHELLS", 40)
     rows = [moved(in_line(300, (0, 3, 4)), (30 * k, 0, 0)) for k in range(3)]
     assert 300 <= bound(merge(*rows), light) <= 305
     assert 1 <= bound(in_line(1000, (3, 0, 0)), SUN) <= 127

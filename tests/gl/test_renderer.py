@@ -8,7 +8,7 @@ from support.shapes import box, city, merge
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import (
     Camera,
@@ -43,7 +43,7 @@ def town():
 
 
 def render(device, scene, camera=CAMERA, lights=(), ground=0.0, **options):
-    with Renderer(scene, ground, device=device, **options) as renderer:
+    with SceneRenderer(scene, ground, device=device, **options) as renderer:
         return renderer.render(camera, list(lights))
 
 
@@ -75,7 +75,7 @@ def test_the_picture_is_the_cpus(device, town, name, height):
 def test_one_light_drawn_at_once_is_as_it_is_summed_up(device, town, name):
     pane = Part("pane", "", quad(-50.0, 0.01), material=Material(opacity=0.5))
     with_pane = make_scene([*town.parts, pane])  # below the ground, so only the way differs
-    with Renderer(town, 0.0, device=device) as renderer:
+    with SceneRenderer(town, 0.0, device=device) as renderer:
         ours = renderer.render(CAMERA, [LIGHTS[name]])
         assert "surface" not in vars(renderer.targets)  # nothing is stored to be lit later
     summed = render(device, with_pane, CAMERA, [LIGHTS[name]])
@@ -124,7 +124,7 @@ def test_only_the_cone_of_a_spot_is_counted(device, town):
         height = 40.0 if number % 4 == 0 else None
         eye = target + random.normal(0, 25, 3) + (0, 0, 20)
         camera = Camera(eye, random.uniform(0, 40, 3) * (1, 1, 0), size=(60, 45), height=height)
-        with Renderer(town, 0.0, device=device) as renderer:
+        with SceneRenderer(town, 0.0, device=device) as renderer:
             narrow = renderer.render(camera, [spot])
             drawn += renderer.statistics[0].shells - renderer.statistics[0].culled
         options = VolumeOptions(narrow=False, cull=False)
@@ -209,7 +209,7 @@ def test_normals_that_lean_inward_are_turned(device, turned, mirror):
     part = Part("ball", "", Mesh(ball.vertices, ball.faces, normals), place)
     scene = make_scene([part])
     lights = [LIGHTS["sun"]]
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         ours = renderer.render(CAMERA, lights)
         sound = sum(batch.count for batch in renderer.surfaces.batches if batch.is_sound)
     total = len(ball.faces)
@@ -278,7 +278,7 @@ def test_what_moves_is_drawn_and_casts_where_it_is(device):
         towers = (Part(str(n), "", mesh, moved_to(x + 12 * n, turn)) for n in range(2))
         return make_scene([still, *towers])
 
-    with Renderer(at(0, 0.0), 0.0, device=device) as renderer:
+    with SceneRenderer(at(0, 0.0), 0.0, device=device) as renderer:
         before = renderer.render(CAMERA, lights)
         geometry = renderer.geometry
         for x, turn in ((6, 0.5), (15, 2.0)):
@@ -293,7 +293,7 @@ def test_what_bends_casts_as_it_is_drawn(device):
     vertices, faces = box((10, 10, 0), (16, 16, 20))
     upright = make_scene([Part("mast", "", Mesh(vertices, faces))])
     bent = make_scene([Part("mast", "", Mesh(vertices + vertices[:, 2:] * (0.6, 0.3, 0), faces))])
-    with Renderer(upright, 0.0, device=device) as renderer:
+    with SceneRenderer(upright, 0.0, device=device) as renderer:
         renderer.render(CAMERA, [LIGHTS["sun"]])
         renderer.move(bent)
         after = renderer.render(CAMERA, [LIGHTS["sun"]])
@@ -327,7 +327,7 @@ def test_adjacency_is_kept_while_corners_stay_together(device, pose, name):
     first, posed = (
         make_scene([Part("crate", "", Mesh(vertices, CRATE_FACES))]) for vertices in (before, after)
     )
-    with Renderer(first, 0.0, device=device) as renderer:
+    with SceneRenderer(first, 0.0, device=device) as renderer:
         renderer.render(CAMERA, [LIGHTS[name]])
         (old,) = renderer.planner.bodies
         renderer.move(posed)

@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box, city, merge
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.methods import Softness
 from umbra.scene import make_scene
 from umbra.scene.material import find_linear
@@ -40,7 +40,7 @@ def test_volumes_are_counted_in_each_sample(device, samples, n_lights):
     camera = umbra.Camera((-30, -40, 45), (25, 25, 0), size=SIZE)
     lights = LIGHTS[:n_lights]
     truth = umbra.render(town, camera, lights, ground=0.0, samples=16, style="plain").astype(int)
-    with Renderer(town, 0.0, device=device) as renderer:
+    with SceneRenderer(town, 0.0, device=device) as renderer:
         jagged, smooth = (
             np.abs(renderer.render(camera, lights, samples=n) - truth).max(-1) / 255
             for n in (1, samples)
@@ -64,7 +64,7 @@ def test_whatever_is_drawn_is_smooth(device, what):
         town = make_scene(
             *merge(*[box((10, 10, 9 - k / 40), (30, 30, 9.01 - k / 40)) for k in range(300)])
         )
-    with Renderer(town, 0.0, device=device) as renderer:
+    with SceneRenderer(town, 0.0, device=device) as renderer:
         truth = find_linear(renderer.render(larger(camera), [light], **more) / 255.0)
         if what == "many volumes":
             assert renderer.statistics[0].counts_in == "float"
@@ -80,7 +80,7 @@ def test_whatever_is_drawn_is_smooth(device, what):
 def test_pictures_of_one_pixel_share_the_lights_samples(device):
     camera = umbra.Camera((-30, -40, 45), (25, 25, 0), size=(80, 60))
     town, light = make_scene(*city(4, seed=5)), ball_light(LIGHTS[1], 3.0)
-    with Renderer(town, 0.0, device=device, softness=Softness(samples=64)) as renderer:
+    with SceneRenderer(town, 0.0, device=device, softness=Softness(samples=64)) as renderer:
         truth = renderer.render(camera, [light], samples=8).astype(int)
         renderer.soft.refine(Softness(samples=8))
         drawn, jagged = (renderer.render(camera, [light], samples=n) for n in (8, 1))

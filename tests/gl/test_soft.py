@@ -9,10 +9,10 @@ from support.shapes import box, city, merge, sheet, turned
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
-from umbra.gl.soft.complexity import find_digits
-from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.frame_counter import GlFrameCounter
+from umbra.gl.scene_renderer import SceneRenderer
+from umbra.gl.soft.complexity_pictures import find_digits
+from umbra.gl.soft.weng_pictures import ScaledLayers
 from umbra.methods import SOFT, Softness
 from umbra.rays.depth import GROUND
 from umbra.scene import (
@@ -294,7 +294,7 @@ def test_the_picture_is_the_cpus(device, town, method):
         ball_light(point_light((10, 5, 25), range=40.0, attenuation=(1, 0.02, 0.001)), 1.5),
         ball_light(spot_light((10, 10, 50), (20, 20, 0), 25, (0.2, 1, 0.3), inner_angle=12), 1.0),
     ]
-    with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
+    with SceneRenderer(town, 0.0, device=device, softness=COARSE) as renderer:
         ours = renderer.render(camera, lights, soft=method)
         assert len(renderer.plans) == len(lights)
         hard = renderer.render(camera, [getattr(light, "light", light) for light in lights])
@@ -313,7 +313,7 @@ def test_what_is_seen_through_keeps_the_shadow_behind(device, monkeypatch):
     light = ball_light(point_light((2, -2, 6)), 0.5)
     pictures = []
     for parts in ([table, pane], [table]):
-        with Renderer(make_scene(parts), 0.0, device=device) as renderer:
+        with SceneRenderer(make_scene(parts), 0.0, device=device) as renderer:
             monkeypatch.setattr(renderer.layers, "blend", lambda *_: iter(()))  # the pane's own
             renderer.render(camera, [light], soft="weng")
             pictures.append(renderer.soft.choose("weng")._stack.picture.target.read())
@@ -333,11 +333,11 @@ def test_nothing_is_left_of_the_frame_before(device, town, method):
         (replace(cameras[0], size=(80, 60)), [moved]),
         (cameras[0], [LIGHTS["lamp"]]),
     ]
-    with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
+    with SceneRenderer(town, 0.0, device=device, softness=COARSE) as renderer:
         kept = [renderer.render(camera, lights, soft=method) for camera, lights in frames]
         again = renderer.render(*frames[-1], soft=method)
     for (camera, lights), picture in zip(frames, kept, strict=True):
-        with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
+        with SceneRenderer(town, 0.0, device=device, softness=COARSE) as renderer:
             np.testing.assert_array_equal(renderer.render(camera, lights, soft=method), picture)
     np.testing.assert_array_equal(again, kept[-1])
 
@@ -353,18 +353,18 @@ def test_what_moves_takes_its_soft_shadow_along(device, method):
 
     camera = Camera((-4, -9, 7), (0, 0, 0), size=SIZE)
     light = ball_light(point_light((1, -2, 8)), 0.5)
-    with Renderer(pose(0.0), 0.0, device=device, softness=COARSE) as renderer:
+    with SceneRenderer(pose(0.0), 0.0, device=device, softness=COARSE) as renderer:
         first = renderer.render(camera, [light], soft=method)
         renderer.move(pose(1.5))
         found = renderer.render(camera, [light], soft=method)
-    with Renderer(pose(1.5), 0.0, device=device, softness=COARSE) as renderer:
+    with SceneRenderer(pose(1.5), 0.0, device=device, softness=COARSE) as renderer:
         np.testing.assert_array_equal(found, renderer.render(camera, [light], soft=method))
     assert (found != first).any(-1).sum() > 500
 
 
 def test_the_methods_are_the_cpus(device, town):
     with (
-        Renderer(town, 0.0, device=device) as renderer,
+        SceneRenderer(town, 0.0, device=device) as renderer,
         pytest.raises(InputError, match=r"by 'fog'; it has samples, wedges, complexity, weng"),
     ):
         renderer.render(TOWN_VIEWS["from above"], [LIGHTS["lamp"]], soft="fog")
@@ -372,7 +372,7 @@ def test_the_methods_are_the_cpus(device, town):
 
 def test_lights_alone_or_nothing_that_casts(device, town):
     camera = TOWN_VIEWS["from above"]
-    with Renderer(town, 0.0, device=device, casters=[], softness=COARSE) as renderer:
+    with SceneRenderer(town, 0.0, device=device, casters=[], softness=COARSE) as renderer:
         plain = renderer.render(camera, [LIGHTS["lamp"].light], shadows=False)
         for method in SOFT:
             found = renderer.render(camera, [LIGHTS["lamp"]], soft=method)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.shapes import box, torus_knot
 
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import (
     Camera,
     Material,
@@ -50,7 +50,7 @@ def draw(renderer, camera, lights, **options):
 
 
 def draw_anew(device, scene, light, camera=CAMERA, **options):
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         return renderer.render(camera, [light], **options)
 
 
@@ -63,7 +63,7 @@ def find_worst(one, two):
 @pytest.mark.parametrize("is_plain", [True, False])
 def test_pictures_of_a_still_eye_are_those_drawn_anew(device, name, options, is_plain):
     scene = make_still(is_plain=is_plain)
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         for number, light in enumerate(LIGHTS[name]):
             shown = draw(renderer, CAMERA, [light], **options)
             assert renderer.still.is_stored == (number > 0)
@@ -75,7 +75,7 @@ def test_what_is_kept_goes_with_the_view_the_scene_and_other_lights(device):
     scene, moved = make_still(), make_still(moved=3.0)
     sun, lamp = LIGHTS["sun"][0], LIGHTS["lamp"][0]
     aside = replace(CAMERA, eye=CAMERA.eye + [1.0, 0.0, 0.0])
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         for _ in range(3):
             draw(renderer, CAMERA, [sun])
         assert find_worst(draw(renderer, aside, [lamp]), draw_anew(device, scene, lamp, aside)) <= 1
@@ -98,7 +98,7 @@ def test_marks_of_smooth_surfaces_give_way_to_high_counts(device):
     scene = make_scene([*make_still(is_plain=True).parts, *sheets])
     aside, above = point_light((22, 5, 14), range=18.0), directional_light((0.01, 0.01, 1.0))
     marked = []
-    with Renderer(scene, 0.0, device=device) as renderer:
+    with SceneRenderer(scene, 0.0, device=device) as renderer:
         for light in (aside, aside, above, aside, above):
             shown = draw(renderer, CAMERA, [light])
             assert find_worst(shown, draw_anew(device, scene, light)) <= 1

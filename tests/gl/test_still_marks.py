@@ -8,11 +8,11 @@ from support.shapes import box
 from support.spheres import make_sphere
 
 from umbra.errors import InputError
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
 from umbra.scene.camera import NIGHT
-from umbra.window.painter import ViewPainter
-from umbra.window.view import make_view
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import make_view
 
 CAMERA = Camera((0, -30, 15), (0, 0, 2), size=(120, 90))
 
@@ -38,7 +38,10 @@ def count_apart(one, two):
 @pytest.mark.parametrize("between", [{"lights": []}, {"lights": [make_sun(1)], "shadows": False}])
 def test_after_a_picture_without_shadows(device, between):
     scene = make_balls()
-    with Renderer(scene, 0.0, device=device) as kept, Renderer(scene, 0.0, device=device) as fresh:
+    with (
+        SceneRenderer(scene, 0.0, device=device) as kept,
+        SceneRenderer(scene, 0.0, device=device) as fresh,
+    ):
         for turn in range(3):
             kept.draw(CAMERA, [make_sun(turn)])
         for turn in range(3, 9):
@@ -49,7 +52,10 @@ def test_after_a_picture_without_shadows(device, between):
 
 def test_a_night_that_another_renderer_drew_first(device):
     scene = make_balls()
-    with Renderer(scene, 0.0, device=device) as kept, Renderer(scene, 0.0, device=device) as other:
+    with (
+        SceneRenderer(scene, 0.0, device=device) as kept,
+        SceneRenderer(scene, 0.0, device=device) as other,
+    ):
         for turn in range(3):
             kept.draw(CAMERA, [make_sun(turn)])
         other.draw(CAMERA, [make_sun(3)], sky=NIGHT)
@@ -58,7 +64,7 @@ def test_a_night_that_another_renderer_drew_first(device):
 
 
 def test_a_refused_size_leaves_the_renderer_as_it_was(device):
-    with Renderer(make_balls(), 0.0, device=device) as renderer:
+    with SceneRenderer(make_balls(), 0.0, device=device) as renderer:
         before = renderer.render(CAMERA, [make_sun(1)] * 2)
         with pytest.raises(InputError) as found:
             renderer.draw(replace(CAMERA, size=(10**6, 30)), [make_sun(1)])
@@ -106,7 +112,7 @@ def test_shown_counts_are_whole_though_pictures_shorten(device):
 @pytest.mark.parametrize("far", [(0, 0, 0), (85_000, 447_000, 12)])
 def test_a_floor_of_glass_lies_before_the_ground_in_its_plane(device, far, height):
     from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
-    from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+    from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
 
     floor = np.array([[-20, -20, 0], [20, -20, 0], [20, 20, 0], [-20, 20, 0]], float) + far
     vertices, faces = box((-4, -4, 0), (4, 4, 9))
@@ -123,9 +129,9 @@ def test_a_floor_of_glass_lies_before_the_ground_in_its_plane(device, far, heigh
         with GlFrameCounter(scene, ground=ground, device=device) as counter:
             np.testing.assert_array_equal(counter.see(camera)[0].face, seen.face)
         assert (seen.face >= 12).sum() > 200
-    with Renderer(scene, ground, device=device) as renderer:
+    with SceneRenderer(scene, ground, device=device) as renderer:
         with_floor = renderer.render(camera, [make_sun(1)])
-    with Renderer(make_scene(parts), ground, device=device) as renderer:
+    with SceneRenderer(make_scene(parts), ground, device=device) as renderer:
         without = renderer.render(camera, [make_sun(1)])
     assert count_apart(with_floor, without) > 200
 
@@ -134,7 +140,7 @@ def test_a_floor_of_glass_lies_before_the_ground_in_its_plane(device, far, heigh
 @pytest.mark.parametrize("below", [-3.0, 5.0])
 def test_level_parallel_views_see_no_ground(device, turn, below):
     from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
-    from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+    from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
     from umbra.rays.depth import GROUND  # noqa: PLC0415
 
     scene = make_scene(*box((-4, -4, 0), (4, 4, 9)))

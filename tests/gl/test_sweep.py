@@ -6,7 +6,7 @@ from support.shapes import box, city, merge, rewound, stack_of_triangles, terrai
 from support.weights import check_weights
 
 from umbra.casters.casting import prepare_casting
-from umbra.gl.sweep import GlSweep
+from umbra.gl.plan_sweep import GlSweep
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, TopmostTile
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid

@@ -5,7 +5,7 @@ import pytest
 from support.spheres import make_sphere
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Material, Part, make_scene
 from umbra.soft import size_lights
 
@@ -31,7 +31,7 @@ def balls():
 @pytest.mark.parametrize("lights", [[SUN], [LAMP], [SUN, LAMP]], ids=["sun", "lamp", "both"])
 def test_hard_pictures_are_the_cpus(device, balls, lights):
     truth = umbra.render(balls, CAMERA, lights, ground=0.0, samples=1, style="plain").astype(int)
-    with Renderer(balls, 0.0, device=device) as renderer:
+    with SceneRenderer(balls, 0.0, device=device) as renderer:
         image = renderer.render(CAMERA, lights)
         smooth = renderer.render(CAMERA, lights, samples=4)
     assert (np.abs(image - truth).max(-1) > 2).sum() < 12
@@ -51,7 +51,7 @@ def test_soft_pictures_are_the_cpus(device, balls, method):
         light_size=3.0,
         style="plain",
     ).astype(int)
-    with Renderer(balls, 0.0, device=device) as renderer:
+    with SceneRenderer(balls, 0.0, device=device) as renderer:
         image = renderer.render(CAMERA, size_lights([SUN], (3.0,)), soft=method)
     seen = np.abs(image - truth).max(-1)
     assert (seen > 8).sum() < 40

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import umbra
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Material, Mesh, Part, make_image, make_scene
 
 CORNERS = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
@@ -24,7 +24,7 @@ def test_magnified_texels_are_the_cpus(device):
     camera = Camera((0, 0, 9), (0, 0, 0), (0, 1, 0), (40, 40), height=2.0)
     scene = make_floor(texels)
     truth = umbra.render(scene, camera, DARK, samples=1, style="plain").astype(int)
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         found = renderer.render(camera, [])
     assert np.abs(found - truth).max() <= 3
     np.testing.assert_array_equal(found[2::5, 2::5], texels)
@@ -41,7 +41,7 @@ def test_texels_smaller_than_pixels_are_averaged(device, eye, most):
     camera = Camera(eye, (0, 0, 0), (0, 1, 0.1), (120, 90), fov=22)
     scene = make_floor(texels)
     truth = umbra.render(scene, camera, DARK, samples=16, style="plain").astype(int)
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         found = renderer.render(camera, [], samples=4)
     apart = np.abs(found - truth).max(-1)
     assert truth.std() > 20

@@ -8,8 +8,8 @@ from support.glass import BLUE, FLOOR, LAMP, SCENES, garden, judge, leaf_image, 
 
 import umbra
 from umbra.errors import InputError
-from umbra.gl import transmission
-from umbra.gl.renderer import Renderer
+from umbra.gl import transmitters
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Material, Part, directional_light, make_scene, point_light
 from umbra.soft import ball_light
 
@@ -40,7 +40,7 @@ def test_arrays_are_those_of_rays_and_pictures_the_cpus(device, case):
     assert differing <= MOST
     theirs = render(scene, camera, lights, device="cpu")
     assert count_differences(picture.image, theirs, 0) <= MOST
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         drawn = renderer.render(camera, lights)
     assert count_differences(drawn, theirs) <= MOST
 
@@ -66,7 +66,7 @@ def test_smooth_edges_are_those_of_layers(device):
 @pytest.mark.parametrize("method", ["z-fail", "alpha", "max"])
 def test_any_method_counts_beside_glass(device, method):
     make, camera, lights = SCENES["garden"]
-    with Renderer(make(), device=device) as renderer:
+    with SceneRenderer(make(), device=device) as renderer:
         ours, theirs = (renderer.render(camera, lights, name) for name in ("auto", method))
     assert count_differences(ours, theirs) <= MOST
 
@@ -78,7 +78,7 @@ def test_soft_shadows_are_softer_and_alike(device, soft):
     picture = render(scene, camera, light.light, soft=soft, light_size=0.4, arrays=True)
     shares = np.unique(picture.transmission[0, ..., 0])
     assert ((shares > 0.05) & (shares < 0.95)).sum() > 8  # of the holed leaf's penumbra
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         drawn = renderer.render(camera, [light], soft=soft)
     assert count_differences(drawn, picture.image, 12) <= 60
 
@@ -102,7 +102,7 @@ def test_leaves_and_panes_that_move_take_their_shadow_along(device):
                     Part("pane", "", level_card(-3, 3, 1, 3), placed, BLUE)])
         for placed in (np.eye(4), place)
     ]  # fmt: skip
-    with Renderer(scenes[0], device=device) as renderer:
+    with SceneRenderer(scenes[0], device=device) as renderer:
         renderer.render(ABOVE, [sun])
         renderer.move(scenes[1])
         moved = renderer.render(ABOVE, [sun])
@@ -116,9 +116,9 @@ def test_a_part_that_does_not_cast_is_still_seen_through(device):
     names = [part.name for part in scene.parts]
     casters = [k for k, name in enumerate(names) if name != "faded"]
     bare = replace(scene, parts=tuple(scene.parts[k] for k in casters))
-    with Renderer(scene, device=device, casters=casters) as renderer:
+    with SceneRenderer(scene, device=device, casters=casters) as renderer:
         drawn = renderer.render(camera, [sun])
-    with Renderer(bare, device=device) as renderer:
+    with SceneRenderer(bare, device=device) as renderer:
         without = renderer.render(camera, [sun])
     leaf = np.isin(render(scene, camera, sun, arrays=True).position[..., 2].round(6), [3.0])
     assert count_differences(drawn[~leaf], without[~leaf]) == 0
@@ -129,12 +129,12 @@ def test_many_lights_and_the_ones_beyond_a_range(device):
     scene, camera = garden(), SCENES["garden"][1]
     lamps = [point_light((4 * np.cos(k), 4 * np.sin(k) - 2, 6), (1, 0.3 * (k % 3), 0.2 * (k % 5)),
                          range=8.0) for k in range(9)]  # fmt: skip
-    with Renderer(scene, device=device) as renderer:
+    with SceneRenderer(scene, device=device) as renderer:
         drawn = renderer.render(camera, lamps)
     assert count_differences(drawn, render(scene, camera, lamps), 2) <= MOST
 
 
 def test_more_than_a_driver_holds_is_refused(device, monkeypatch):
-    monkeypatch.setattr(transmission, "_MOST_WHOLE", 8 * 20)
+    monkeypatch.setattr(transmitters, "_MOST_WHOLE", 8 * 20)
     with pytest.raises(InputError, match=r"30 triangles .* are too many .* use device='cpu'"):
-        Renderer(garden(), device=device)
+        SceneRenderer(garden(), device=device)

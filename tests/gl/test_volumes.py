@@ -10,9 +10,9 @@ from support.shapes import HOUSE, box, city, jumble, merge, moved, torus_knot
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl import volumes
-from umbra.gl.casters import make_bodies
+from umbra.gl.bodies import make_bodies
 from umbra.gl.flags import SIDES, VolumeSelection
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.geometry import BLOCK, Geometry, make_groups
 from umbra.gl.planner import Planner
 from umbra.gl.projection import make_projection
@@ -225,7 +225,7 @@ def test_a_lights_range_culls(planner):
 @pytest.mark.parametrize("most", [255, 0])
 @pytest.mark.parametrize("height", [None, 30.0])
 def test_counts_are_right_within_a_lights_range(device, monkeypatch, height, most):
-    monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)
+    monkeypatch.setattr("umbra.gl.volume_plan.STENCIL_MOST", most)
     scene = make_scene(*city(3))
     camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=height)
     narrow, whole = (

@@ -9,7 +9,7 @@ from umbra.ground.choice import find_ground
 from umbra.lights import make_period
 from umbra.massing.asks import Ask
 from umbra.massing.plot import lay_cells
-from umbra.massing.problem import Group
+from umbra.massing.problem import ReceiverGroup
 from umbra.massing.search import search_heights
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Places
@@ -37,7 +37,7 @@ class Quarter:
         return Ask("sun", period, Places(points, toward), labels, limits, **more)
 
     def search(self, *asks, groups=None, highest=60.0):
-        each = [Group.one(label, a, r) for a, ask in enumerate(asks)
+        each = [ReceiverGroup.one(label, a, r) for a, ask in enumerate(asks)
                 for r, label in enumerate(ask.labels)]  # fmt: skip
         return search_heights(self.scene, [0], asks, groups or each, self.plot, highest, 1)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import shapely
 
-from umbra.massing.bounds import bound_cells, bound_sum
-from umbra.massing.choice import fill_up
-from umbra.massing.problem import Group, pose_problem
+from umbra.massing.piece_choice import fill_up
+from umbra.massing.problem import ReceiverGroup, pose_problem
 from umbra.massing.search import _count
 from umbra.massing.solid import make_solid
+from umbra.massing.upper_bounds import bound_cells, bound_sum
 from umbra.sun import find_sun
 
 from .conftest import VIENNA, Quarter
@@ -114,7 +114,7 @@ def test_one_of_two_alternatives_is_enough(quarter):
     low = quarter.ask((0, 9, 0.5), 1.0, "10:00", "11:00", "1h")
     high = quarter.ask((0, 9, 0.5), 1.0, "12:00", "13:00", "1h")
     both = quarter.search(low, high, highest=CAP)
-    group = Group("either", np.array([0, 1]), np.array([0, 0]), np.ones(2), 1.0)
+    group = ReceiverGroup("either", np.array([0, 1]), np.array([0, 0]), np.ones(2), 1.0)
     either = quarter.search(low, high, groups=[group], highest=CAP)
     alone = [quarter.search(one, highest=CAP).volume for one in (low, high)]
     assert both.volume < min(alone)
@@ -127,12 +127,13 @@ def test_half_of_an_area_is_enough(quarter):
     ask = quarter.ask(points, 1.0, "11:30", "12:30", "30min")
     weight = np.array([1.0, 1.0, 1.0, 1.0])
     members = np.zeros(4, int), np.arange(4), weight
-    half = quarter.search(ask, groups=[Group("garden", *members, 2.0)], highest=CAP)
-    whole = quarter.search(ask, groups=[Group("garden", *members, 4.0)], highest=CAP)
+    half = quarter.search(ask, groups=[ReceiverGroup("garden", *members, 2.0)], highest=CAP)
+    whole = quarter.search(ask, groups=[ReceiverGroup("garden", *members, 4.0)], highest=CAP)
     assert half.volume > whole.volume + 20
     met = half.hours[0] >= 1.0 - 1e-4
     assert met.sum() >= 2
-    each = [quarter.search(ask, groups=[Group.one("a", 0, i), Group.one("b", 0, j)], highest=CAP)
+    one = ReceiverGroup.one
+    each = [quarter.search(ask, groups=[one("a", 0, i), one("b", 0, j)], highest=CAP)
             for i, j in itertools.combinations(range(4), 2)]  # fmt: skip
     assert half.volume == pytest.approx(max(one.volume for one in each), abs=0.2)
 
@@ -176,7 +177,7 @@ def test_bounds_fall_with_what_may_be_given_up(quarter):
 
 def test_more_steps_of_the_bound_are_no_worse(quarter):
     ask = make_choice(quarter, np.random.default_rng(3), 6)
-    groups = [Group.one(label, 0, k) for k, label in enumerate(ask.labels)]
+    groups = [ReceiverGroup.one(label, 0, k) for k, label in enumerate(ask.labels)]
     needs = pose_problem(quarter.plot, [ask], groups, None).needs
     top = quarter.plot.ground + CAP
     ceiling = bound_cells(needs, top)
@@ -195,7 +196,7 @@ def test_smaller_cells_hold_at_least_as_much():
 
 def test_cells_are_filled_up_until_none_can_rise(quarter):
     ask = make_choice(quarter, np.random.default_rng(2), 3)
-    groups = [Group.one(label, 0, k) for k, label in enumerate(ask.labels)]
+    groups = [ReceiverGroup.one(label, 0, k) for k, label in enumerate(ask.labels)]
     problem = pose_problem(quarter.plot, [ask], groups, None)
     top = quarter.plot.ground + CAP
     filled = fill_up(problem.needs, quarter.plot.ground.copy(), top)

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from umbra import InputError
-from umbra.readers.child import ChildLimits, ReadingChild
-from umbra.readers.message import list_records, read_message, write_message
+from umbra.readers.child import ChildLimits, ReadingChild, list_records, read_message, write_message
 
 
 @dataclass(frozen=True)

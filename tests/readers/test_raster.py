@@ -156,7 +156,7 @@ def test_rasters_without_heights_are_refused(write, refuse, options, facts, said
 
 
 def test_a_raster_that_does_not_fit_names_the_remedy(write, monkeypatch):
-    monkeypatch.setattr("umbra.readers.raster.find_memory", lambda: 1000.0)
+    monkeypatch.setattr("umbra.readers.height_raster.find_memory", lambda: 1000.0)
     with pytest.raises(InputError, match=r"needs 0 GB.*4 times coarser"):
         umbra.read(write(PLAIN))
 

@@ -12,7 +12,7 @@ from umbra.errors import InputError
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, directional_light, point_light
 from umbra.soft import ball_light, find_method, rectangle_light
-from umbra.soft.complexity import MOST, make_spots, visibility
+from umbra.soft.complexity import MOST, find_visibility_by_complexity, make_spots
 
 OBLIQUE = Camera((-6, -7, 6), (0, 0, 0.5), size=(120, 90))
 PANEL = rectangle_light(point_light((0, 0, 3)), (2, 0, 0), (0, 2, 0))
@@ -47,7 +47,9 @@ def test_a_square_plate_needs_one_spot(spots):
     light = rectangle_light(point_light((0, 0, 2)), (2, 0, 0), (0, 2, 0))
     x, y = np.moveaxis(seen[2].position[..., :2], -1, 0)
     width, depth = (np.clip(2 - np.abs(v), 0, 2) / 2 for v in (x, y))
-    np.testing.assert_allclose(visibility(*seen, light, spots=spots), 1 - width * depth, atol=1e-6)
+    np.testing.assert_allclose(
+        find_visibility_by_complexity(*seen, light, spots=spots), 1 - width * depth, atol=1e-6
+    )
 
 
 def test_two_that_hide_the_same_half_hide_it_once():
@@ -57,7 +59,7 @@ def test_two_that_hide_the_same_half_hide_it_once():
     seen = look_at_floor(merge(*halves), half=2.0, pixels=80)
     x = seen[2].position[..., 0]
     covered = [np.clip(0.5 - x / 2 * 3 / z + x / 2, 0, 1) for z in (1, 1.5)]
-    error = visibility(*seen, PANEL, spots=256) - (1 - np.maximum(*covered))
+    error = find_visibility_by_complexity(*seen, PANEL, spots=256) - (1 - np.maximum(*covered))
     assert np.abs(error).max() < 0.01
     assert np.abs(find_method("wedges")(*seen, PANEL) - (1 - np.maximum(*covered))).max() > 0.4
 
@@ -69,7 +71,7 @@ def test_crossed_half_planes_leave_the_product(spots, most):
     seen = look_at_floor(merge(quad(1, (-far, 0), (-far, far)), quad(1.5, (-far, far), (-far, 0))))
     x, y = np.moveaxis(seen[2].position[..., :2], -1, 0)
     left = np.clip(0.5 + x / 2 * 3 - x / 2, 0, 1) * np.clip(0.5 + y / 2 * 2 - y / 2, 0, 1)
-    error = np.abs(visibility(*seen, PANEL, spots=spots) - left)
+    error = np.abs(find_visibility_by_complexity(*seen, PANEL, spots=spots) - left)
     assert ((left > 0.05) & (left < 0.95)).sum() > 500
     assert error.max() < most
 
@@ -80,10 +82,10 @@ def test_what_hides_everything_twice_needs_few_spots():
     light = LIGHTS["ball"]
     vertices, faces = turned(box((-1, -1, 1), (1, 1, 1.5)), 25)
     camera = Camera((-6, -7, 0.9), (0, 0, 0), size=(120, 60))
-    whole = visibility(*look((vertices, faces), camera), light)
+    whole = find_visibility_by_complexity(*look((vertices, faces), camera), light)
     seen = look(leave_bottom_out(vertices, faces), camera)
     floor = seen[2].part == GROUND
-    assert np.abs(visibility(*seen, light, spots=16) - whole)[floor].max() < 0.02
+    assert np.abs(find_visibility_by_complexity(*seen, light, spots=16) - whole)[floor].max() < 0.02
     assert np.abs(find_method("wedges")(*seen, light) - whole)[floor].max() > 0.3
 
 
@@ -91,7 +93,7 @@ def test_a_silhouette_that_changes_over_the_light():
     # The middle sees only the top's edges of this box, other points of the light walls, too.
     seen = look_at_floor(box((-0.5, -0.5, 1), (0.5, 0.5, 2)), half=1.01, pixels=101)
     light = rectangle_light(point_light((0, 0, 4)), (2, 0, 0), (0, 2, 0))
-    found = visibility(*seen, light, spots=1)
+    found = find_visibility_by_complexity(*seen, light, spots=1)
     assert at(seen[2], found, 0, 0.3, 0) == pytest.approx(0.0, abs=1e-6)
     assert at(seen[2], found, 0.3, 0.3, 0) == pytest.approx(0.0, abs=1e-6)
 
@@ -109,7 +111,9 @@ def test_a_face_loses_what_is_below_its_horizon(turn):
     d = 1 / 3
     hidden = 0.5 - (np.arcsin(d) + d * np.sqrt(1 - d * d)) / np.pi
     assert face.sum() > 200
-    np.testing.assert_allclose(visibility(*seen, sun, spots=1)[face], 1 - hidden, atol=1e-5)
+    np.testing.assert_allclose(
+        find_visibility_by_complexity(*seen, sun, spots=1)[face], 1 - hidden, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("name", LIGHTS)
@@ -117,11 +121,11 @@ def test_a_face_loses_what_is_below_its_horizon(turn):
 def test_overlaps_agree_with_many_samples(shape, name):
     seen = look(OVERLAPS[shape], OBLIQUE)
     truth = find_method("samples")(*seen, LIGHTS[name], samples=1024)
-    error = differ(visibility(*seen, LIGHTS[name], spots=256), truth)
+    error = differ(find_visibility_by_complexity(*seen, LIGHTS[name], spots=256), truth)
     assert len(error) > 50
     assert np.abs(error).max() < 0.05
     assert np.abs(error).mean() < 0.005
-    few = differ(visibility(*seen, LIGHTS[name], spots=32), truth)
+    few = differ(find_visibility_by_complexity(*seen, LIGHTS[name], spots=32), truth)
     brute = differ(find_method("samples")(*seen, LIGHTS[name], samples=32), truth)
     assert np.abs(few).mean() < 0.6 * np.abs(brute).mean()
 
@@ -132,7 +136,7 @@ def test_rays_say_the_same(shape):
     light = rectangle_light(point_light((3, 1.7, 8)), (1.2, 0.3, 0), (-0.2, 1.1, 0.5))
     seen = look(OVERLAPS[shape], OBLIQUE)
     frame = seen[2]
-    found = visibility(*seen, light, spots=1024)
+    found = find_visibility_by_complexity(*seen, light, spots=1024)
     steps = (np.arange(64) + 0.5) / 64 - 0.5
     u, v = (grid.ravel() for grid in np.meshgrid(steps, steps))
     ends = np.array((3, 1.7, 8)) + np.outer(u, light.edges[0]) + np.outer(v, light.edges[1])
@@ -166,7 +170,7 @@ def test_any_triangles_under_any_light(seed, middle, radius, is_ball):
         else rectangle_light(lamp, radius * rng.normal(size=3), radius * rng.normal(size=3))
     )
     truth = find_method("samples")(*seen, light, samples=512)
-    error = differ(visibility(*seen, light, spots=512), truth)
+    error = differ(find_visibility_by_complexity(*seen, light, spots=512), truth)
     assert np.abs(error).max(initial=0) < 0.07
 
 
@@ -176,7 +180,7 @@ def test_a_light_without_size_casts_the_hard_shadow(mesh):
     counter, view, _, camera = seen
     light = point_light((21, 8, 40))
     hard = counter.count(view, camera, light) == 0
-    assert (visibility(*seen, ball_light(light, 1e-7)) != hard).sum() == 0
+    assert (find_visibility_by_complexity(*seen, ball_light(light, 1e-7)) != hard).sum() == 0
 
 
 def test_an_edge_through_the_middle_of_the_light_leaves_no_speck():
@@ -186,7 +190,7 @@ def test_an_edge_through_the_middle_of_the_light_leaves_no_speck():
         ball_light(point_light((0, 0, 3)), 0.5),
         ball_light(directional_light((0, 0, 1)), 5.0),
     ):
-        column = visibility(*seen, light)[:, 40]
+        column = find_visibility_by_complexity(*seen, light)[:, 40]
         np.testing.assert_allclose(column, 0.5, atol=0.002)
 
 
@@ -196,7 +200,10 @@ def test_a_panel_in_a_ceiling_is_not_hidden_by_it():
     camera = Camera((-3, -3, 2.5), (0, 0, 0.4), size=(80, 60), fov=60)
     bare, under = look(table, camera), look(merge(table, ceiling), camera)
     floor = (bare[2].part == GROUND) & (under[2].part == GROUND)
-    one, two = visibility(*bare, PANEL), visibility(*under, PANEL)
+    one, two = (
+        find_visibility_by_complexity(*bare, PANEL),
+        find_visibility_by_complexity(*under, PANEL),
+    )
     assert ((one > 0) & (one < 1) & floor).sum() > 200
     np.testing.assert_allclose(two[floor], one[floor], atol=1e-6)
 
@@ -208,7 +215,7 @@ def test_a_lamp_within_a_cage():
     seen = look(merge(cage, lid), OBLIQUE)
     light = ball_light(point_light((0, 0, 3)), 0.2)
     truth = find_method("samples")(*seen, light, samples=1024)
-    error = differ(visibility(*seen, light, spots=256), truth)
+    error = differ(find_visibility_by_complexity(*seen, light, spots=256), truth)
     assert len(error) > 200
     assert np.abs(error).max() < 0.06
 
@@ -221,7 +228,7 @@ def test_a_lamp_half_within_a_caster_is_only_near():
     seen = look((vertices, faces), Camera((-12, -14, 10), (0, 0, 1), size=(120, 90)))
     light = ball_light(point_light(vertices[:10].mean(0)), 1.76)
     truth = find_method("samples")(*seen, light, samples=512)
-    error = differ(visibility(*seen, light, spots=256), truth)
+    error = differ(find_visibility_by_complexity(*seen, light, spots=256), truth)
     assert len(error) > 5000
     assert np.abs(error).mean() < 0.15
 
@@ -230,17 +237,19 @@ def test_moving_everything_far_away_changes_nothing():
     far = np.array([4e5, 5e6, 200.0])
     camera = Camera(OBLIQUE.eye + far, OBLIQUE.target + far, size=OBLIQUE.size)
     away = look(moved(FENCE, far), camera, ground=far[2])
-    one = visibility(*look(FENCE, OBLIQUE), LIGHTS["ball"])
-    two = visibility(*away, ball_light(point_light(LIGHTS["ball"].light.position[:3] + far), 0.6))
+    one = find_visibility_by_complexity(*look(FENCE, OBLIQUE), LIGHTS["ball"])
+    two = find_visibility_by_complexity(
+        *away, ball_light(point_light(LIGHTS["ball"].light.position[:3] + far), 0.6)
+    )
     # A spot that an edge passes within a micrometre may be on either side of it.
     assert (np.abs(one - two) > 1e-3).sum() <= 4
 
 
 def test_threads_change_nothing():
     seen = look(FENCE, OBLIQUE)
-    one = visibility(*seen, LIGHTS["sky"])
+    one = find_visibility_by_complexity(*seen, LIGHTS["sky"])
     seen[0].threads = 2
-    np.testing.assert_array_equal(visibility(*seen, LIGHTS["sky"]), one)
+    np.testing.assert_array_equal(find_visibility_by_complexity(*seen, LIGHTS["sky"]), one)
 
 
 def test_spots_fill_the_light_evenly():
@@ -260,11 +269,11 @@ def test_spots_fill_the_light_evenly():
 def test_impossible_spots_are_refused(spots):
     seen = look(FENCE, OBLIQUE)
     with pytest.raises(InputError, match=rf"{spots} spots of the light .* give 1 to 4096"):
-        visibility(*seen, LIGHTS["ball"], spots=spots)
+        find_visibility_by_complexity(*seen, LIGHTS["ball"], spots=spots)
 
 
 def test_nothing_seen_is_lit():
     seen = look(FENCE, Camera((0, -6, 1), (0, 0, 4), size=(40, 40)))
     nothing = seen[1].face == NOTHING
     assert nothing.any()
-    assert (visibility(*seen, LIGHTS["ball"])[nothing] == 1).all()
+    assert (find_visibility_by_complexity(*seen, LIGHTS["ball"])[nothing] == 1).all()

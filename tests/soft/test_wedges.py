@@ -9,7 +9,7 @@ from support.soft import at, differ, look, look_at_floor
 
 from umbra.scene import Camera, directional_light, point_light
 from umbra.soft import SUN_RADIUS, ball_light, find_method, rectangle_light
-from umbra.soft.wedges import find_coverage, visibility
+from umbra.soft.wedges import find_coverage, find_visibility_by_wedges
 
 OBLIQUE = Camera((-6, -7, 6), (0, 0, 0.5), size=(120, 90))
 TRIANGLE = np.array([(-1, -1, 1), (1.3, -0.6, 2), (-0.3, 1, 3.0)]), np.array([[0, 1, 2]], np.int32)
@@ -32,7 +32,7 @@ def test_a_straight_edge_under_a_rectangle_is_a_ramp():
     light = rectangle_light(point_light((0, 0, 2)), (2, 0, 0), (0, 3, 0))
     x = seen[2].position[..., 0]
     expected = np.clip((1 + x) / 2, 0, 1)
-    np.testing.assert_allclose(visibility(*seen, light), expected, atol=1e-6)
+    np.testing.assert_allclose(find_visibility_by_wedges(*seen, light), expected, atol=1e-6)
 
 
 def test_a_straight_edge_under_a_ball_and_under_the_sun():
@@ -47,7 +47,7 @@ def test_a_straight_edge_under_a_ball_and_under_the_sun():
 
     # The sun overhead, 0.5 in tangent: hidden to the left of the edge.
     sun = ball_light(directional_light((0, 0, 1)), np.degrees(np.arctan(0.5)))
-    np.testing.assert_allclose(visibility(*seen, sun), segment(x / 0.5), atol=1e-6)
+    np.testing.assert_allclose(find_visibility_by_wedges(*seen, sun), segment(x / 0.5), atol=1e-6)
     # The plane through P and the edge passes a ball at a distance; seen from P in the angle
     # asin(distance / way), over the ball's own asin(0.5 / way).
     ball = ball_light(point_light((0, 0, 2)), 0.5)
@@ -55,7 +55,7 @@ def test_a_straight_edge_under_a_ball_and_under_the_sun():
     d = x / np.sqrt(1 + x * x)  # of the ball's middle from the plane; half the way up: 2 x / 2
     sine, rim = d / way, 0.5 / way
     tangents = sine / np.sqrt(1 - sine**2) / (rim / np.sqrt(1 - rim**2))
-    np.testing.assert_allclose(visibility(*seen, ball), segment(tangents), atol=1e-6)
+    np.testing.assert_allclose(find_visibility_by_wedges(*seen, ball), segment(tangents), atol=1e-6)
 
 
 def test_a_square_plate_over_a_floor():
@@ -66,7 +66,9 @@ def test_a_square_plate_over_a_floor():
     light = rectangle_light(point_light((0, 0, 2)), (2, 0, 0), (0, 2, 0))
     x, y = np.moveaxis(seen[2].position[..., :2], -1, 0)
     width, depth = (np.clip(2 - np.abs(v), 0, 2) / 2 for v in (x, y))
-    np.testing.assert_allclose(visibility(*seen, light), 1 - width * depth, atol=1e-6)
+    np.testing.assert_allclose(
+        find_visibility_by_wedges(*seen, light), 1 - width * depth, atol=1e-6
+    )
 
 
 def test_a_small_hole_is_lit_by_part_of_the_light():
@@ -75,7 +77,7 @@ def test_a_small_hole_is_lit_by_part_of_the_light():
     boards = merge(*(sheet([(a, c, 1), (b, c, 1), (b, d, 1), (a, d, 1)]) for a, b, c, d in spans))
     seen = look_at_floor(boards, half=0.5)
     light = rectangle_light(point_light((0, 0, 2)), (2, 0, 0), (0, 2, 0))
-    found = visibility(*seen, light)
+    found = find_visibility_by_wedges(*seen, light)
     # From every place near, the whole hole shows light: 0.4 x 0.4 of 2 x 2.
     np.testing.assert_allclose(found, 0.04, atol=1e-6)
 
@@ -84,7 +86,7 @@ def test_a_small_hole_is_lit_by_part_of_the_light():
 @pytest.mark.parametrize("shape", [plate(2.0), TRIANGLE])
 def test_one_flat_caster_agrees_with_samples(shape, name):
     seen = look(shape, OBLIQUE)
-    truth, found = sample(seen, LIGHTS[name]), visibility(*seen, LIGHTS[name])
+    truth, found = sample(seen, LIGHTS[name]), find_visibility_by_wedges(*seen, LIGHTS[name])
     error = differ(found, truth)
     assert len(error) > 50
     assert np.abs(error).max() < 0.025
@@ -95,7 +97,7 @@ def test_one_flat_caster_agrees_with_samples(shape, name):
 def test_a_tall_box_agrees_with_samples(name):
     # Its silhouette is the same from all of the light.
     seen = look(turned(box((-1, -1, 0), (1, 1, 1.5)), 25), OBLIQUE)
-    truth, found = sample(seen, LIGHTS[name]), visibility(*seen, LIGHTS[name])
+    truth, found = sample(seen, LIGHTS[name]), find_visibility_by_wedges(*seen, LIGHTS[name])
     error = differ(found, truth)
     assert len(error) > 50
     assert np.abs(error).max() < 0.025
@@ -126,7 +128,7 @@ def test_any_triangle_under_any_light(seed, middle, radius, is_ball):
     sides = [normal @ (p.position[:3] + height[1:]) > 0 for p in light.points(64)]
     if 0 < sum(sides) < 64:
         return
-    error = differ(visibility(*seen, light), sample(seen, light, 512))
+    error = differ(find_visibility_by_wedges(*seen, light), sample(seen, light, 512))
     assert np.abs(error).max(initial=0) < 0.06
 
 
@@ -136,7 +138,7 @@ def test_a_light_without_size_casts_the_hard_shadow(mesh):
     counter, view, _, camera = seen
     light = point_light((21, 8, 40))
     hard = counter.count(view, camera, light) == 0
-    found = visibility(*seen, ball_light(light, 1e-7))
+    found = find_visibility_by_wedges(*seen, ball_light(light, 1e-7))
     assert (found != hard).sum() == 0
 
 
@@ -149,7 +151,7 @@ def test_an_edge_through_the_middle_of_the_light_leaves_no_speck():
         ball_light(point_light((0, 0, 3)), 0.5),
         ball_light(directional_light((0, 0, 1)), 5.0),
     ):
-        column = visibility(*seen, light)[:, 40]
+        column = find_visibility_by_wedges(*seen, light)[:, 40]
         np.testing.assert_allclose(column, 0.5, atol=0.002)
 
 
@@ -158,23 +160,27 @@ def test_moving_everything_far_away_changes_nothing():
     near = look(turned(box((-1, -1, 0), (1, 1, 1.5)), 25), OBLIQUE)
     camera = Camera(OBLIQUE.eye + far, OBLIQUE.target + far, size=OBLIQUE.size)
     away = look(moved(turned(box((-1, -1, 0), (1, 1, 1.5)), 25), far), camera, ground=far[2])
-    one = visibility(*near, LIGHTS["ball"])
-    two = visibility(*away, ball_light(point_light(LIGHTS["ball"].light.position[:3] + far), 0.6))
+    one = find_visibility_by_wedges(*near, LIGHTS["ball"])
+    two = find_visibility_by_wedges(
+        *away, ball_light(point_light(LIGHTS["ball"].light.position[:3] + far), 0.6)
+    )
     np.testing.assert_allclose(one, two, atol=1e-4)
 
 
 def test_threads_change_nothing():
     seen = look(city(2), Camera((-20, -17, 16), (0, 0, 2), size=(120, 90)))
-    one = visibility(*seen, LIGHTS["sky"])
+    one = find_visibility_by_wedges(*seen, LIGHTS["sky"])
     seen[0].threads = 2
-    np.testing.assert_array_equal(visibility(*seen, LIGHTS["sky"]), one)
+    np.testing.assert_array_equal(find_visibility_by_wedges(*seen, LIGHTS["sky"]), one)
 
 
 def test_the_suns_penumbra_widens_by_a_hundred_and_seventh_of_the_way():
     # 10 m behind an edge under a sun overhead: 2 tan 0.2665 degrees x 10 m = 93 mm.
     half = sheet([(-500, -500, 10), (0, -500, 10), (0, 500, 10), (-500, 500, 10)])
     seen = look_at_floor(half, half=0.1, pixels=200)
-    found = visibility(*seen, ball_light(directional_light((0, 0, 1)), SUN_RADIUS))[0]
+    found = find_visibility_by_wedges(*seen, ball_light(directional_light((0, 0, 1)), SUN_RADIUS))[
+        0
+    ]
     partial = ((found > 0) & (found < 1)).sum() * 1e-3
     assert partial == pytest.approx(0.0930, abs=0.002)
 
@@ -198,7 +204,7 @@ def test_a_box_without_a_bottom_hides_everything_twice():
         seen = look((vertices, kept), Camera((-6, -7, 0.9), (0, 0, 0), size=(120, 60)))
         coverage = find_coverage(*seen, light)
         assert coverage.max() == pytest.approx(deepest, abs=0.02)
-        error = differ(visibility(*seen, light), sample(seen, light, 256))
+        error = differ(find_visibility_by_wedges(*seen, light), sample(seen, light, 256))
         assert (error.mean() < -0.1) == (deepest == 2)
 
 

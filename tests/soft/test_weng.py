@@ -11,7 +11,7 @@ from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.lights import Light
 from umbra.soft import ball_light, find_method
-from umbra.soft.weng import Layers, _pair_off, find_layer_opacities, visibility
+from umbra.soft.weng import Layers, _pair_off, find_layer_opacities, find_visibility_by_layers
 
 NOON = ball_light(directional_light((0, 0, 1)), 1.0)
 PLATE = sheet([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
@@ -38,7 +38,7 @@ def test_opacities_make_an_even_stack():
 def test_a_plate_at_noon_has_nested_squares():
     # Radius 1 where it is nearest, so layer m reaches 1 + 0.05 m; ten of them.
     seen = look_at_floor(PLATE, half=2.0, pixels=160)
-    found = visibility(*seen, NOON, length=5.0, gap=0.5)
+    found = find_visibility_by_layers(*seen, NOON, length=5.0, gap=0.5)
     across = np.abs(seen[2].position[..., :2]).max(-1)
     layer = np.maximum(np.ceil((across - 1) / 0.05 - 1e-9), 0)
     np.testing.assert_allclose(found, np.minimum(layer, 11) / 11, atol=1e-6)
@@ -90,10 +90,12 @@ def test_layers_need_their_caps():
 def test_each_component_grows_about_its_own_middle():
     left, right = (box((x - 1, -1, 1), (x + 1, 1, 2)) for x in (-3, 3))
     seen = look_at_floor(merge(left, right), half=5.0, pixels=100)
-    found = visibility(*seen, NOON, length=1.0, gap=1.0)
+    found = find_visibility_by_layers(*seen, NOON, length=1.0, gap=1.0)
     alone = look_at_floor(right, half=5.0, pixels=100)
     east = seen[2].position[..., 0] > 0
-    np.testing.assert_array_equal(found[east], visibility(*alone, NOON, length=1.0, gap=1.0)[east])
+    np.testing.assert_array_equal(
+        found[east], find_visibility_by_layers(*alone, NOON, length=1.0, gap=1.0)[east]
+    )
     assert at(seen[2], found, 3, 1.05, 0) == at(seen[2], found, -3, 1.05, 0) == 0.5
 
 
@@ -102,7 +104,7 @@ def test_any_receiver_has_the_penumbra():
     mesh = merge(PLATE, box((0, -1.5, 0), (1.7, 1.5, 0.5)))
     seen = look(mesh, Camera((6, -7, 0.99), (0, 0, 0.5), size=(200, 150), fov=30))
     frame = seen[2]
-    found = visibility(*seen, NOON, length=5.0, gap=0.5)
+    found = find_visibility_by_layers(*seen, NOON, length=5.0, gap=0.5)
     top = np.isclose(frame.position[..., 2], 0.5) & (frame.normal[..., 2] > 0.9)
     across = np.abs(frame.position[..., :2]).max(-1)
     layer = np.maximum(np.ceil((across[top] - 1) / 0.05 - 1e-9), 0)
@@ -123,7 +125,7 @@ def test_no_layer_falls_on_its_own_caster():
     assert (own & hard).sum() > 200
     layer = counter.with_caster(Layers.of(counter, light.light).scaled(1.25))
     assert (layer.count_undrawn(view, camera, light.light)[own & hard] != 0).sum() > 50
-    np.testing.assert_array_equal(visibility(*seen, light)[own], hard[own])
+    np.testing.assert_array_equal(find_visibility_by_layers(*seen, light)[own], hard[own])
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 9])
@@ -145,7 +147,7 @@ def test_parts_that_do_not_cast_receive():
         counter = FrameCounter(scene, casters=casters, ground=0.0)
         seen = (counter, *counter.see(camera), camera)
         top = np.isclose(seen[2].position[..., 2], 0.5) & (seen[2].part == 0)
-        found.append(visibility(*seen, NOON)[top])
+        found.append(find_visibility_by_layers(*seen, NOON)[top])
     assert ((found[0] > 0) & (found[0] < 1)).sum() > 50
     np.testing.assert_array_equal(found[0], found[1])
     np.testing.assert_array_equal(found[0], found[2])
@@ -170,7 +172,7 @@ def test_at_contact_and_for_small_lights_the_penumbra_is_wrong():
         turned(box((-1, -1, 0), (1, 1, 1)), 20), Camera((-4, -5, 5), (0, 0, 0), size=(80, 60))
     )
     truth = find_method("samples")(*seen, light, samples=256)
-    error = visibility(*seen, light) - truth
+    error = find_visibility_by_layers(*seen, light) - truth
     floor = seen[2].part == GROUND
     assert error[floor].min() < -0.8  # lit floor that it darkens
     assert error[floor].max() < 0.5  # the hard shadow's own inner half penumbra stays black
@@ -181,9 +183,9 @@ def test_threads_change_nothing():
     seen = look(
         turned(box((-1, -1, 0), (1, 1, 1)), 20), Camera((-4, -5, 5), (0, 0, 0), size=(80, 60))
     )
-    one = visibility(*seen, NOON)
+    one = find_visibility_by_layers(*seen, NOON)
     seen[0].threads = 2
-    np.testing.assert_array_equal(visibility(*seen, NOON), one)
+    np.testing.assert_array_equal(find_visibility_by_layers(*seen, NOON), one)
 
 
 @pytest.mark.parametrize(
@@ -192,4 +194,4 @@ def test_threads_change_nothing():
 def test_steps_that_make_no_layers_are_refused(steps):
     seen = look_at_floor(PLATE, pixels=4)
     with pytest.raises(InputError, match=r"2\.5 and 0\.4 make 6"):
-        visibility(*seen, NOON, length=steps[0], gap=steps[1])
+        find_visibility_by_layers(*seen, NOON, length=steps[0], gap=steps[1])

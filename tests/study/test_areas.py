@@ -10,7 +10,6 @@ from umbra.errors import InputError
 from umbra.receivers import find_kind
 from umbra.receivers.lattice import choose_side, cut_polygon
 from umbra.scene.named_places import Area
-from umbra.study import StudyOptions, run
 from umbra.writers.folder import Outputs
 
 shapely = pytest.importorskip("shapely")
@@ -250,22 +249,6 @@ def test_slips_in_what_goes_with_areas(scene):
     assert caught.value.option == "least"
     with pytest.raises(umbra.InputError, match="no areas"):
         umbra.shadow_study(scene, SITE, **DAY, cell=9).areas  # noqa: B018
-
-
-def test_lit_shares_of_each_moment(scene, at_45, noon):
-    from umbra.study.accumulators.named import LitShares  # noqa: PLC0415
-    from umbra.study.loop import make_tile_run, pass_lights  # noqa: PLC0415
-
-    options = StudyOptions(
-        **around(noon), refraction="none", ground=0.0, receivers="areas", threads=1,
-        areas={"half": shapely.box(-5, 5, 5, 15), "lit": shapely.box(0, 20, 1, 21)},
-    )  # fmt: skip
-    study = run(scene, at_45, options)
-    lights = study.period.make_lights()
-    lit = LitShares(study.laid, len(lights))
-    for some, make in study.laid.make_ray_tiles():
-        pass_lights(make_tile_run(make(), None, some), lights, [lit])
-    assert lit.shares == pytest.approx(np.array([[0.5, 1.0]]), abs=2e-3)
 
 
 @pytest.mark.parametrize(

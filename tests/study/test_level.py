@@ -6,7 +6,7 @@ from support.model_files import DATA
 from support.shapes import box, sheet
 
 import umbra
-from umbra.ground.level import assume_level, has_terrain
+from umbra.ground.level import has_terrain, measure_bases, settle_level
 from umbra.receivers import find_kind
 from umbra.scene import Mesh, Part, make_scene
 
@@ -25,14 +25,18 @@ def lay(name, kind, corners):
     return Part(name, kind, Mesh(*sheet(corners)))
 
 
+def find_level(scene):
+    return settle_level(measure_bases(scene))
+
+
 def test_the_ground_of_a_hill_is_where_the_middle_house_stands():
-    level = assume_level(make_scene(houses([100, 104, 109, 115, 121])))
+    level = find_level(make_scene(houses([100, 104, 109, 115, 121])))
     assert (level.middle, level.low, level.high, level.things) == (109, 100, 121, 5)
 
 
 def test_a_large_house_weighs_more():
     parts = [*houses([10, 11, 12]), Part("hall", "", Mesh(*box((0, 50, 3), (90, 90, 20))))]
-    assert assume_level(make_scene(parts)).middle == 3
+    assert find_level(make_scene(parts)).middle == 3
 
 
 @pytest.mark.parametrize("is_own", [True, False])
@@ -41,8 +45,8 @@ def test_one_bad_polygon_far_below_moves_nothing(is_own):
         "bad" if is_own else "house 0", "", [(10, 1, -15), (11, 1, -15), (11, 2, -15), (10, 2, -15)]
     )
     parts = houses([0, 0, 0.5, 1])
-    level = assume_level(make_scene([*parts, bad]))
-    assert level == assume_level(make_scene(parts))
+    level = find_level(make_scene([*parts, bad]))
+    assert level == find_level(make_scene(parts))
     assert level.low == 0
     study = umbra.shadow_study(make_scene([*parts, bad]), VIENNA, **DAY, receivers="top")
     assert study.attrs["ground_z"] == 0
@@ -53,12 +57,12 @@ def test_a_round_thing_stands_on_its_lowest_point():
     tip, rim = [(0, 0, 0)], [(np.cos(a), np.sin(a), 40) for a in np.arange(60) * np.pi / 30]
     faces = [(0, 1 + k, 1 + (k + 1) % 60) for k in range(60)]
     scene = make_scene(np.array(tip + rim), np.array(faces))
-    assert assume_level(scene).middle == 0
+    assert find_level(scene).middle == 0
 
 
 def test_ground_surfaces_tell_better_than_walls():
     floor = lay("house 0", "GroundSurface", [(0, 0, 2), (8, 0, 2), (8, 9, 2), (0, 9, 2)])
-    level = assume_level(make_scene([*houses([0]), floor]))
+    level = find_level(make_scene([*houses([0]), floor]))
     assert level.middle == 2
 
 
@@ -67,7 +71,7 @@ def test_what_stands_on_another_thing_is_not_asked():
     for floor in range(1, 12):
         made.append(Part(f"f{floor}", "", Mesh(*box((0, 0, 6 * floor), (8, 9, 6 * floor + 6)))))
         made.append(Part(f"b{floor}", "", Mesh(*box((8, 3, 6 * floor), (9, 5, 6 * floor + 1)))))
-    level = assume_level(make_scene(made))
+    level = find_level(make_scene(made))
     assert (level.middle, level.high) == (0, 0)
 
 
@@ -121,7 +125,7 @@ def test_real_models_choose_and_tell(name, receivers, is_hilly):
     scene = umbra.read(DATA / name)
     assert find_kind("auto", scene).name == receivers
     if receivers == "ground" and scene.ground is None:
-        level = assume_level(scene)
+        level = find_level(scene)
         assert (level.high - level.low > 3) == is_hilly
         assert scene.bounds()[0, 2] - 0.01 <= level.low <= level.middle <= level.high
     assert has_terrain(scene) == (receivers == "top" or scene.ground is not None)

@@ -6,7 +6,7 @@ from support.days import around, parts
 from support.shapes import box, sheet
 
 import umbra
-from umbra.readers.window_table import read_windows
+from umbra.readers.window_files import read_windows
 from umbra.receivers.window_search import count_windows
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")

@@ -8,6 +8,7 @@ import click
 import pytest
 
 import umbra
+from umbra.cli.envelope import command as envelope
 from umbra.cli.prove import command as prove
 from umbra.cli.render import command as render
 from umbra.cli.study import command as study
@@ -49,7 +50,7 @@ def test_names_of_files_and_parts_stay_as_they_are(text):
 
 
 def test_an_error_knows_the_option():
-    assert InputError("leave device= out, or canopy=").option == "device"
+    assert InputError("leave device= out, or canopy=").option is None
     assert InputError("wrong", option="cell").option == "cell"
     assert UmbraError("nothing is wrong").option is None
     assert InputError("no part", pattern="x").pattern == "x"
@@ -65,7 +66,7 @@ def find_records(base):
 def test_each_option_that_messages_may_name_is_one_of_the_command_line():
     typed = {
         text
-        for command in (prove, render, study, view)
+        for command in (envelope, prove, render, study, view)
         for parameter in command.params
         if isinstance(parameter, click.Option)
         for text in (*parameter.opts, *parameter.secondary_opts)
@@ -97,3 +98,38 @@ def find_texts(path):
 def test_no_message_of_the_library_speaks_the_shells_words():
     paths = [p for p in SOURCE.rglob("*.py") if "cli" not in p.parts and p.name != "errors.py"]
     assert [found for path in paths for found in find_texts(path)] == []
+
+
+def read_template(node):
+    """Return a message as it is written down, with NUL for what is filled in."""
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else ""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(read_template(one) or "\0" for one in node.values)
+    return (
+        read_template(node.left) + read_template(node.right) if isinstance(node, ast.BinOp) else ""
+    )
+
+
+def find_untold(path):
+    """List the errors that name an option in their message, and not in their data."""
+    found = []
+    for function in ast.walk(ast.parse(path.read_text())):
+        messages = {}
+        nodes = ast.walk(function) if isinstance(function, ast.FunctionDef) else ()
+        for node in sorted(
+            (n for n in nodes if isinstance(n, (ast.Assign, ast.Call))),
+            key=lambda n: (n.lineno, n.col_offset),
+        ):
+            if isinstance(node, ast.Assign):
+                messages[ast.unparse(node.targets[0])] = read_template(node.value)
+            elif ast.unparse(node.func) in {"InputError", "UmbraError"} and node.args:
+                told = messages.get(ast.unparse(node.args[0]), "")
+                is_named = write_for_shell(told) != told or "\0=" in told
+                if is_named and not {"option", None} & {one.arg for one in node.keywords}:
+                    found.append((path.name, node.lineno))
+    return found
+
+
+def test_an_error_about_an_option_carries_it():
+    assert [found for path in SOURCE.rglob("*.py") for found in find_untold(path)] == []

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import inspect
+from dataclasses import MISSING
 
 import click
 import pytest
 
 import umbra
 from umbra.calls.camera_options import CameraOptions
-from umbra.calls.options import RenderOptions, ViewOptions
+from umbra.calls.city import RunOptions
+from umbra.calls.massing_options import EnvelopeOptions, PartOptions
+from umbra.calls.options import DrawingOptions, RenderOptions, ViewOptions
+from umbra.calls.prove_options import JudgedOptions
 from umbra.cli.options import record_options
 from umbra.errors import write_for_shell
 from umbra.options import Given, Options, list_options, needed, option, record
 from umbra.signatures import takes
 from umbra.study.options import StudyOptions
+from umbra.writers.folder import Outputs
 
 
 @record
@@ -50,6 +55,8 @@ def test_a_call_takes_each_option_by_its_name():
     assert brew(pot="blue", leaves="mint", water=0.2, cups=1) == ("blue", 1, 0.2, "mint")
     with pytest.raises(umbra.InputError, match="a tea has no option 'leafs'; did you mean"):
         brew("blue", leafs="mint")
+    with pytest.raises(TypeError, match=r"brew\(\) needs leaves="):
+        brew("blue")
     with pytest.raises(TypeError, match="positional"):
         brew("blue", 3, 0.2, leaves="mint")
 
@@ -89,12 +96,24 @@ def test_a_command_has_the_options_that_can_be_typed():
         (umbra.render, RenderOptions),
         (umbra.make_camera, CameraOptions),
         (umbra.show, ViewOptions),
+        (umbra.envelope, EnvelopeOptions),
+        (umbra.part_height, PartOptions),
+        (umbra.prove, JudgedOptions),
+        (umbra.city_study, RunOptions),
+        (umbra.draw_vectors, DrawingOptions),
     ],
 )
 def test_public_calls_show_their_records(call, record):
     shown = {name: one.default for name, one in inspect.signature(call).parameters.items()}
     told = call.__doc__.split("Returns")[0]
     for name, said, default in list_options(record):
-        assert shown[name] == default
+        assert shown[name] == (inspect.Parameter.empty if default is MISSING else default)
         assert f"{name} : " in told
         assert said.help, name
+
+
+def test_a_study_writes_what_the_command_writes():
+    shown = inspect.signature(umbra.ShadowStudy.write).parameters
+    assert {name: one.default for name, one in shown.items() if one.kind is one.KEYWORD_ONLY} == {
+        name: default for name, _, default in list_options(Outputs) if name != "formats"
+    }

@@ -8,7 +8,7 @@ import pytest
 
 from umbra.errors import InputError
 from umbra.sun import parse_dates
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.date_words import tell_skipped
 
 
 @pytest.mark.parametrize(

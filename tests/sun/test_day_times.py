@@ -9,8 +9,8 @@ from support.shapes import box
 
 import umbra
 from umbra.lights import make_period
+from umbra.sun.date_words import TERMS, find_term_day
 from umbra.sun.day_times import DayClock, find_solar_time, is_of_the_sun
-from umbra.sun.terms import TERMS, find_term
 
 CHINA = "Asia/Shanghai"
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -27,7 +27,7 @@ GREAT_COLD = [
 @pytest.mark.parametrize(("latitude", "longitude", "shown"), GREAT_COLD)
 def test_solar_eight_on_great_cold(latitude, longitude, shown):
     site = umbra.Site(latitude, longitude, CHINA)
-    day = find_term("2026-great-cold", CHINA)
+    day = find_term_day("2026-great-cold", CHINA)
     assert day == dt.date(2026, 1, 20)
     local = DayClock(site, "solar").find(day, "08:00", "start").astimezone(ZoneInfo(CHINA))
     wanted = dt.datetime.combine(day, dt.time.fromisoformat(shown), ZoneInfo(CHINA))
@@ -40,11 +40,11 @@ def test_terms_are_those_of_almanacs_by_the_sites_calendar():
     dates = {"equinox": "03-20", "summer-solstice": "06-21", "autumn-equinox": "09-23",
              "winter-solstice": "12-21"}  # fmt: skip
     for name, date in dates.items():
-        assert str(find_term(f"2026-{name}")) == f"2026-{date}"
-    assert str(find_term("2026-autumn-equinox", "America/New_York")) == "2026-09-22"
-    assert str(find_term("2026-winter-solstice", CHINA)) == "2026-12-22"
-    assert find_term("great-cold", CHINA).year == dt.datetime.now(ZoneInfo(CHINA)).year
-    assert find_term("2026-start-of-spring", CHINA) == dt.date(2026, 2, 4)  # lichun
+        assert str(find_term_day(f"2026-{name}")) == f"2026-{date}"
+    assert str(find_term_day("2026-autumn-equinox", "America/New_York")) == "2026-09-22"
+    assert str(find_term_day("2026-winter-solstice", CHINA)) == "2026-12-22"
+    assert find_term_day("great-cold", CHINA).year == dt.datetime.now(ZoneInfo(CHINA)).year
+    assert find_term_day("2026-start-of-spring", CHINA) == dt.date(2026, 2, 4)  # lichun
     assert len(TERMS) > 12
 
 

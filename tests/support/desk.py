@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from support.command import SCRIPT
-from umbra.window.file import load_view
+from umbra.window.view_file import load_view
 
 PATIENCE = 60  # [s]; a machine under load starts slowly
 PAUSE = 0.15  # [s] between events, as of a hand

@@ -7,7 +7,7 @@ import numpy as np
 
 from support.shapes import box, torus_knot
 from support.spheres import make_sphere
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.methods import Softness
 from umbra.scene import (
@@ -240,4 +240,4 @@ def compare(device, seed, steps, far=(0.0, 0.0, 0.0)):
 
 
 def _open(device, edits):
-    return Renderer(edits.scene, edits.ground, device=device, softness=FEW)
+    return SceneRenderer(edits.scene, edits.ground, device=device, softness=FEW)

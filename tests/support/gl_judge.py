@@ -11,7 +11,7 @@ import numpy as np
 
 from support.judge import Seen, Verdicts, closed_faces, find_opened, judge
 from support.raycaster import RayCaster
-from umbra.gl.frame import GlFrameCounter
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.rays.depth import NOTHING
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster

@@ -7,10 +7,10 @@ import pytest
 from support.cities import DAY, make_houses, write_city
 
 import umbra
-from umbra.tiles import count, sun_groups
+from umbra.tiles import count, receive
 from umbra.tiles.count import count_window
+from umbra.tiles.receive import LEAST, group_suns
 from umbra.tiles.run import count_serially
-from umbra.tiles.sun_groups import LEAST, group_suns
 from umbra.writers.city.result import list_neighbours
 
 EXTENT = (84950, 446950, 85520, 447290)
@@ -54,8 +54,8 @@ def groups(monkeypatch):
         found.extend(some := list(group_suns(suns)))
         return some
 
-    monkeypatch.setattr(sun_groups, "group_suns", see)
-    monkeypatch.setattr(sun_groups, "LEAST", 40)
+    monkeypatch.setattr(receive, "group_suns", see)
+    monkeypatch.setattr(receive, "LEAST", 40)
     return found
 
 

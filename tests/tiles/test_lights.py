@@ -8,7 +8,7 @@ import umbra
 from umbra.lights import Lights
 from umbra.study.loop import Accumulator, add_up
 from umbra.study.setup import Setup
-from umbra.tiles.reach import find_reaching
+from umbra.tiles.neighbourhood import find_reaching
 
 OPTIONS = {**DAY, "every": "3h", "ground": 0.0}
 EXTENT = (84980, 446980, 85220, 447090)

@@ -6,12 +6,12 @@ from support.cities import DAY, FACES, make_houses, write_city
 
 import umbra
 from umbra.scene.grid import Grid
-from umbra.tiles.catalogue import make_catalogue
-from umbra.tiles.geometry import find_units
-from umbra.tiles.lattice import Lattice, find_side
+from umbra.tiles.city_catalogue import make_catalogue
+from umbra.tiles.city_lattice import Lattice, find_side
+from umbra.tiles.file_geometry import find_units
+from umbra.tiles.neighbourhood import find_reaching
 from umbra.tiles.options import CityOptions
-from umbra.tiles.reach import find_reaching
-from umbra.tiles.surfaces import turn_outward
+from umbra.tiles.surface_results import turn_outward
 
 
 def test_reach_is_that_of_every_pair_of_points():

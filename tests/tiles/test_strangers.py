@@ -17,8 +17,8 @@ import umbra
 from umbra.calls.city import run_city
 from umbra.errors import InputError, write_for_shell
 from umbra.study.options import StudyOptions
+from umbra.tiles.city_file import check_reading
 from umbra.tiles.options import CityOptions
-from umbra.tiles.reading import check_reading
 from umbra.writers.city import check_city_formats
 
 GIVEN = {**DAY, "receivers": "ground", "cell": 2.0}
@@ -88,7 +88,7 @@ def test_a_file_outside_the_box_is_left_out_with_a_note(city, tmp_path, monkeypa
     alone = count(city[0], out=tmp_path / "one", reading=box)
     np.testing.assert_array_equal(made.dataset.shadow_hours, alone.dataset.shadow_hours)
     assert float(alone.dataset.shadow_hours.max()) > 1
-    monkeypatch.setattr("umbra.tiles.catalogue.read", None)  # no file is read again
+    monkeypatch.setattr("umbra.tiles.city_catalogue.read", None)  # no file is read again
     again = count(city[::-1], out=tmp_path / "all", reading=box)
     assert again.notes == made.notes
     monkeypatch.undo()
@@ -148,7 +148,7 @@ def test_a_file_that_is_removed_between_two_runs_is_named(tmp_path):
 def test_a_file_that_is_larger_than_the_memory_is_refused_before_it_is_read(
     tmp_path, monkeypatch, size, options, said
 ):
-    monkeypatch.setattr("umbra.tiles.reading.find_memory", lambda: 8 * 2**30)
+    monkeypatch.setattr("umbra.tiles.city_file.find_memory", lambda: 8 * 2**30)
     path = tmp_path / "city.json"
     path.write_bytes(b"{")
     os.truncate(path, size)  # holds nothing: it takes no place on the disk

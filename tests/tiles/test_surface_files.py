@@ -25,7 +25,7 @@ def make_alone(city):
 def test_surfaces_in_tiles_have_the_rows_of_a_study_in_memory(city, tmp_path, monkeypatch):
     parquet = pytest.importorskip("pyarrow.parquet")
     # Few rows at a time, so that a file is made of several groups.
-    monkeypatch.setattr("umbra.writers.city.surfaces.ROWS", 70)
+    monkeypatch.setattr("umbra.writers.city.city_surfaces.ROWS", 70)
     options = {**DAY, "date": "2026-12-21,2026-06-21", "receivers": "surfaces", "spacing": 4.0}
     made = umbra.city_study(city, out=tmp_path / "tiles", tiles=100, **options)
     assert made.write("geoparquet") == [tmp_path / "tiles" / "surfaces.parquet"]

@@ -20,7 +20,7 @@ from support.shapes import box
 
 import umbra
 from umbra.errors import InputError
-from umbra.window.file import from_json
+from umbra.window.view_file import from_json
 from umbra.writers.live import clear_ground
 from umbra.writers.pixels import NO_SUN, paint_shares
 

@@ -13,14 +13,14 @@ import umbra
 from umbra.calls.first_view import begin_view
 from umbra.calls.options import ViewOptions
 from umbra.errors import InputError
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import pose
 from umbra.scene.camera import choose_sky, expose_lights
 from umbra.window.controls import Controls
-from umbra.window.file import from_json, to_json
 from umbra.window.motion import Motion
-from umbra.window.painter import ViewPainter
-from umbra.window.view import make_view
+from umbra.window.view_file import from_json, to_json
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import make_view
 
 PANEL = 290
 
@@ -82,7 +82,7 @@ def test_a_view_shows_its_pose_on_both_devices(device, scene):
         painter.draw(moved.toggle("volumes").toggle("cases"), SIZE)
         painter.draw(moved, SIZE)
         pictures.append(painter.read().astype(int))
-        with Renderer(posed, 0.0) as renderer:
+        with SceneRenderer(posed, 0.0) as renderer:
             shining = [*view.shining().values()]
             renderer.draw(view.viewpoint.camera(SIZE), shining, sky=choose_sky(shining))
             expected = renderer.read()

@@ -10,14 +10,14 @@ from support.spheres import make_sphere
 
 import umbra
 from umbra.cpu.frame import FrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import State
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.handles import find_part
 from umbra.window.overlays import Overlays, find_count_colors, find_top
-from umbra.window.painter import ViewPainter
-from umbra.window.view import METHODS, SOFT, SUN, make_view
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import METHODS, SOFT, SUN, make_view
 
 SIZE = (320, 240)
 
@@ -171,7 +171,7 @@ def draw_volumes(device, away):
         umbra.Camera((14, -12, 9), (2, 2, 1), size=SIZE),
         point_light((4 + away, 2, 4 - away)),
     )
-    renderer = Renderer(scene, 0.0, device=device, choices=VolumeOptions(shorten=False))
+    renderer = SceneRenderer(scene, 0.0, device=device, choices=VolumeOptions(shorten=False))
     overlays = Overlays(renderer)
     renderer.draw(camera, [lamp])
     plain = renderer.read().astype(int)

@@ -16,11 +16,11 @@ from umbra.rays.depth import NOTHING
 from umbra.scene import Mesh, Part, directional_light, make_scene
 from umbra.sun import find_sun, make_steps
 from umbra.window.daylight import ProfilePeriod, find_daily_suns
-from umbra.window.file import from_json, to_json
+from umbra.window.frame_profile import count_profile
 from umbra.window.overlays import ASIDE, PALETTE
-from umbra.window.painter import ViewPainter
-from umbra.window.profile import count_profile
-from umbra.window.view import make_view
+from umbra.window.view_file import from_json, to_json
+from umbra.window.view_painter import ViewPainter
+from umbra.window.view_state import make_view
 from umbra.writers.pixels import shade_ramp
 
 SIZE = (240, 180)

@@ -14,8 +14,8 @@ from umbra.methods import SOFT
 from umbra.scene import Light, directional_light, make_scene, point_light, spot_light
 from umbra.sun import Site
 from umbra.window.daylight import Sun
-from umbra.window.file import from_json, load_view, save_view, to_json
-from umbra.window.view import SUN, Viewpoint, ViewState, make_view
+from umbra.window.view_file import from_json, load_view, save_view, to_json
+from umbra.window.view_state import SUN, Viewpoint, ViewState, make_view
 
 METHODS = BY_DEVICE["gl"].hard
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from umbra.window.handles import project
-from umbra.window.view import STEEPEST, Viewpoint, frame_bounds
+from umbra.window.view_state import STEEPEST, Viewpoint, frame_bounds
 
 BOX = np.array([[10.0, 20, 0], [30, 26, 12]])
 SIZE = (800, 600)

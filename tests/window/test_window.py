@@ -16,11 +16,11 @@ from support.model_files import save_obj
 from support.shapes import box
 
 from umbra import read
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.ground.choice import find_ground
 from umbra.window.handles import find_handles, project
-from umbra.window.painter import SMOOTH
-from umbra.window.view import SUN
+from umbra.window.view_painter import SMOOTH
+from umbra.window.view_state import SUN
 
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
@@ -80,7 +80,7 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
         "model.obj", "model.png", "model.view.json"
     ]  # fmt: skip
     ground = find_ground(read(model))
-    with Renderer(ground.scene, ground.level) as renderer:
+    with SceneRenderer(ground.scene, ground.level) as renderer:
         lights = list(wanted.shining().values())
         camera = wanted.viewpoint.camera(SIZE)
         expected = renderer.render(camera, lights, wanted.method, samples=SMOOTH)
@@ -152,7 +152,7 @@ def test_edges_are_smooth_once_nothing_moves(display, model):
     with open_desk(display, model, "--date", "2026-06-21", "--at", "09:00") as desk:
         view = desk.view()
         ground = find_ground(read(model))
-        with Renderer(ground.scene, ground.level) as renderer:
+        with SceneRenderer(ground.scene, ground.level) as renderer:
             lights, camera = list(view.shining().values()), view.viewpoint.camera(SIZE)
             jagged, smooth = (renderer.render(camera, lights, samples=n) for n in (1, SMOOTH))
         differs = np.abs(jagged.astype(int) - smooth).max(2) > 30

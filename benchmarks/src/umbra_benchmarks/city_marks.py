@@ -12,15 +12,15 @@ import numpy as np
 
 from umbra.calls.openness import find_sky_directions
 from umbra.study.options import StudyOptions
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.cluster import open_engine
 from umbra.tiles.count import count_tile
 from umbra.tiles.job import CATALOGUE, CityJob
-from umbra.tiles.lattice import CityTile
 from umbra.tiles.options import CityOptions
-from umbra.tiles.pieces import SurfacePieces
 from umbra.tiles.prepare import prepare_city
 from umbra.tiles.run import Engine
 from umbra.tiles.store import CityStore
+from umbra.tiles.surface_pieces import SurfacePieces
 from umbra_benchmarks.measure import Spent
 
 __all__ = ["CITY", "DIRECTIONS", "HEAD", "YEAR", "CityMark", "choose_tiles", "measure_marks",

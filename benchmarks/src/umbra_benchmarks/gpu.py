@@ -19,9 +19,9 @@ import numpy as np
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.context import Device, open_device
-from umbra.gl.frame import GlFrameCounter
-from umbra.gl.renderer import Renderer
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.resources import Timers
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light, Scene, directional_light, point_light
 from umbra_benchmarks.growth import find_side, look_down, make_stack, make_town_scene
@@ -259,7 +259,7 @@ def _time_frames(
     make = partial(_make_lights, lights, float(camera.target[0]) * 2, reach)
     calls, frames, passes = [], [], []
     choices = VolumeOptions(detail=detail)
-    with Renderer(scene, 0.0, device=device, choices=choices) as renderer:
+    with SceneRenderer(scene, 0.0, device=device, choices=choices) as renderer:
         timers = Timers(device)
         for number in range(2 + 2 * repeat):
             renderer.timers = timers if number >= 2 + repeat else None

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Light, Mesh, Part, Scene, directional_light, make_scene, point_light
 from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.ours_gl import drawing_nothing
@@ -208,7 +208,7 @@ def _move_lamps(count: int, side: float, frame: int) -> list[Light]:
 
 def _measure(device: Device, step: Step, repeat: int) -> tuple[Timing, Timing]:
     """Measure calls and frames of one step, after frames that do not count."""
-    with Renderer(step.scene(), 0.0, device=device) as renderer:
+    with SceneRenderer(step.scene(), 0.0, device=device) as renderer:
 
         def draw(numbers: Iterator[int]) -> float:
             begun = time.process_time()

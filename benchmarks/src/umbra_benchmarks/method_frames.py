@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.gl.context import open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light, Mesh, Part, Scene, make_scene, point_light
 from umbra_benchmarks.cases import CAMERAS, LAMP
@@ -108,7 +108,7 @@ def draw_views(run: BenchmarkRun) -> tuple[str, bool, list[Viewed]]:
         ):
             run.say(f"{name}, {size}²")
             ground = 0.0 if casters is None else None  # the spheres bring their own
-            with Renderer(scene, ground, casters=casters, device=device) as renderer:
+            with SceneRenderer(scene, ground, casters=casters, device=device) as renderer:
                 for view in views:
                     viewed.append(_measure(renderer, name, view, size, run.repeat))
         return device.renderer, device.is_software, viewed
@@ -116,7 +116,7 @@ def draw_views(run: BenchmarkRun) -> tuple[str, bool, list[Viewed]]:
         device.release()
 
 
-def _measure(renderer: Renderer, name: str, view: View, size: int, repeat: int) -> Viewed:
+def _measure(renderer: SceneRenderer, name: str, view: View, size: int, repeat: int) -> Viewed:
     what, camera, lights = view
     camera = Camera(camera.eye, camera.target, size=(size, size), fov=camera.fov, near=camera.near)
     triangles, n_bytes = {}, {}

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Light, Scene, directional_light, make_scene, point_light
 from umbra.scene.lights import spot_light
 from umbra.scene.mesh import Mesh, Part
@@ -296,7 +296,7 @@ def measure(device: Device, motion: Motion, repeat: int) -> MotionRow:
     moves: list[float] = []
     calls: list[float] = []
     frames: list[float] = []
-    with Renderer(scene, casters=casters, device=device) as renderer:
+    with SceneRenderer(scene, casters=casters, device=device) as renderer:
 
         def show(number: int) -> tuple[float, float]:
             """Draw a frame; return the processor time of its move and of the rest [s]."""

@@ -10,7 +10,7 @@ from unittest.mock import patch
 import numpy as np
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Scene, point_light
 from umbra.scene.mesh import Mesh, Part
 from umbra_benchmarks.measure import Spent
@@ -66,7 +66,7 @@ class OursGl:
         self._device = open_device()
         self.driver, self.is_software = self._device.renderer, self._device.is_software
         casters = range(len(scene.centres))
-        self._renderer = Renderer(make_part_scene(scene), casters=casters, device=self._device)
+        self._renderer = SceneRenderer(make_part_scene(scene), casters=casters, device=self._device)
         eye, target = np.array(scene.eye), np.array(scene.target)
         self._camera = Camera(eye, target, size=(size, size), fov=scene.fov)
 

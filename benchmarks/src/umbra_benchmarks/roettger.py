@@ -9,7 +9,7 @@ import numpy as np
 
 from umbra.gl.context import Device, open_device
 from umbra.gl.masks import MASKS, PRINTED, Method
-from umbra.gl.masks.picture import MaskPicture
+from umbra.gl.masks.mask_frames import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 from umbra_benchmarks.measure import Timing, run_in_turn, timed
 from umbra_benchmarks.report import (

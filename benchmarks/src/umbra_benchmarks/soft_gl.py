@@ -55,12 +55,12 @@ def time_frames(
     seconds : dict of float
         Median time of each of ``FRAMES`` [s].
     """
-    from umbra.gl.renderer import Renderer  # noqa: PLC0415
+    from umbra.gl.scene_renderer import SceneRenderer  # noqa: PLC0415
     from umbra.methods import Softness  # noqa: PLC0415
 
     softness = Softness(samples=samples, length=length, gap=gap)
     taken: dict[str, list[float]] = {name: [] for name in FRAMES}
-    with Renderer(scene, 0.0, softness=softness) as renderer:
+    with SceneRenderer(scene, 0.0, softness=softness) as renderer:
         for turn in range(repeat + 1):
             for name in FRAMES:
                 if name == "samples" and turn > 1:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.sweep import Sweep
+from umbra.cpu.raster_sweep import Sweep
 from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene import make_scene
 from umbra.scene.grid import Grid

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import umbra
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.sweep import Sweep
+from umbra.cpu.raster_sweep import Sweep
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Scene, make_scene
 from umbra.scene.grid import Grid

@@ -262,14 +262,14 @@ def _measure_grid(camera: Camera, run: BenchmarkRun) -> list[GridCell]:
     counter = FrameCounter(_make_scene(12), ground=0.0, threads=run.threads)
     view, frame = counter.see(camera)
     seen = counter, view, frame, camera
-    truth = complexity.visibility(*seen, _LIGHT, spots=REFERENCE)
+    truth = complexity.find_visibility_by_complexity(*seen, _LIGHT, spots=REFERENCE)
     place = _LIGHT.light.local(counter.scene.origin)
     sides = 2 * len(find_silhouette_edges(counter.caster, place)[0])
     caps = 2 * int((counter.caster.planes[:, :-1].T @ place > 0).sum())
     cells, pictures = [], []
     for length in LENGTHS:
         for gap in GAPS:
-            draw = partial(weng.visibility, *seen, _LIGHT, length=length, gap=gap)
+            draw = partial(weng.find_visibility_by_layers, *seen, _LIGHT, length=length, gap=gap)
             found, took = repeat_work(draw, run.repeat)
             layers = Softness(length=length, gap=gap).layers
             floor = find_errors(found, truth, frame.part == GROUND)
@@ -313,10 +313,10 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
     seconds, found = {}, {}
     works: dict[str, Callable[[], NDArray]] = {
         "hard": lambda: (counter.count(view, camera, _LIGHT.light) == 0).astype(np.float32),
-        "wedges": lambda: wedges.visibility(*seen, _LIGHT),
-        "complexity": lambda: complexity.visibility(*seen, _LIGHT),
-        "weng": lambda: weng.visibility(*seen, _LIGHT, length=LENGTH, gap=GAP),
-        "samples": lambda: samples.visibility(*seen, _LIGHT, samples=REFERENCE),
+        "wedges": lambda: wedges.find_visibility_by_wedges(*seen, _LIGHT),
+        "complexity": lambda: complexity.find_visibility_by_complexity(*seen, _LIGHT),
+        "weng": lambda: weng.find_visibility_by_layers(*seen, _LIGHT, length=LENGTH, gap=GAP),
+        "samples": lambda: samples.find_visibility_by_samples(*seen, _LIGHT, samples=REFERENCE),
     }
     for name, work in works.items():
         if name != "samples":
@@ -324,7 +324,7 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
         found[name], took = repeat_work(work, 1 if name == "samples" else repeat)
         seconds[name] = took.median
     place = _LIGHT.light.local(counter.scene.origin)
-    truth = complexity.visibility(*seen, _LIGHT, spots=REFERENCE)
+    truth = complexity.find_visibility_by_complexity(*seen, _LIGHT, spots=REFERENCE)
     errors = [
         {
             name: find_errors(found[name], truth, where)

@@ -78,7 +78,7 @@ def check_picture_memory(size: tuple[int, int], lights: int) -> None:
         f"{name_memory(held)}; a size=({max(int(cols * scale), 1)}, {max(int(rows * scale), 1)}) "
         "would fit"
     )
-    raise InputError(msg, bytes=needed)
+    raise InputError(msg, option="size", bytes=needed)
 
 
 def tell_moved_parts(tell: Callable[[str], object], moved: float, detail: float) -> None:

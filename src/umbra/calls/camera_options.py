@@ -105,7 +105,7 @@ class CameraOptions(Options):
         from umbra.scene import Camera  # noqa: PLC0415
         from umbra.scene.camera import fit_camera  # noqa: PLC0415
         from umbra.scene.named_views import FOV, make_named_view  # noqa: PLC0415
-        from umbra.window.view import frame_bounds  # noqa: PLC0415
+        from umbra.window.view_state import frame_bounds  # noqa: PLC0415
 
         framed = frame_bounds(scene.model_bounds(), self.size, fov=self._angle).camera(self.size)
         near = framed.near if self.near is None else self.near

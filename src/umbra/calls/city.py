@@ -1,16 +1,18 @@
 """``umbra.city_study``: hours of shadow of a city in tiles, in one store on disk."""
 
+from __future__ import annotations
+
 import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 from umbra.errors import InputError, UmbraError, show_value
-from umbra.options import read_names, read_path
+from umbra.options import Given, again, needed, option, read_names, read_path, record
 from umbra.readers import read
-from umbra.signatures import check_names
+from umbra.signatures import takes
 from umbra.study.options import StudyOptions
 from umbra.sun.site import Site, find_site
 from umbra.tiles.options import CityOptions
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["CityStudy", "city_study", "run_city"]
 
+P = ParamSpec("P")
+Files = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 _SITE, _READING = (
     [
         name
@@ -46,7 +50,7 @@ class CityStudy:
         Losses and assumptions, one line each.
     """
 
-    run: "CityRun"
+    run: CityRun
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -58,7 +62,7 @@ class CityStudy:
         return self.run.folder
 
     @property
-    def job(self) -> "CityJob":
+    def job(self) -> CityJob:
         """What was counted."""
         return self.run.job
 
@@ -68,7 +72,7 @@ class CityStudy:
         return self.run.facts
 
     @property
-    def dataset(self) -> "xr.Dataset":
+    def dataset(self) -> xr.Dataset:
         """The result as a dataset of the store, whose arrays are read where they are used."""
         return self.run.dataset
 
@@ -101,21 +105,51 @@ class CityStudy:
             return write_city_files(self.folder, formats)
 
 
+@record
+class RunOptions(CityOptions):
+    """Options of ``umbra.city_study``, besides those of any study."""
+
+    out: str | os.PathLike[str] = needed(
+        "path", "Folder of the results: ``study.zarr``, and what a later run needs.", flag=None
+    )
+    tiles: Given[str | float, Any] = again(CityOptions, "tiles", default="1km")
+    reading: Mapping[str, Any] | None = option("any", "Options of ``umbra.read``.", flag=None)
+    engine: Engine | None = option(
+        "any", "Counts the tiles elsewhere, such as ``umbra.tiles.cluster.ClusterEngine(client)``; "
+        "one after the other in this process by default.", flag=None,
+    )  # fmt: skip
+    progress: Callable[[int, int], object] = option(
+        "any", "Called with the number of tiles done and of all.", flag=None,
+        default=lambda _done, _all: None,
+    )  # fmt: skip
+
+
+@record
+class _Asked(RunOptions, StudyOptions):
+    """For type checkers: all that the call takes."""
+
+
+class CityCall(Protocol[P]):
+    """The signature of ``umbra.city_study``."""
+
+    def __call__(
+        self, files: Files, site: Site | Mapping[str, Any] | None = None, *_: P.args,
+        **options: P.kwargs,
+    ) -> CityStudy: ...  # fmt: skip
+
+
+def _take(_record: Callable[P, _Asked]) -> Callable[[Any], CityCall[P]]:
+    return takes(RunOptions, "a study", study=StudyOptions)
+
+
+@_take(_Asked)
 def city_study(
-    files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    site: "Site | Mapping[str, Any] | None" = None,
+    files: Files,
+    site: Site | Mapping[str, Any] | None = None,
     *,
-    out: str | os.PathLike[str],
-    tiles: str | float = "1km",
-    memory: str | float | None = None,
-    min_altitude: float | None = None,
-    reading: Mapping[str, Any] | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    engine: "Engine | None" = None,
-    progress: Callable[[int, int], object] = lambda _done, _all: None,
-    **options: Any,
-) -> "CityStudy":
+    options: RunOptions,
+    study: StudyOptions,
+) -> CityStudy:
     """
     Count the hours of shadow of a city of any size, in tiles, into a Zarr store.
 
@@ -130,26 +164,8 @@ def city_study(
     site : Site, or dict, optional
         Or some of ``latitude``, ``longitude``, ``zone`` and ``true_north``, which override the
         files'; by default the middle of the files.
-    out : str or path
-        Folder of the results: ``study.zarr``, and what a later run needs.
-    tiles : str or float
-        Side of a tile: ``"1km"``, ``"500m"``, or a number [m].
-    memory : str or float, optional
-        Most memory of the run: ``"4GB"``, or a number [byte]; by default half of what there is.
-    min_altitude : float
-        Ignore the sun below this altitude; by default none is ignored [degrees].
-    reading : dict, optional
-        Options of ``umbra.read``.
-    workers : int, optional
-        Count in this many processes of this machine, each on one thread.
-    scheduler : str, optional
-        Count on a running Dask cluster: the address of its scheduler, or ``scheduler.json``.
-        All workers must see the output folder.
-    engine : callable, optional
-        Counts the tiles elsewhere, such as ``umbra.tiles.cluster.ClusterEngine(client)``; one
-        after the other in this process by default.
-    progress : callable
-        Called with the number of tiles done and of all.
+    options : RunOptions
+        Each by its name.
     **options
         ``date`` and further options of ``umbra.shadow_study``; ``cell`` is 1 m by default.
 
@@ -171,24 +187,22 @@ def city_study(
     >>> city = umbra.city_study("lod2/*.gml", out="city/", date="2026-12-21", receivers="top")
     >>> city.dataset.sun_hours.sel(x=691000, y=5335000, method="nearest").compute()
     """
-    check_names(options, StudyOptions.__dataclass_fields__, "a study")
-    chosen = StudyOptions(**options)
-    city = CityOptions(
-        tiles=tiles, memory=memory, min_altitude=min_altitude, workers=workers,
-        scheduler=scheduler,
-    )  # fmt: skip
-    if city.tiles is None:
+    if options.tiles is None:
         msg = "tiles= is the side of a tile, such as '1km'; a study in tiles needs it"
         raise InputError(msg, option="tiles")
     if not isinstance(site, Site):
         site = read_names("site", {} if site is None else site, _SITE)
-    reading = read_names("reading", {} if reading is None else reading, _READING)
-    for name, call in (("progress", progress), ("engine", engine)):
+    reading = read_names("reading", options.reading or {}, _READING)
+    for name in ("progress", "engine"):
+        call = getattr(options, name)
         if call is not None and not callable(call):
             msg = f"{name} is a function; got {show_value(call)}"
             raise InputError(msg, option=name)
-    folder = read_path("out", out)
-    return run_city(_read_files(files), site, chosen, city, folder, reading, engine, progress)
+    folder = read_path("out", options.out)
+    return run_city(
+        _read_files(files), site, study, options, folder, reading, options.engine,
+        options.progress,
+    )  # fmt: skip
 
 
 def _read_files(files: Any) -> list[str | os.PathLike[str]]:
@@ -204,16 +218,16 @@ def _read_files(files: Any) -> list[str | os.PathLike[str]]:
 
 def run_city(
     files: Sequence[str | os.PathLike[str]],
-    site: "Site | Mapping[str, Any] | None",
+    site: Site | Mapping[str, Any] | None,
     options: StudyOptions,
     city: CityOptions,
     folder: Path,
     reading: Mapping[str, Any] | None = None,
-    engine: "Engine | None" = None,
+    engine: Engine | None = None,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
     reads: Callable[[int, int], object] = lambda _done, _all: None,
-    write: "Callable[[CityStudy], object]" = lambda _study: None,
-) -> "CityStudy":
+    write: Callable[[CityStudy], object] = lambda _study: None,
+) -> CityStudy:
     """
     Run a study in tiles from its records.
 
@@ -248,7 +262,7 @@ def run_city(
         raise UmbraError(msg, path=folder) from error
 
 
-def _tell_cut(run: "CityRun") -> list[str]:
+def _tell_cut(run: CityRun) -> list[str]:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     from umbra.study.remarks import tell_long_shadows  # noqa: PLC0415
     from umbra.writers.city.result import CityResult  # noqa: PLC0415

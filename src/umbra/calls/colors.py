@@ -13,10 +13,10 @@ from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device
 from umbra.drawing import SeenModel
+from umbra.drawing.drawn_page import DrawnPart, Fill, Hatching, Page, list_losses, tell_scale
 from umbra.drawing.overlay import Ring
-from umbra.drawing.page import DrawnPart, Fill, Hatching, Page, list_losses, tell_scale
-from umbra.drawing.regions import PlanarRegions
-from umbra.drawing.surfaces import VisibleRegion
+from umbra.drawing.planar_regions import PlanarRegions
+from umbra.drawing.shaded_surfaces import VisibleRegion
 from umbra.machine import choose_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING

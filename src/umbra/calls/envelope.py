@@ -6,15 +6,17 @@ import datetime as dt
 from collections.abc import Callable, Sequence
 from dataclasses import replace as change
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from umbra.calls.massing_options import EnvelopeOptions
 from umbra.casters.casting import prepare_casting, select_casters
 from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
 from umbra.land.settle import NamedLand
+from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
 from umbra.massing.plot import Plot, lay_cells
@@ -26,16 +28,16 @@ from umbra.receivers.points import check_points, read_points
 from umbra.rules import Rule, read_rule
 from umbra.scene import Part, Scene
 from umbra.scene.mesh import ADDED_GROUND as _ADDED
+from umbra.signatures import takes
 from umbra.study.options import StudyOptions
 from umbra.study.replaced import find_on_plot, find_replaced, read_outline, read_polygons
 from umbra.sun import Site
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, check_year
 
-__all__ = ["HIGHEST", "Envelope", "check_highest", "envelope", "read_chosen", "read_given"]
+__all__ = ["Envelope", "envelope", "read_chosen", "read_given"]
 
-HIGHEST = 100.0
-"""Cap of all heights by default [m]."""
+P = ParamSpec("P")
 _NAMED = 3
 
 
@@ -78,30 +80,18 @@ class Envelope(HeightEnvelope):
         return write_envelope(Path(out), self, formats)
 
 
-def envelope(  # noqa: PLR0913  (each option by its name)
-    scene: Scene,
-    site: Site,
-    *,
-    plot: Any,
-    rules: str | Path | Rule | Sequence[str | Path | Rule],
-    cell: float = 1.0,
-    highest: float = HIGHEST,
-    areas: Any = None,
-    windows: Any = None,
-    points: ArrayLike | str | Path | None = None,
-    names: Sequence[str] = (),
-    year: int | None = None,
-    keep: str | Sequence[str] = (),
-    replace: str | Sequence[str] = (),
-    replace_in: Any = None,
-    cast: str | Sequence[str] = (),
-    no_cast: str | Sequence[str] = (),
-    ground: float | str | Path | None = None,
-    horizon: Any = None,
-    horizon_from: float | str | None = None,
-    threads: int | None = None,
-    progress: Callable[[str], object] = lambda _stage: None,
-) -> Envelope:
+class EnvelopeCall(Protocol[P]):
+    """The signature of ``umbra.envelope``."""
+
+    def __call__(self, scene: Scene, site: Site, *_: P.args, **options: P.kwargs) -> Envelope: ...
+
+
+def _take(record: Callable[P, EnvelopeOptions]) -> Callable[[Any], EnvelopeCall[P]]:
+    return takes(record, "an envelope")
+
+
+@_take(EnvelopeOptions)
+def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     """
     Find the greatest heights over a plot that keep rules of sunlight at all receivers.
 
@@ -114,36 +104,8 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     ----------
     scene : Scene
     site : Site
-    plot : path, polygon, or a sequence of polygons
-        GeoJSON, GeoPackage, Shapefile or DXF; or shapely's polygons in the model's own
-        coordinates.
-    rules : str, path, Rule, or a sequence of them
-        Names of rules that umbra brings, or files, as ``umbra.rules.read_rule`` takes them.
-    cell : float
-        Side of a cell [m].
-    highest : float
-        Height that no cell may exceed, 100 by default [m].
-    areas, windows : optional
-        Named areas, and a table of windows, as ``umbra.shadow_study`` takes them.
-    points : (n, 3) or (n, 6) float, or path, optional
-        Points, with or without normals, that stand for a rule's areas and windows [m].
-    names : sequence of str
-        Of the points.
-    year : int, optional
-        Of dates without one; this year by default.
-    keep : sequence of str
-        Patterns of parts on the plot that stay; the others there make way for the envelope.
-    replace, replace_in : optional
-        Patterns of parts elsewhere, and polygons as of ``plot``, that make way, too.
-    cast, no_cast : sequences of str
-        Patterns of the parts that cast shadows, and of those that do not.
-    ground : float, str or path, optional
-        As ``umbra.shadow_study``.
-    horizon, horizon_from : optional
-        Land far away, as ``umbra.shadow_study``: suns behind it ask for nothing.
-    threads : int, optional
-    progress : callable
-        Called with the name of each stage.
+    options : EnvelopeOptions
+        Each by its name.
 
     Returns
     -------
@@ -167,26 +129,22 @@ def envelope(  # noqa: PLR0913  (each option by its name)
     """
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
-    threads = choose_threads(threads)
-    highest = check_highest(highest)
-    chosen = read_chosen(rules)
+    threads, progress, highest = choose_threads(options.threads), options.progress, options.highest
+    chosen = read_chosen(options.rules)
     progress("reading the plot")
-    outlines, notes = read_polygons(plot, scene, "plot")
-    land = NamedLand.of(horizon, horizon_from).settle(scene.model_bounds(), site)
+    outlines, notes = read_polygons(options.plot, scene, "plot")
+    far = NamedLand.of(options.horizon, options.horizon_from)
+    land = far.settle(scene.model_bounds(), site)
     notes += () if land is None else land.told
-    kept, replaced, told = _clear_plot(scene, outlines, _list(keep), _list(replace), replace_in)
+    kept, replaced, told = _clear_plot(scene, outlines, options)
     notes += told
-    stated = find_ground(scene, str(ground) if isinstance(ground, Path) else ground)
+    stated = find_ground(scene, options.ground)
     ground_now = stated if not replaced else _stand(kept, stated)
-    cells = lay_cells(outlines, ground_now, float(cell), threads)
+    cells = lay_cells(outlines, ground_now, options.cell, threads)
     notes += _tell_ground(ground_now)
-    casters = select_casters(ground_now.scene, _list(cast), _list(no_cast))
+    casters = select_casters(ground_now.scene, options.cast, options.no_cast)
     around = prepare_casting(ground_now.scene, casters, threads)
-    gathered = _gather(
-        ground_now, site, cells, highest, areas=areas, windows=windows, outlines=outlines,
-        points=read_given(points, names), year=year, cast=_list(cast), no_cast=_list(no_cast),
-        threads=threads, horizon=land,
-    )  # fmt: skip
+    gathered = _gather(ground_now, site, cells, options, outlines, land)
     progress("laying out receivers")
     asked = ask_rules(gathered, chosen, around)
     _check_covered(cells, asked.asks, ground_now.scene)
@@ -230,31 +188,15 @@ def _title(rule: Rule) -> str:
     return f"{rule.title}{variant}"
 
 
-def _list(patterns: str | Sequence[str]) -> tuple[str, ...]:
-    return (patterns,) if isinstance(patterns, str) else tuple(patterns)
-
-
-def check_highest(highest: float) -> float:
-    """Return the cap of heights, a number above 0 [m]."""
-    try:
-        value = float(highest)
-    except (TypeError, ValueError):
-        value = np.nan
-    if not 0 < value <= 10_000:
-        msg = f"the cap of heights is a length above 0; got {highest}"
-        raise InputError(msg, option="max")
-    return value
-
-
 def _clear_plot(
-    scene: Scene, outlines: list[Any], keep: tuple[str, ...], patterns: tuple[str, ...],
-    replace_in: Any,
-) -> tuple[Scene, list[str], list[str]]:  # fmt: skip
+    scene: Scene, outlines: list[Any], options: EnvelopeOptions
+) -> tuple[Scene, list[str], list[str]]:
     """Leave out what makes way; return its names, and what is to be told."""
     shapely = need("shapely", "gis", "plot")
     on_plot, cut = find_on_plot(scene, shapely.union_all(outlines))
-    beside, notes = (None, []) if replace_in is None else read_outline(replace_in, scene)
-    elsewhere, _ = find_replaced(scene, (), patterns, beside)
+    there, keep = options.replace_in, options.keep
+    beside, notes = (None, []) if there is None else read_outline(there, scene)
+    elsewhere, _ = find_replaced(scene, (), options.replace, beside)
     staying = set(scene.select(keep, option="keep")) if keep else set()
     labels = scene.labels()
     gone = sorted({*on_plot, *elsewhere} - staying)
@@ -295,24 +237,32 @@ def _tell_ground(ground: Ground) -> list[str]:
 
 
 def _gather(
-    ground: Ground, site: Site, plot: Plot, highest: float, *, areas: Any, windows: Any,
-    points: Subjects | None, outlines: list[Any], year: int | None, **casting: Any,
-) -> GatheredPoints:  # fmt: skip
+    ground: Ground,
+    site: Site,
+    plot: Plot,
+    options: EnvelopeOptions,
+    outlines: list[Any],
+    land: Horizon | None,
+) -> GatheredPoints:
     """Prepare the receivers of rules; a box of the cap's height stands for the proposal."""
     from umbra.scene.named_places import Area  # noqa: PLC0415
 
     scene = ground.scene
-    mesh = make_solid(plot, plot.ground + highest)
+    mesh = make_solid(plot, plot.ground + options.highest)
     assert mesh is not None
     whole = change(scene, parts=(*scene.parts, Part("envelope", KIND, mesh)))
     level = ground.level if ground.is_plane else None
-    options = StudyOptions(date="2026-03-21", ground=level, **casting)
-    model = Model(
-        scene=whole, site=site, year=check_year(year or dt.date.today().year), options=options,
-        proposed=("envelope",),
+    study = StudyOptions(
+        date="2026-03-21", ground=level, cast=options.cast, no_cast=options.no_cast,
+        threads=options.threads, horizon=land,
     )  # fmt: skip
+    year = check_year(options.year or dt.date.today().year)
+    model = Model(scene=whole, site=site, year=year, options=study, proposed=("envelope",))
     named = [Area(f"plot {k + 1}", one) for k, one in enumerate(outlines)]
-    return GatheredPoints(model, areas=areas, windows=windows, plot=named, points=points)
+    return GatheredPoints(
+        model, areas=options.areas, windows=options.windows, plot=named,
+        points=read_given(options.points, options.names),
+    )  # fmt: skip
 
 
 def read_given(points: ArrayLike | str | Path | None, names: Sequence[str]) -> Subjects | None:

@@ -158,7 +158,7 @@ def plan_shots(
 
 def _read_views(path: Path, camera: Camera) -> list[Camera]:
     """Read a list of saved views, as cameras of the film's size."""
-    from umbra.window.file import from_json  # noqa: PLC0415
+    from umbra.window.view_file import from_json  # noqa: PLC0415
 
     try:
         size = path.stat().st_size
@@ -302,7 +302,7 @@ class FilmCallOptions(RenderOptions, FilmOptions):
         FilmOptions.__post_init__(self)
         if not self.is_asked:
             msg = "say what moves: turntable='8s', path='views.json' or until='18:00'"
-            raise InputError(msg)
+            raise InputError(msg, option="turntable")
         if (self.date is None) != (self.at is None):
             msg = "the sun needs both date= and at= (a clock time: at='15:00')"
             raise InputError(msg, option="at" if self.at is None else "date")

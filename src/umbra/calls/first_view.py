@@ -14,7 +14,7 @@ from umbra.scene import Scene
 from umbra.sun import Site
 
 if TYPE_CHECKING:
-    from umbra.window.view import ViewState
+    from umbra.window.view_state import ViewState
 
 __all__ = ["begin_view", "draw_view"]
 
@@ -27,8 +27,8 @@ def begin_view(
     """Make the initial view, in a picture of columns and rows."""
     from umbra.scene.making import find_animations  # noqa: PLC0415
     from umbra.sun.local_time import parse_date  # noqa: PLC0415
-    from umbra.window.file import load_view  # noqa: PLC0415
-    from umbra.window.view import make_view  # noqa: PLC0415
+    from umbra.window.view_file import load_view  # noqa: PLC0415
+    from umbra.window.view_state import make_view  # noqa: PLC0415
 
     date = None if options.date is None else parse_date(options.date)
     view = make_view(scene, size, site=site, date=date, minutes=_find_minutes(options, site))

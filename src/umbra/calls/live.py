@@ -42,7 +42,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         Without one the sun is set by azimuth and altitude.
     options : ViewOptions
     """
-    from umbra.window.file import to_json  # noqa: PLC0415
+    from umbra.window.view_file import to_json  # noqa: PLC0415
 
     study = _find_study(options.study)
     scene, height = _stand(scene, options)

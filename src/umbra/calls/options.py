@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 from umbra.devices import DEFAULT, DEVICES, find_device
 from umbra.errors import InputError, make_printable, show_value
 from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
-from umbra.options import Given, Options, check_types, option, record
+from umbra.options import Given, Options, again, check_types, option, record
+from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
     from umbra.calls.result import ShadowStudy
@@ -58,8 +59,7 @@ def _tell_methods() -> str:
     return "; ".join(texts) + "."
 
 
-_cast = partial(_casters, "patterns", "Only these parts cast shadows: names or kinds.", default=())
-_no_cast = partial(_casters, "patterns", "These parts cast no shadows: names or kinds.", default=())
+_study = partial(again, StudyOptions)
 _ground = partial(
     option, "ground",
     "What the ground is: feet, a surface through the feet of the buildings; level, a plane at "
@@ -67,9 +67,6 @@ _ground = partial(
     unit="m", metavar="feet|level|Z|FILE", off="--no-ground",
 )  # fmt: skip
 _looks = partial(option, heading="Style")
-_threads = partial(
-    _counting, "whole", "Number of threads; default: all cores.", least=1, metavar="N"
-)
 _mask_scale = partial(
     _counting, "choice",
     "With gl: count in a picture with this fraction of the width and height: 1, 1/2 or 1/4.",
@@ -180,8 +177,8 @@ def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Seque
 class DrawingOptions(Options):
     """Options of pictures of pixels and of vectors."""
 
-    cast: Sequence[str] = _cast()
-    no_cast: Sequence[str] = _no_cast()
+    cast: Sequence[str] = _study("cast")
+    no_cast: Sequence[str] = _study("no_cast")
     ground: Given[float | str | Path | bool | None, float | str | bool | None] = _ground(
         more="False: none. Plain pictures and arrays have none by default.", heading="Style",
         passes=(False,),
@@ -198,7 +195,7 @@ class DrawingOptions(Options):
         "text", "A line at the foot of the picture; default: of umbra render with date= the time "
         "and place.", default="", metavar="TEXT",
     )  # fmt: skip
-    threads: int | None = _threads()
+    threads: int | None = _study("threads", heading="Counting", is_kept=True)
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -269,18 +266,18 @@ class RenderOptions(DrawingOptions):
             methods.check_soft(self.soft)
         elif self.light_size:
             msg = "light_size= is for soft shadows; add soft='wedges'"
-            raise InputError(msg)
+            raise InputError(msg, option="light_size")
         if self.light_samples is not None:
             self._check_places(self.light_samples)
         layers, usual = self.softness, Softness()
         if (layers.length, layers.gap) != (usual.length, usual.gap) and self.soft != "weng":
             name = "layer_length" if layers.length != usual.length else "layer_gap"
             msg = f"{name}= is for scaled layers; add soft='weng'"
-            raise InputError(msg)
+            raise InputError(msg, option=name)
         can = find_device(self.device).enlarges_masks
         if self.mask_scale != 1 and (not can or self.soft is not None):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
-            raise InputError(msg)
+            raise InputError(msg, option="mask_scale")
         self._check_detail()
         if self.samples > _MOST_SAMPLES:
             msg = f"a pixel has at most {_MOST_SAMPLES} samples; got {self.samples}"
@@ -344,9 +341,9 @@ class ViewOptions(Options):
     size: tuple[int, int] = _window(
         "size", "Size of the window; default: 1280x800.", default=(1280, 800), count=2
     )
-    threads: int | None = _threads()
-    cast: Sequence[str] = _cast()
-    no_cast: Sequence[str] = _no_cast()
+    threads: int | None = _study("threads", heading="Counting", is_kept=True)
+    cast: Sequence[str] = _study("cast")
+    no_cast: Sequence[str] = _study("no_cast")
     proposed: Sequence[str] = _casters(
         "patterns",
         "Parts of a proposal, which a page compares, before and after.", default=(),

@@ -3,46 +3,40 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from typing import Any, ParamSpec, Protocol
 
-from numpy.typing import ArrayLike
-
-from umbra.calls.envelope import HIGHEST, check_highest, read_chosen, read_given
+from umbra.calls.envelope import read_chosen, read_given
+from umbra.calls.massing_options import PartOptions
 from umbra.errors import check_type
 from umbra.land.settle import NamedLand
 from umbra.massing.bisection import PartHeight, search_part_height
 from umbra.massing.rule_asks import GatheredPoints
-from umbra.rules import Rule
 from umbra.scene import Scene
+from umbra.signatures import takes
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 from umbra.verdicts.sunlight import Model, check_year
 
 __all__ = ["part_height"]
 
+P = ParamSpec("P")
 
-def part_height(  # noqa: PLR0913  (each option by its name)
-    scene: Scene,
-    site: Site,
-    part: str,
-    *,
-    rules: str | Path | Rule | Sequence[str | Path | Rule],
-    highest: float = HIGHEST,
-    areas: Any = None,
-    windows: Any = None,
-    points: ArrayLike | str | Path | None = None,
-    names: Sequence[str] = (),
-    plot: Any = None,
-    year: int | None = None,
-    cast: str | Sequence[str] = (),
-    no_cast: str | Sequence[str] = (),
-    ground: float | str | Path | None = None,
-    horizon: Any = None,
-    horizon_from: float | str | None = None,
-    threads: int | None = None,
-) -> PartHeight:
+
+class PartCall(Protocol[P]):
+    """The signature of ``umbra.part_height``."""
+
+    def __call__(
+        self, scene: Scene, site: Site, part: str, *_: P.args, **options: P.kwargs
+    ) -> PartHeight: ...
+
+
+def _take(record: Callable[P, PartOptions]) -> Callable[[Any], PartCall[P]]:
+    return takes(record, "a height")
+
+
+@_take(PartOptions)
+def part_height(scene: Scene, site: Site, part: str, *, options: PartOptions) -> PartHeight:
     """
     Find the greatest height of a part, scaled from its base, that keeps rules, to a centimetre.
 
@@ -55,12 +49,8 @@ def part_height(  # noqa: PLR0913  (each option by its name)
     site : Site
     part : str
         Shell pattern of its name.
-    rules, highest, areas, windows, points, names, year, cast, no_cast, ground, horizon
-        As ``umbra.envelope``.
-    horizon_from, threads
-        As ``umbra.envelope``.
-    plot : optional
-        For rules of bands around a plot.
+    options : PartOptions
+        Each by its name.
 
     Returns
     -------
@@ -78,16 +68,18 @@ def part_height(  # noqa: PLR0913  (each option by its name)
     """
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
-    chosen, given = read_chosen(rules), read_given(points, names)
-    land = NamedLand.of(horizon, horizon_from).settle(scene.model_bounds(), site)
-    options = StudyOptions(
-        date="2026-03-21", cast=cast, no_cast=no_cast, threads=threads,
-        ground=str(ground) if isinstance(ground, Path) else ground, horizon=land,
+    chosen, given = read_chosen(options.rules), read_given(options.points, options.names)
+    far = NamedLand.of(options.horizon, options.horizon_from)
+    study = StudyOptions(
+        date="2026-03-21", cast=options.cast, no_cast=options.no_cast, threads=options.threads,
+        ground=options.ground, horizon=far.settle(scene.model_bounds(), site),
     )  # fmt: skip
-    when = check_year(year or dt.date.today().year)
+    when = check_year(options.year or dt.date.today().year)
 
     def gather(changed: Scene) -> GatheredPoints:
-        model = Model(scene=changed, site=site, year=when, options=options, proposed=(part,))
-        return GatheredPoints(model, areas=areas, windows=windows, plot=plot, points=given)
+        model = Model(scene=changed, site=site, year=when, options=study, proposed=(part,))
+        return GatheredPoints(
+            model, areas=options.areas, windows=options.windows, plot=options.plot, points=given
+        )
 
-    return search_part_height(scene, part, chosen, gather, check_highest(highest))
+    return search_part_height(scene, part, chosen, gather, options.highest)

@@ -137,10 +137,7 @@ class RenderCall(Protocol[P, Q]):
     ) -> NDArray[np.uint8]: ...  # fmt: skip
 
 
-def _take(
-    arrays: Callable[P, Any],  # noqa: ARG001  (type checkers read both)
-    image: Callable[Q, Any],  # noqa: ARG001
-) -> Callable[[Any], RenderCall[P, Q]]:
+def _take(_arrays: Callable[P, Any], _image: Callable[Q, Any]) -> Callable[[Any], RenderCall[P, Q]]:
     return takes(PictureOptions, "a picture")
 
 

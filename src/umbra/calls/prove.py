@@ -1,21 +1,23 @@
 """``umbra.prove``: verdicts by rules, and the sheet that an office hands in."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls.prove_options import ProofOptions, take_study_options
+from umbra.calls.prove_options import JudgedOptions, ProofOptions, take_study_options
 from umbra.errors import InputError, check_type
 from umbra.lights import Horizon
 from umbra.rules.read import read_rule
 from umbra.rules.record import Rule
 from umbra.scene import Scene
-from umbra.signatures import check_names
+from umbra.signatures import takes
 from umbra.study.land import settle_land
 from umbra.study.remarks import tell_proposal
 from umbra.study.settled import settle_ground
@@ -24,6 +26,8 @@ from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
 from umbra.verdicts.judge import spell_out
 
 __all__ = ["Proof", "make_proof", "prove"]
+
+P = ParamSpec("P")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +107,22 @@ class Proof:
         return write_proof(folder, self.gathered, self.verdicts, sheet)
 
 
+class ProveCall(Protocol[P]):
+    """The signature of ``umbra.prove``."""
+
+    def __call__(
+        self, scene: Scene, site: Site, rules: str | Path | Sequence[str | Path], *_: P.args,
+        **options: P.kwargs,
+    ) -> Proof: ...  # fmt: skip
+
+
+def _take(_record: Callable[P, JudgedOptions]) -> Callable[[Any], ProveCall[P]]:
+    return takes(ProofOptions, "a proof")
+
+
+@_take(JudgedOptions)
 def prove(
-    scene: Scene,
-    site: Site,
-    rules: str | Path | Sequence[str | Path],
-    **options: Any,
+    scene: Scene, site: Site, rules: str | Path | Sequence[str | Path], *, options: ProofOptions
 ) -> Proof:
     """
     Judge a model by rules.
@@ -118,11 +133,8 @@ def prove(
     site : Site
     rules : str, path, or several
         Names of ``umbra.list_rules``, ``NAME:VARIANT``, or files.
-    **options
-        ``areas``, ``areas_on``, ``windows``, ``reveal``, ``plot``, ``proposed``, ``replace``,
-        ``replace_in``, ``year``, ``cast``, ``no_cast``, ``canopy``, ``transmissivity``,
-        ``leaf_on``, ``ground``, ``horizon``, ``horizon_from``, ``sunshine``, ``threads``; and of
-        the sheet ``title``, ``project``, ``author``, ``number``, ``logo``, ``paper``.
+    options : ProofOptions
+        Each by its name.
 
     Returns
     -------
@@ -142,11 +154,10 @@ def prove(
     """
     check_type("scene", scene, Scene)
     check_type("site", site, Site)
-    check_names(options, ProofOptions.__dataclass_fields__, "a proof")
     many = [rules] if isinstance(rules, (str, Path)) else list(rules)
-    proof = make_proof(scene, site, ProofOptions(rules=tuple(map(str, many)), **options))
+    proof = make_proof(scene, site, replace(options, rules=tuple(map(str, many))))
     for note in proof.notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     return proof
 
 

@@ -17,7 +17,7 @@ from umbra.calls.lines import LineFinder
 from umbra.calls.openness import find_openness, follow_openness
 from umbra.calls.options import RenderOptions
 from umbra.calls.styles import STYLES, Backdrop, Style
-from umbra.cpu.layers import blend_layers, follow_lights, see_behind
+from umbra.cpu.picture_layers import blend_layers, follow_lights, see_behind
 from umbra.cpu.shade import find_colors
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer

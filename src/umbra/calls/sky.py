@@ -19,7 +19,7 @@ from umbra.sky.casters import find_sky_casters
 from umbra.sky.land import add_land
 from umbra.sky.view import ExactSky
 from umbra.sun import Site, find_site, parse_dates
-from umbra.sun.local_time import Date
+from umbra.sun.date_words import Date
 
 __all__ = ["SkyView", "find_known_site", "find_land", "sky_view", "view_skies"]
 

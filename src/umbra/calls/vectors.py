@@ -15,7 +15,7 @@ from umbra.calls.ground import choose_ground
 from umbra.calls.options import VECTORS, DrawingOptions, ShadowOptions
 from umbra.calls.picture import find_own_lights, tell_near_cut
 from umbra.drawing import SeenModel, see_model
-from umbra.drawing.page import Page, list_losses
+from umbra.drawing.drawn_page import Page, list_losses
 from umbra.errors import InputError, check_type
 from umbra.options import record
 from umbra.packages import require
@@ -205,7 +205,7 @@ def _check(scene: Scene, options: DrawingOptions) -> None:
             f"a drawing as vectors has at most {MOST:,} triangles, and this model {triangles:,}; "
             "read a part of it (bbox=), or write a PNG"
         )
-        raise InputError(msg, triangles=triangles)
+        raise InputError(msg, option="bbox", triangles=triangles)
 
 
 def _check_cones(lights: Sequence[Light]) -> None:

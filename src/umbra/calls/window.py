@@ -109,14 +109,14 @@ def open_window(
     from umbra.window.screen import check_display  # noqa: PLC0415
 
     check_display(instead)
-    from umbra.window.app import PANEL, show  # noqa: PLC0415
+    from umbra.window.app import PANEL, run_viewer  # noqa: PLC0415
 
     size = (max(options.size[0] - PANEL, 1), options.size[1])
     scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stem = names[0].split(".")[0] if names else "scene"
-    show(
+    run_viewer(
         scene,
         view,
         names=names or ["scene"],

@@ -55,14 +55,14 @@ class Season:
                 f"a transmissivity with leaves ({shares[0]:g}) and without ({shares[1]:g}) needs "
                 "their dates; give leaf_on=, such as leaf_on='04-15..10-31'"
             )
-            raise InputError(msg, transmissivity=transmissivity)
+            raise InputError(msg, option="leaf_on", transmissivity=transmissivity)
         first, last = _read_dates(leaf_on)
         if len(shares) == 1:
             msg = (
                 f"leaf_on= needs a transmissivity without leaves, too; give both, such as "
                 f"transmissivity='{shares[0]:g}:0.5'"
             )
-            raise InputError(msg, leaf_on=leaf_on)
+            raise InputError(msg, option="leaf_on", leaf_on=leaf_on)
         return cls(shares[0], shares[1], first, last)
 
     def find_share(self, day: dt.date) -> float:
@@ -121,7 +121,7 @@ class Canopy:
                     f"canopy='{pattern}' matches only parts that do not cast; "
                     "take a no_cast= pattern away"
                 )
-                raise InputError(msg, pattern=pattern)
+                raise InputError(msg, option="canopy", pattern=pattern)
         mine = set(whole.select(patterns))
         return cls(
             tuple(sorted(part for part in mine if part < count)),
@@ -144,7 +144,7 @@ class Canopy:
                 "nothing is left to receive but canopies, which are looked through; choose "
                 "others with on=, or receivers='ground'"
             )
-            raise InputError(msg)
+            raise InputError(msg, option="on")
         return left
 
     def find_shares(self, days: Sequence[dt.date]) -> NDArray[np.float64]:
@@ -200,7 +200,7 @@ def check_transmissivity(
     elif transmissivity is not None or leaf_on is not None:
         what = "transmissivity=" if transmissivity is not None else "leaf_on="
         msg = f"{what} is for canopies; say which parts they are with canopy="
-        raise InputError(msg)
+        raise InputError(msg, option="canopy")
 
 
 def _read_shares(given: str | float | Sequence[float]) -> list[float]:
@@ -243,5 +243,5 @@ def _read_dates(text: str) -> list[tuple[int, int]]:
             dt.date(_LEAP, month, day)
         except ValueError as error:
             msg = f"leaf_on='{text}': there is no day {month:02}-{day:02}; write MM-DD..MM-DD"
-            raise InputError(msg, leaf_on=text) from error
+            raise InputError(msg, option="leaf_on", leaf_on=text) from error
     return days

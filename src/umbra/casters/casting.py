@@ -137,7 +137,7 @@ def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) ->
     casters = [part for part in scene.whole.select(cast, no_cast) if part < len(scene.parts)]
     if not casters:
         msg = "no part is left to cast a shadow; take a no_cast= pattern away"
-        raise InputError(msg)
+        raise InputError(msg, option="no_cast")
     return casters
 
 

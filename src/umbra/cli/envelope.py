@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.cli.options import LENGTH, GroundType, HeadedOption, NewPath, SectionedCommand
+from umbra.calls.massing_options import EnvelopeOptions
+from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
@@ -28,77 +29,11 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 
 @click.command("envelope", cls=SectionedCommand, headings=HEADINGS)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@_option(
-    "--plot", heading="Plot", type=click.Path(path_type=Path), metavar="FILE",
-    help="Polygons to build on: GeoJSON, GeoPackage, Shapefile or DXF, in the model's coordinates "
-    "or in longitude and latitude.",
-)  # fmt: skip
-@_option("--cell", heading="Plot", type=LENGTH, default=1.0, metavar="M",
-         help="Side of a cell of the plot; default 1 m.")  # fmt: skip
-@_option("--max", "highest", heading="Plot", type=LENGTH, default=100.0, metavar="M",
-         help="Height that nothing may exceed; default 100 m.")  # fmt: skip
-@_option(
-    "--keep", heading="Plot", multiple=True, metavar="PATTERN",
-    help="Parts on the plot that stay; all others there make way. Repeatable.",
-)  # fmt: skip
-@_option(
-    "--replace",
-    heading="Plot",
-    multiple=True,
-    metavar="PATTERN",
-    help="Parts elsewhere that make way, too. Repeatable.",
-)
-@_option(
-    "--replace-in",
-    heading="Plot",
-    metavar="FILE",
-    help="Polygons in which all parts make way that lie in them with half of their plan or more.",
-)
+@record_options(EnvelopeOptions, optional=("plot",))
 @_option(
     "--max-height", "part", heading="Plot", metavar="PART",
     help="Instead of a plot: the greatest height of this part of the model, scaled from its base, "
     "to a centimetre; it takes every rule. --out holds the part at that height, OBJ and GLB.",
-)  # fmt: skip
-@_option(
-    "--rules", heading="Rules", multiple=True, required=True, metavar="NAME|FILE",
-    help="Rule to keep, by name (umbra rules lists them) or a file. Repeatable.",
-)  # fmt: skip
-@_option(
-    "--areas", heading="Rules", metavar="FILE|PATTERN",
-    help="Gardens, yards and parks that rules judge, or parts and kinds of the model.",
-)  # fmt: skip
-@_option(
-    "--windows", heading="Rules", type=click.Path(path_type=Path), metavar="FILE.csv",
-    help="Windows that rules judge: name,x,y,z,azimuth,width,height; default: the model's own.",
-)  # fmt: skip
-@_option(
-    "--points", heading="Rules", type=click.Path(path_type=Path), metavar="FILE.csv",
-    help="Points x,y,z or x,y,z,nx,ny,nz that stand for areas and windows; a column name names "
-    "them.",
-)  # fmt: skip
-@_option("--year", heading="Rules", type=int, metavar="YYYY",
-         help="Of dates without a year; default: this year.")  # fmt: skip
-@_option(
-    "--cast", heading="Casters", multiple=True, metavar="PATTERN",
-    help="Only these parts cast shadows: names, kinds, layers or tags; repeatable.",
-)  # fmt: skip
-@_option(
-    "--no-cast", heading="Casters", multiple=True, metavar="PATTERN",
-    help="These parts cast none; repeatable.",
-)  # fmt: skip
-@_option(
-    "--ground", heading="Casters", type=GroundType(), metavar="feet|level|Z|FILE",
-    help="Ground from which heights count: that of a study, if not given.",
-)  # fmt: skip
-@_option(
-    "--horizon", heading="Casters", metavar="FILE",
-    help="Land up to 100 km away, whose suns ask for nothing: a raster of heights (GeoTIFF), or a "
-    "table azimuth,elevation.",
-)  # fmt: skip
-@_option(
-    "--horizon-from", heading="Casters", metavar="M",
-    help="Distance from which the land of a raster counts; default: as far as the model reaches "
-    "from its middle.",
 )  # fmt: skip
 @site_options
 @reading_options()
@@ -107,12 +42,11 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
     help="Also write cityjson, pdf, svg or json.",
 )  # fmt: skip
 @_option("--out", heading="Files", type=NewPath(), metavar="DIR", help="Folder for the files.")
-@_option("--threads", heading="Files", type=int, metavar="N", help="Default: all cores.")
 @click.option("--quiet", is_flag=True, help="Print only errors and, with --json, the result.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
-    plot: Path | None,
+    plot: str | None,
     part: str | None,
     write: tuple[str, ...],
     out: Path | None,

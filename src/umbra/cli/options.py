@@ -234,7 +234,10 @@ class SectionedCommand(click.Command):
 
 
 def record_options(
-    record: type, flags: Mapping[str, str] = MappingProxyType({}), **more: Any
+    record: type,
+    flags: Mapping[str, str] = MappingProxyType({}),
+    optional: Sequence[str] = (),
+    **more: Any,
 ) -> Callable[[Callable], Callable]:
     """
     Make a decorator that adds every option of a record which can be typed.
@@ -244,6 +247,8 @@ def record_options(
     record : type
     flags : mapping of str to str
         Flags of a command's own for some options.
+    optional : sequence of str
+        Options without a default that this command does not require.
     **more
         As ``click.option`` takes them.
     """
@@ -255,6 +260,7 @@ def record_options(
                 if said.off:
                     off = {"heading": said.heading, "is_flag": True, "help": f"No {name}."}
                     command = click.option(said.off, cls=HeadedOption, **off, **more)(command)
+                default = None if name in optional else default  # noqa: PLW2901
                 command = click.option(flag, name, **_describe(said, default), **more)(command)
         return command
 
@@ -286,7 +292,7 @@ def _describe(said: Option, default: Any) -> dict[str, Any]:
     }
     kind = types.get(said.type)
     if said.type == "whole":
-        kind = click.IntRange(said.least)
+        kind = int if said.least is None else click.IntRange(said.least)
     elif said.type == "any" and type(default) is int:
         kind = NumberOrName()
     elif said.type == "choice":

@@ -187,7 +187,7 @@ def _find_paths(out: Path | None, arrays: Path | None, *, is_film: bool) -> list
         msg = (
             f"'{out}' is a film; say what moves: turntable='8s', path='FILE.json' or until='HH:MM'"
         )
-        raise InputError(msg)
+        raise InputError(msg, option="turntable")
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
         raise InputError(msg)
@@ -215,7 +215,7 @@ def _check_site(lights: LightOptions) -> None:
     given = [f"{name}=" for name, value in take_site().items() if value is not None]
     if lights.date is None and given:
         msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
-        raise InputError(msg)
+        raise InputError(msg, option="date")
     if lights.date is None and lights.horizon is not None:
         msg = "horizon= hides the sun; give date= and at=, too, or leave it out"
         raise InputError(msg, option="horizon")

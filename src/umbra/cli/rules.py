@@ -26,12 +26,12 @@ def command(name: str | None, as_json: bool) -> None:
     umbra rules zurich-abv > mine.yaml
     umbra prove town.city.json --areas gardens.geojson --rules bre-209-gardens --out proof
     """  # noqa: D301  (click asks for a real backspace)
-    from umbra.rules.catalogue import list_rules, sum_up  # noqa: PLC0415
+    from umbra.rules.catalogue import describe_rule, list_rules  # noqa: PLC0415
     from umbra.rules.read import EVERY, find_shipped, read_rule  # noqa: PLC0415
 
     if name is None:
         if as_json:
-            every = [sum_up(read_rule(f"{name}:{EVERY}")) for name in find_shipped()]
+            every = [describe_rule(read_rule(f"{name}:{EVERY}")) for name in find_shipped()]
             echo_json({"rules": every})
             return
         for rule in list_rules():
@@ -40,7 +40,7 @@ def command(name: str | None, as_json: bool) -> None:
     stem, _, variant = name.partition(":")
     rules = read_rule(f"{stem}:{variant or EVERY}")
     if as_json:
-        facts: dict[str, Any] = sum_up(rules)
+        facts: dict[str, Any] = describe_rule(rules)
         echo_json({**facts, "text": rules[0].text})
         return
     echo(rules[0].text.rstrip("\n"))

@@ -93,7 +93,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         from umbra.study import run  # noqa: PLC0415
         from umbra.study.land import settle_land  # noqa: PLC0415
         from umbra.study.remarks import tell_panes, tell_request  # noqa: PLC0415
-        from umbra.writers.folder.summary import sum_up, tell_answers  # noqa: PLC0415
+        from umbra.writers.folder.summary import summarise, tell_answers  # noqa: PLC0415
         from umbra.writers.folder.write import fill_folder, note_earlier, raise_failures  # noqa: PLC0415
 
         stages.begin(name_reading(files))
@@ -124,7 +124,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     note_earlier(written, say)
     if as_json:
-        echo_json({"files": [str(path) for path in written], **sum_up(study)})
+        echo_json({"files": [str(path) for path in written], **summarise(study)})
     elif not quiet:
         for path in written:
             echo_path(path)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from umbra.cpu.lanes import FEW_LANES, write_crossings
-from umbra.cpu.sweep import bound_counts
+from umbra.cpu.raster_sweep import bound_counts
 from umbra.kernels import borrowing, inner, take_next
 
 __all__ = ["sweep"]

@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.lanes import FEW_LANES, add_below
-from umbra.cpu.sweep import Sweep, bound_counts
+from umbra.cpu.raster_sweep import Sweep, bound_counts
 from umbra.kernels import borrowing, copy_rows, inner, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid

@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.crossings import sweep
-from umbra.cpu.sweep import Sweep
+from umbra.cpu.raster_sweep import Sweep
 from umbra.kernels import run_shared
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid

@@ -151,7 +151,7 @@ def shade(
     Each light falls off by its attenuation, range and cone; several lights share the exposure of
     one. Emission is added, and unlit materials keep their colour.
 
-    Transparent surfaces are shaded as if opaque: each is a layer of ``layers.py``.
+    Transparent surfaces are shaded as if opaque: each is a layer of ``picture_layers.py``.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ class _GlTiles(TileCounters):
 
     def make(self, tile: Any) -> Any:
         context = self._open()
-        from umbra.gl.sweep import GlSweep  # noqa: PLC0415
+        from umbra.gl.plan_sweep import GlSweep  # noqa: PLC0415
 
         self._release_sweep()
         model = tile.model
@@ -126,6 +126,6 @@ class GlDevice(CountingDevice):
         detail: float = 0.0,
     ) -> "AbstractContextManager[FrameCounts]":
         """Make a counter of frames, see `CountingDevice`; OpenGL manages its own threads."""
-        from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+        from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
 
         return GlFrameCounter(scene, casters, ground, warn=warn, transmits=transmits, detail=detail)

@@ -3,13 +3,13 @@ Drawings as vectors: what a camera sees of a model, and its shadows, as exact po
 
 ::
 
-    regions     triangles of a part that lie in one plane
-    -> covers   what lies between a region and the eye or a light, in the picture
+    planar_regions  triangles of a part that lie in one plane
+    -> covers  what lies between a region and the eye or a light, in the picture
     -> overlay  unions and differences of polygons
-    -> surfaces visible part of each region, and the shadows on it
-    -> lines    visible part of each edge
+    -> shaded_surfaces  visible part of each region, and the shadows on it
+    -> visible_lines  visible part of each edge
     -> see_model  all that a drawing of a view shows, in pixels
-    -> page     the drawing ready to be written
+    -> drawn_page  the drawing ready to be written
 """
 
 from collections.abc import Callable, Sequence
@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.drawing.lines import VisibleLines
 from umbra.drawing.overlay import Ring, intersect, subtract
-from umbra.drawing.regions import PlanarRegions, find_regions
-from umbra.drawing.surfaces import SurfaceFinder, VisibleRegion
+from umbra.drawing.planar_regions import PlanarRegions, find_regions
+from umbra.drawing.shaded_surfaces import SurfaceFinder, VisibleRegion
+from umbra.drawing.visible_lines import VisibleLines
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.scene import Triangles
 

@@ -19,7 +19,7 @@ from umbra.kernels import borrowing, copy_rows, inner
 from umbra.volume.adjacency import sort_along_curve
 
 __all__ = [
-    "BLOCK", "CORNERS", "CoverTriangles", "Covers", "cut_polygon", "cut_triangles", "find_limits",
+    "BLOCK", "CORNERS", "CoverTriangles", "Covers", "clip_polygon", "cut_triangles", "find_limits",
     "misses",
 ]  # fmt: skip
 
@@ -153,7 +153,7 @@ def find_limits(
 
 
 @borrowing
-def cut_polygon(p, n, limit, q):
+def clip_polygon(p, n, limit, q):
     """
     Cut a polygon ``p`` of n corners to a half space, into ``q``; return the number of corners.
 
@@ -210,7 +210,7 @@ def _cut(corners, f, limits, first, end, p, q):
     copy_rows(corners[f], p)
     n = 3
     for i in range(first, end):
-        n = cut_polygon(p, n, limits[i], q)
+        n = clip_polygon(p, n, limits[i], q)
         p, q = q, p
         if n < 3:
             break

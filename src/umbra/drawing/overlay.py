@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["LATTICE", "Ring", "intersect", "join", "subtract"]
+__all__ = ["LATTICE", "Ring", "intersect", "subtract", "unite"]
 
 LATTICE = 2.0**-14
 """Corners lie on multiples of this [pixels]."""
@@ -21,7 +21,7 @@ _THIN = 2.0**-9  # mean width of rings that are left out: rounding between neigh
 Ring = NDArray[np.float64]
 
 
-def join(subject: Sequence[Ring]) -> list[Ring]:
+def unite(subject: Sequence[Ring]) -> list[Ring]:
     """Return the union of rings."""
     return _overlay(subject, (), "Union")
 

@@ -1,7 +1,7 @@
 """
 The OpenGL 3.3 core device, in hardware or software.
 
-    Scene --> Geometry: points         Camera --> Projection
+    Scene --> Geometry: points         Camera --> CameraProjection
                  |                                    |
               Body: shells and edges --> Planner <----+
                                            |  for each light:
@@ -9,7 +9,7 @@ The OpenGL 3.3 core device, in hardware or software.
                                            |  select_lights: what to draw, in McGuire's cases
                                            |  bound_nearby: whether 8 bits hold the count
                                            v
-    Renderer --> surfaces --> Target   VolumePlan: draws of one index list
+    SceneRenderer --> surfaces --> Target   VolumePlan: draws of one index list
                                 |          |
                                 +--------> VolumeCounter: the stencil, or floats
                                            |

@@ -46,7 +46,7 @@ def check_fork() -> None:
             "this process is a fork of one that has used OpenGL, whose driver does not survive a "
             "fork; start it by multiprocessing's 'spawn', or use device='cpu'"
         )
-        raise UmbraError(msg)
+        raise UmbraError(msg, option="device")
 
 
 _DEPTH_BITS, _STENCIL_BITS = 24, 8

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.geometry import is_mirrored
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.material import MORE_IMAGES

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.flags import CUT, LOW, SIDES, VolumeSelection
 from umbra.gl.levels import LevelTable
 from umbra.volume.box_tree import BoxTree

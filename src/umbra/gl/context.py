@@ -240,7 +240,7 @@ class Device:
         if error:
             what = _ERRORS.get(error, hex(error))
             msg = f"OpenGL reports {what} while {work} ({self.renderer}); use device='cpu'"
-            raise UmbraError(msg, code=error)
+            raise UmbraError(msg, option="device", code=error)
 
     def release(self) -> None:
         """Free the context; its objects become invalid."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
-from umbra.gl.plan import STENCIL_MOST, VolumePlan
+from umbra.gl.volume_plan import STENCIL_MOST, VolumePlan
 
 __all__ = ["ForeignTarget", "check_counting"]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import TextureBuffer
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
@@ -48,7 +48,7 @@ _STEPS, _STEPS_24_BITS = 8.0, 2.0  # 1e-6 of the distance; absolute with 24 bits
 def draw_ground(
     state: State,
     program: Program,
-    projection: Projection,
+    projection: CameraProjection,
     ground: float,
     uniforms: Mapping[str, object],
     how: Pass = _SURFACE,

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body, make_level_body
+from umbra.gl.bodies import Body, make_level_body
 from umbra.volume.bounds import throw_box
 
 __all__ = ["DetailLevel", "LevelTable", "choose_levels", "make_levels"]

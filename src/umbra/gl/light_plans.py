@@ -15,14 +15,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.casting_scene import CastingScene
 from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.lists import find_level_points, is_level, split_level
 from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.open_components import find_held, find_near_shells, find_opened, find_start
 from umbra.gl.overlap import KnownBound, bound_nearby, find_most
-from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.projection import (
     Rectangle,
     find_clip_ranges,
@@ -33,6 +32,7 @@ from umbra.gl.projection import (
 from umbra.gl.request import FrameRequest
 from umbra.gl.resources import Indices
 from umbra.gl.selection import FoundLights, select_lights
+from umbra.gl.volume_plan import Draw, Statistics, VolumePlan
 from umbra.gl.volumes import BodyVolumes, IndexList, find_sides_together
 from umbra.machine import count_cores, use_threads
 from umbra.scene import Camera

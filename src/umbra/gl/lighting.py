@@ -16,16 +16,16 @@ from dataclasses import dataclass
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.masks import Counts
-from umbra.gl.plan import VolumePlan
-from umbra.gl.projection import Projection, find_scissors
+from umbra.gl.projection import CameraProjection, find_scissors
 from umbra.gl.shading import MOST_LAMPS, Lamp, Lamps, Scissor, Shading
 from umbra.gl.soft import SoftLights
 from umbra.gl.state import State
-from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.surface_renderer import SurfaceRenderer
 from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
-from umbra.gl.transmission import TransmitterTables
+from umbra.gl.transmitters import TransmitterTables
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.scene import Light
 from umbra.scene.camera import find_exposure
 from umbra.soft import AreaLight, find_middles
@@ -58,7 +58,7 @@ class TransparentLayers:
         state: State,
         shading: Shading,
         surfaces: SurfaceRenderer,
-        projection: Projection,
+        projection: CameraProjection,
         targets: PictureTargets,
         ground: float | None,
     ) -> Iterator[PictureTargets]:
@@ -161,7 +161,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         origin: NDArray,
     ) -> None:
@@ -214,7 +214,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         group: list[tuple[int, Lamp]],
         *,
@@ -243,7 +243,7 @@ class LightPasses:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         shown: ShownLights,
         number: int,
         lamp: Lamp,

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, DRAWS, FAN, LIGHT_CAPS, LOW, SIDES, Z_FAILS
 from umbra.gl.sides import find_ends
 from umbra.kernels import inlined

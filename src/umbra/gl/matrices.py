@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.scene import Camera
 from umbra.scene.numbers import read_array
 
@@ -33,7 +33,7 @@ def read_projection(
     size: tuple[int, int],
     origin: NDArray[np.float64],
     depth: str = "minus-one-to-one",
-) -> Projection:
+) -> CameraProjection:
     """
     Read matrices for column vectors: ``clip = projection @ view @ point``.
 
@@ -50,7 +50,7 @@ def read_projection(
 
     Returns
     -------
-    projection : Projection
+    projection : CameraProjection
         Whose clip matrix gives the same places and depths.
 
     Raises
@@ -84,7 +84,7 @@ def read_projection(
         matrix[0] = -matrix[0]
     matrix[:, 3] = matrix @ np.append(camera.eye, 1.0)  # now relative to the eye
     matrix[:, 3] *= (0.0, 0.0, 1.0, 0.0 if is_perspective else 1.0)
-    return Projection(
+    return CameraProjection(
         matrix, camera.eye - origin, camera, camera, reverses_depth=depth == "reversed",
         is_zero_to_one=depth == "zero-to-one", is_mirrored=is_mirrored,
     )  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.volumes import BodyVolumes, list_drawn
 from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders
@@ -205,7 +205,7 @@ def find_start(
     start : int
         0 in perspective, and under a directional light.
     tilt : (2,) float64
-        Tilt of the rays, left and down, as tangents; for ``Projection.tilted``.
+        Tilt of the rays, left and down, as tangents; for ``CameraProjection.tilted``.
     """
     tilt = np.zeros(2)
     if camera.is_perspective:

@@ -14,9 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
-from umbra.gl.plan import STENCIL_MOST
+from umbra.gl.bodies import Body
 from umbra.gl.stacking import AXES, stack_boxes, stack_shapes
+from umbra.gl.volume_plan import STENCIL_MOST
 from umbra.gl.volumes import BodyVolumes, list_drawn
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import move_boxes

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body, make_bodies
+from umbra.gl.bodies import Body, make_bodies
 from umbra.gl.casting_scene import CastingScene
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.levels import DetailLevel, LevelTable, make_levels
 from umbra.gl.light_plans import LightPlans
-from umbra.gl.plan import VolumePlan
-from umbra.gl.projection import Projection, make_projection
+from umbra.gl.projection import CameraProjection, make_projection
 from umbra.gl.request import FrameRequest, LightShape
 from umbra.gl.resources import Indices
 from umbra.gl.selection import VolumeOptions
+from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
 from umbra.volume.box_tree import BoxTree
@@ -144,7 +144,7 @@ class Planner:
             for body in self.bodies
         )
 
-    def project(self, camera: Camera) -> Projection:
+    def project(self, camera: Camera) -> CameraProjection:
         """Find the projection with the best depth for the scene and the receiving plane."""
         casting = self.casting
         bounds = np.concatenate([casting.bounds, casting.idle])
@@ -156,7 +156,7 @@ class Planner:
 
     def plan(
         self,
-        projection: Projection,
+        projection: CameraProjection,
         lights: Sequence[Light],
         method: str = "auto",
         *,

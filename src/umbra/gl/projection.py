@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EDGE_ON",
-    "Projection",
+    "CameraProjection",
     "find_clip_range",
     "find_clip_ranges",
     "find_light_source",
@@ -56,7 +56,7 @@ def find_light_source(
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class CameraProjection:
     """
     A camera's projection, as shaders need it.
 
@@ -120,14 +120,14 @@ class Projection:
             matrix[0] = -matrix[0]
         return matrix
 
-    def magnified(self, x: float, y: float, times: tuple[int, int]) -> "Projection":
+    def magnified(self, x: float, y: float, times: tuple[int, int]) -> "CameraProjection":
         """Draw only what is around a place of the picture, -1 to 1, so many times as large."""
         matrix = self.matrix.copy()
         for row, (at, scale) in enumerate(zip((x, y), times, strict=True)):
             matrix[row] = scale * (matrix[row] - at * matrix[3])
         return replace(self, matrix=matrix)
 
-    def tilted(self, tilt: NDArray[np.float64]) -> "Projection":
+    def tilted(self, tilt: NDArray[np.float64]) -> "CameraProjection":
         """Tilt parallel rays to the left and down by the tangents (2,) ``tilt``."""
         if not tilt.any():
             return self
@@ -179,7 +179,7 @@ def make_projection(
     ground: float | None = None,
     *,
     reverses_depth: bool = False,
-) -> Projection:
+) -> CameraProjection:
     """
     Find the projection that shows a scene with the best depth.
 
@@ -198,7 +198,7 @@ def make_projection(
 
     Returns
     -------
-    projection : Projection
+    projection : CameraProjection
     """
     right, up, forward = camera.axes()
     eye = camera.eye - origin
@@ -223,7 +223,7 @@ def make_projection(
     matrix[1, :3] = up * scale
     matrix[0] -= 2.0 * camera.aside[0] / cols * matrix[3]
     matrix[1] += 2.0 * camera.aside[1] / rows * matrix[3]
-    return Projection(matrix, eye, camera.begin_at(near), camera, reverses_depth)
+    return CameraProjection(matrix, eye, camera.begin_at(near), camera, reverses_depth)
 
 
 def _find_depths(
@@ -259,7 +259,7 @@ def find_pixel(camera: Camera) -> tuple[float, float]:
     return 0.0, float(2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows)
 
 
-def _find_rays(projection: Projection) -> dict[str, Any]:
+def _find_rays(projection: CameraProjection) -> dict[str, Any]:
     camera = projection.camera
     right, up, forward = camera.pixel_axes
     cols, rows = camera.size

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casting_scene import CastingScene
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, Light
 from umbra.scene.lights import find_local
@@ -59,7 +59,7 @@ class FrameRequest:
     """
 
     casting: CastingScene
-    projection: Projection
+    projection: CameraProjection
     lights: tuple[LightShape, ...]
     method: str
     choices: VolumeOptions
@@ -72,7 +72,7 @@ class FrameRequest:
 
 _RECORDS: dict[type, Callable[[object], tuple]] = {
     kind: attrgetter(*(each.name for each in fields(kind)))
-    for kind in (Projection, Camera, LightShape, VolumeOptions)
+    for kind in (CameraProjection, Camera, LightShape, VolumeOptions)
 }
 _NUMBERS = (float, int, str, bytes, np.generic, type(None))
 

@@ -14,11 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.gl.covered import NearCounts, ask_shell
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
 from umbra.gl.levels import LevelTable, choose_levels
 from umbra.gl.lists import is_level
-from umbra.gl.projection import Projection, Rectangle, find_pixel
+from umbra.gl.near_counts import NearCounts, ask_shell
+from umbra.gl.projection import CameraProjection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
 from umbra.volume.box_tree import BoxTree
@@ -134,7 +134,7 @@ class FoundLights:
 def select_lights(
     volumes: Sequence[Sequence[BodyVolumes]],
     tree: BoxTree,
-    projection: Projection,
+    projection: CameraProjection,
     origin: NDArray[np.float64],
     lights: FoundLights,
     *,

@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import COUNT_BITS
+from umbra.gl.multisampling import draw_samples
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Texture
-from umbra.gl.samples import draw_samples
 from umbra.gl.state import ALL_BITS, Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
+from umbra.gl.volume_counter import COUNT_BITS
 from umbra.scene import Light
 
 if TYPE_CHECKING:
-    from umbra.gl.transmission import TransmitterTables
+    from umbra.gl.transmitters import TransmitterTables
 
 __all__ = ["MOST_LAMPS", "Lamp", "Lamps", "Scissor", "Shading"]
 
@@ -71,7 +71,11 @@ class Lamps:
         self._slides: dict[int, tuple[Light, Texture]] = {}
 
     def make(
-        self, light: Light, projection: Projection, origin: NDArray[np.float64], exposure: float
+        self,
+        light: Light,
+        projection: CameraProjection,
+        origin: NDArray[np.float64],
+        exposure: float,
     ) -> Lamp:
         """Make the lamp of a light; ``exposure`` multiplies its colour."""
         place = light.local(origin)
@@ -157,7 +161,7 @@ class Shading:
         self,
         state: State,
         surface: Target,
-        projection: Projection,
+        projection: CameraProjection,
         lamp: Lamp,
         scissor: Scissor | None = None,
         shares: Target | None = None,
@@ -186,7 +190,7 @@ class Shading:
         self,
         state: State,
         surface: Target,
-        projection: Projection,
+        projection: CameraProjection,
         lamps: Sequence[Lamp],
         scissors: Sequence[Scissor | None],
         *,
@@ -221,7 +225,7 @@ class Shading:
         self,
         state: State,
         surface: Target,
-        projection: Projection,
+        projection: CameraProjection,
         lamp: Lamp,
         scissor: Scissor | None = None,
         *,
@@ -243,7 +247,7 @@ class Shading:
         self,
         state: State,
         surface: Target,
-        projection: Projection,
+        projection: CameraProjection,
         lamp: Lamp,
         scissor: Scissor | None = None,
         *,
@@ -287,7 +291,7 @@ class Shading:
         state: State,
         how: Pass,
         surface: Target,
-        projection: Projection,
+        projection: CameraProjection,
         needs: tuple[str, ...],
         **uniforms: Any,
     ) -> None:

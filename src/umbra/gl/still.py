@@ -9,14 +9,14 @@ No cost while the camera moves.
 from collections.abc import Callable
 
 from umbra.gl.context import release_all
-from umbra.gl.count import COUNT_BITS, VolumeCounter
 from umbra.gl.masks import Counts
-from umbra.gl.plan import VolumePlan
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.request import find_request_key
 from umbra.gl.shading import Lamp, Scissor, Shading
 from umbra.gl.state import ALL_BITS, Pass, State
 from umbra.gl.target import PictureTargets, Target
+from umbra.gl.volume_counter import COUNT_BITS, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 
 __all__ = ["StillView"]
 
@@ -39,7 +39,7 @@ class StillView:
         self._dark: Target | None = None
         self.is_stored = self.is_marked = False
 
-    def is_same(self, targets: PictureTargets, projection: Projection) -> bool:
+    def is_same(self, targets: PictureTargets, projection: CameraProjection) -> bool:
         """Return whether these targets were last asked for this view; remember it."""
         view = find_request_key((targets, projection, targets.device.sky))
         last, self._view = self._view, view
@@ -95,7 +95,7 @@ class StillView:
         self,
         state: State,
         targets: PictureTargets,
-        projection: Projection,
+        projection: CameraProjection,
         lamp: Lamp,
         scissor: Scissor | None,
         spares_turned: bool,

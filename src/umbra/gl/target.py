@@ -93,7 +93,7 @@ class Target:
                 f"a picture of {size[0]}x{size[1]} pixels is too large for {device.renderer}, "
                 f"which draws at most {limit}x{limit}; choose a smaller size="
             )
-            raise InputError(msg, limit=limit)
+            raise InputError(msg, option="size", limit=limit)
         self.size = size
         self.colors: tuple[str, ...] = tuple(colors)
         self._device = device
@@ -123,7 +123,7 @@ class Target:
                 f"{32 if device.reverses_depth else 24} bits of depth and 8 of stencil "
                 f"(status {status:#x}, {bits} stencil bits); use device='cpu'"
             )
-            raise UmbraError(msg, status=status)
+            raise UmbraError(msg, option="device", status=status)
 
     @property
     def _texture_kind(self) -> int:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
@@ -77,7 +77,9 @@ class VisibleFaces:
             for fragment in ("face.frag.glsl", "placed.frag.glsl")
         )
 
-    def pick(self, scene: Scene, projection: Projection, x: int, y: int) -> PickedPoint | None:
+    def pick(
+        self, scene: Scene, projection: CameraProjection, x: int, y: int
+    ) -> PickedPoint | None:
         """
         Find what the centre of a pixel shows, row 0 on top; None: nothing.
 
@@ -107,7 +109,7 @@ class VisibleFaces:
         position = origin + along * ray if steep else place + scene.origin
         return PickedPoint(name, position, normal * (-1.0 if steep > 0 else 1.0))
 
-    def _find_face(self, projection: Projection, x: int, y: int) -> int:
+    def _find_face(self, projection: CameraProjection, x: int, y: int) -> int:
         """Draw one pixel of a view, and read the number of its face."""
         cols, rows = projection.camera.size
         seen = projection.magnified((2 * x + 1) / cols - 1, 1 - (2 * y + 1) / rows, (cols, rows))
@@ -117,7 +119,7 @@ class VisibleFaces:
                        {"first": GROUND, "step": 0})  # fmt: skip
         return int(self._pixel.read()[0, 0])
 
-    def lay(self, target: "ForeignTarget", projection: Projection, picture: Target) -> None:
+    def lay(self, target: "ForeignTarget", projection: CameraProjection, picture: Target) -> None:
         """
         Draw a picture of this view into another framebuffer, by depth, where surfaces are.
 
@@ -136,7 +138,7 @@ class VisibleFaces:
     def _draw(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         programs: tuple[Program, Program],
         how: Pass,
         uniforms: dict[str, object],

@@ -15,7 +15,7 @@ from itertools import compress
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, VolumeSelection
 from umbra.gl.lists import count_draws, list_cap, write_draws
 from umbra.gl.sides import ShellSides, make_shell_sides, make_sides_alike

@@ -11,7 +11,7 @@ from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND, find_standing
 
 __all__ = [
-    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "check_stated",
+    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "check_stated",
     "has_terrain", "measure_bases", "measure_terrain", "settle_level",
 ]  # fmt: skip
 
@@ -143,24 +143,6 @@ def check_stated(scene: Scene, level: float) -> dict[str, object]:
         f"{high:.6g} m; ground= is a height in the model's own coordinates"
     )
     return {"assumption": told}
-
-
-def assume_level(scene: Scene) -> Level:
-    """
-    Find the base of the model's objects, without stray polygons far below.
-
-    Objects are parts of one name. An object above another may stand on it, as a roof on
-    walls.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    level : Level
-    """
-    return settle_level(measure_bases(scene))
 
 
 def measure_bases(scene: Scene) -> Bases:

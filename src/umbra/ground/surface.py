@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.ground.feet import Feet
-from umbra.ground.triangulation import find_breaks, find_mean_heights, triangulate_with_edges
+from umbra.ground.triangulation import find_blades, find_mean_heights, triangulate_with_edges
 
 __all__ = ["AWAY", "FeetSurface", "make_surface"]
 
@@ -68,7 +68,7 @@ def make_surface(
 
     Between buildings it is the Delaunay triangulation that holds the edges of their bases. Where
     that would leave a blade of ground, corners are added at the mean height of the feet nearby
-    (`find_breaks`). Where two buildings share a corner at different heights the ground there is the
+    (`find_blades`). Where two buildings share a corner at different heights the ground there is the
     lower, and steps up to the other. Beyond the outermost feet it takes their mean height.
 
     Parameters
@@ -99,7 +99,7 @@ def make_surface(
     heights = _find_heights(base, feet.corners)
     inner = np.zeros((0, 3))
     for _ in range(_ROUNDS):
-        more = find_breaks(base, heights, inner)
+        more = find_blades(base, heights, inner)
         if not len(more):
             break
         inner = np.concatenate([inner, more])

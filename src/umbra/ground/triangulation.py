@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["find_breaks", "find_mean_heights", "triangulate_with_edges"]
+__all__ = ["find_blades", "find_mean_heights", "triangulate_with_edges"]
 
 _ROUNDS = 30  # of restoring Delaunay's rule; a few suffice
 _LEAST = 1e-9  # of an incircle's size: below it four points lie on one circle
@@ -305,7 +305,7 @@ def find_mean_heights(
     return np.asarray((weight * plan[near, 2]).sum(1) / weight.sum(1), np.float64)
 
 
-def find_breaks(
+def find_blades(
     base: Triangulated, heights: NDArray[np.float64], known: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """

@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
 
-__all__ = ["DIRECTIONS", "MOST", "NAMES", "find_directions", "spread_directions"]
+__all__ = ["MOST", "NAMES", "find_directions", "spread_directions"]
 
-DIRECTIONS = 4096
-"""Number of directions by default."""
 MOST = 1_000_000
 """Most directions: beyond them what is left is rounding of other kinds."""
 _GOLDEN = math.pi * (3 - math.sqrt(5))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
 from umbra.lights import Lights, Period
-from umbra.massing.planes import LONGEST, SPELLS, SUM, Crossings, Needs, Pieces, measure_lit
+from umbra.massing.planes import LONGEST, SPELLS, SUM, Needs, RayCrossings, SunPieces, measure_lit
 from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
@@ -118,7 +118,7 @@ class Ask:
             masks |= suns[:, :2] @ normals[:, :2].T / level < np.sin(np.radians(self.min_angle))
         return masks
 
-    def cut(self, masks: NDArray[np.uint8]) -> Pieces:
+    def cut(self, masks: NDArray[np.uint8]) -> SunPieces:
         """Cut the lit time of each receiver into pieces: steps, or what is lit of them."""
         lit = masks.T == 0
         lights = self.lights
@@ -128,7 +128,7 @@ class Ask:
             goes_on[1:] = (receiver[1:] == receiver[:-1]) & (at[1:] == at[:-1] + 1)
             goes_on[1:] &= lights.starts[at[1:]] == lights.ends[at[:-1]]
             hours = lights.lengths[at] / _HOUR
-            return Pieces(receiver, at, at, hours, goes_on)
+            return SunPieces(receiver, at, at, hours, goes_on)
         times = lights.starts
         is_run = np.zeros(max(len(times) - 1, 0), np.bool_)
         for runs in lights.days:
@@ -143,7 +143,7 @@ class Ask:
         first = np.flatnonzero(begins)
         last = np.append(first[1:], len(at)) - 1
         hours = (times[at[last] + 1] - times[at[first]]) / _HOUR if len(at) else np.zeros(0)
-        return Pieces(receiver[first], at[first], at[last] + 1, hours, follows[first])
+        return SunPieces(receiver[first], at[first], at[last] + 1, hours, follows[first])
 
 
 class _ExactTable(ExactIntervals):
@@ -155,12 +155,12 @@ class _ExactTable(ExactIntervals):
         return self.table, up
 
 
-def measure_pieces(ask: Ask, pieces: Pieces) -> NDArray[np.float64]:
+def measure_pieces(ask: Ask, pieces: SunPieces) -> NDArray[np.float64]:
     """Measure all pieces of an ask's receivers, (n,) [h]."""
     count = len(ask.labels)
     some = np.arange(count)
     start = np.searchsorted(pieces.receiver, np.arange(count + 1))
-    none = Crossings(np.zeros(len(pieces.hours) + 1, np.int64), np.zeros(0, np.int32),
+    none = RayCrossings(np.zeros(len(pieces.hours) + 1, np.int64), np.zeros(0, np.int32),
                      np.zeros(0), np.zeros(0))  # fmt: skip
     needs = Needs(
         none, pieces.hours, pieces.goes_on, start, np.full(count, ask.measure),

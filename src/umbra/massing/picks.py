@@ -10,7 +10,7 @@ from numba import njit
 
 from umbra.massing.planes import LONGEST, SLACK, SUM
 
-__all__ = ["NOT_DEAR", "settle"]
+__all__ = ["NOT_DEAR", "keep_enough"]
 
 NOT_DEAR = np.zeros(0)
 _FEW, _TIMES = 64, 4
@@ -20,7 +20,7 @@ _SHARE = 6
 
 
 @njit(cache=True, nogil=True)
-def settle(needs, g, heights, kept, dear=NOT_DEAR):
+def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
     """
     Choose the needs of a group that are met, and their pieces; lower the heights by them.
 

@@ -19,14 +19,23 @@ from numpy.typing import NDArray
 from umbra.kernels import run_shared, take_next
 from umbra.massing.plot import Plot
 
-__all__ = ["LONGEST", "SPELLS", "SUM", "Crossings", "Needs", "Pieces", "cross_cells", "measure_lit"]
+__all__ = [
+    "LONGEST",
+    "SPELLS",
+    "SUM",
+    "Needs",
+    "RayCrossings",
+    "SunPieces",
+    "cross_cells",
+    "measure_lit",
+]
 
 _WIDER = 1e-6
 """By which cells are wider for rays along their edges [m]."""
 _ALONG = 1e-14  # of a unit step: below it a ray does not cross an axis
 
 
-class Pieces(NamedTuple):
+class SunPieces(NamedTuple):
     """
     Pieces of time in which a receiver is lit.
 
@@ -49,7 +58,7 @@ class Pieces(NamedTuple):
     goes_on: NDArray[np.bool_]
 
 
-class Crossings(NamedTuple):
+class RayCrossings(NamedTuple):
     """
     Cells that the rays of pieces cross.
 
@@ -72,8 +81,8 @@ class Crossings(NamedTuple):
 
 
 def cross_cells(
-    plot: Plot, pieces: Pieces, points: NDArray[np.float64], suns: NDArray[np.float64]
-) -> Crossings:
+    plot: Plot, pieces: SunPieces, points: NDArray[np.float64], suns: NDArray[np.float64]
+) -> RayCrossings:
     """
     Find the cells that pieces cross, and the heights at which they do.
 
@@ -99,7 +108,7 @@ def cross_cells(
     cell = np.zeros(start[-1], np.int32)
     clear, dark = np.zeros((2, start[-1]))
     run_shared(len(where[0]), _cross, *given, start, cell, clear, dark, True)
-    return Crossings(start, cell, clear, dark)
+    return RayCrossings(start, cell, clear, dark)
 
 
 @njit(cache=True, nogil=True)
@@ -285,7 +294,7 @@ class Needs(NamedTuple):
         Weight of the needs that must be met.
     """
 
-    crossings: Crossings
+    crossings: RayCrossings
     hours: NDArray[np.float64]
     goes_on: NDArray[np.bool_]
     start: NDArray[np.int64]

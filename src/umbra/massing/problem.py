@@ -16,16 +16,16 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.massing.asks import Ask, measure_pieces
-from umbra.massing.planes import Crossings, Needs, cross_cells
+from umbra.massing.planes import Needs, RayCrossings, cross_cells
 from umbra.massing.plot import Plot
 
-__all__ = ["Group", "Problem", "pose_problem"]
+__all__ = ["Problem", "ReceiverGroup", "pose_problem"]
 
 _BYTES = 50  # of a crossing, where few of those that are possible are [byte]
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class ReceiverGroup:
     """
     Receivers of asks, of which enough must have what is asked.
 
@@ -50,7 +50,7 @@ class Group:
     wanted: float
 
     @classmethod
-    def one(cls, name: str, ask: int, receiver: int) -> "Group":
+    def one(cls, name: str, ask: int, receiver: int) -> "ReceiverGroup":
         """Return the group of a receiver that must be met by itself."""
         return cls(name, np.array([ask]), np.array([receiver]), np.ones(1), 1.0)
 
@@ -77,7 +77,7 @@ class Problem:
 
     plot: Plot
     asks: tuple[Ask, ...]
-    groups: tuple[Group, ...]
+    groups: tuple[ReceiverGroup, ...]
     before: tuple[NDArray[np.float64], ...]
     broken: NDArray[np.bool_]
     ask: NDArray[np.int64]
@@ -97,7 +97,7 @@ def _meet(needs: Needs, values: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def pose_problem(
-    plot: Plot, asks: Sequence[Ask], groups: Sequence[Group], around: Casting | None
+    plot: Plot, asks: Sequence[Ask], groups: Sequence[ReceiverGroup], around: Casting | None
 ) -> Problem:
     """
     Measure what receivers have before, and find the planes of the sun over the plot.
@@ -182,13 +182,15 @@ def _gather(
     return order, start
 
 
-def _pick_crossings(all_crossings: Sequence[Crossings], order: NDArray[np.int64]) -> Crossings:
+def _pick_crossings(
+    all_crossings: Sequence[RayCrossings], order: NDArray[np.int64]
+) -> RayCrossings:
     """Return the crossings of some pieces, numbered over all asks."""
     first = np.cumsum([0, *(len(one.cell) for one in all_crossings)])
     begin = np.concatenate([one.start[:-1] + at for one, at in zip(all_crossings, first)])
     end = np.concatenate([one.start[1:] + at for one, at in zip(all_crossings, first)])
     some, start = _gather(begin[order], end[order])
-    return Crossings(
+    return RayCrossings(
         start, *(np.concatenate([getattr(one, name) for one in all_crossings])[some]
                  for name in ("cell", "clear", "dark"))
     )  # fmt: skip

@@ -17,7 +17,7 @@ from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.massing.asks import Ask, measure_pieces
 from umbra.massing.planes import LONGEST, SPELLS, SUM
-from umbra.massing.problem import Group
+from umbra.massing.problem import ReceiverGroup
 from umbra.rules import Alternative, Condition, Requirement, Rule
 from umbra.rules.words import MEASURES, tell_interval
 from umbra.scene.grid import Places
@@ -97,7 +97,7 @@ class AskedRules:
     gathered: Gathered
     around: Casting | None
     asks: list[Ask] = field(default_factory=list)
-    groups: list[Group] = field(default_factory=list)
+    groups: list[ReceiverGroup] = field(default_factory=list)
     times: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -129,7 +129,7 @@ class AskedRules:
             clauses = maker.join(clauses)
         for name, own in clauses:
             for clause in own:
-                self.groups.append(Group(
+                self.groups.append(ReceiverGroup(
                     f"{name} ({requirement.name})", np.array(clause.ask),
                     np.array(clause.receiver), np.array(clause.weight), clause.wanted,
                 ))  # fmt: skip

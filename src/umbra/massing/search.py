@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import prepare_casting
 from umbra.massing.asks import Ask
-from umbra.massing.bounds import bound_cells, bound_sum
-from umbra.massing.choice import choose_pieces
+from umbra.massing.piece_choice import choose_pieces
 from umbra.massing.plot import Plot
-from umbra.massing.problem import Group, Problem, pose_problem
+from umbra.massing.problem import Problem, ReceiverGroup, pose_problem
 from umbra.massing.solid import make_solid
+from umbra.massing.upper_bounds import bound_cells, bound_sum
 from umbra.scene import Mesh, Part, Scene
 from umbra.sun import Site
 
@@ -90,7 +90,7 @@ def search_heights(
     scene: Scene,
     casters: Sequence[int],
     asks: Sequence[Ask],
-    groups: Sequence[Group],
+    groups: Sequence[ReceiverGroup],
     plot: Plot,
     highest: float,
     threads: int,

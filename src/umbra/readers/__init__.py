@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
 from umbra.options import read_flag, read_texts
-from umbra.readers.assumed_crs import assume_crs, check_crs, leave_crs, tell_unused_crs
 from umbra.readers.budget import GIGABYTE, Budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
+from umbra.readers.file_layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.formats import FORMATS, STREAMED, find_format_kind, load_reader
 from umbra.readers.georeference import locate_bounds
 from umbra.readers.kept import Files, read_kept
-from umbra.readers.layers import FileLayer, combine, name_layers, show_name
-from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
+from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, state_site
 from umbra.readers.placing import check_placings, read_placings
 from umbra.readers.region import Region, keep_inside, make_region
+from umbra.readers.sited import assume_crs, check_crs, leave_crs, tell_unused_crs
 from umbra.scene import Scene, Source, make_scene
 from umbra.scene.numbers import read_number
 
@@ -291,7 +291,7 @@ def _find_crowns(
                 f"{word} is for canopy rasters, and none of the files is one; name its layer: "
                 "'canopy=FILE.tif', canopy='canopy'"
             )
-            raise InputError(msg)
+            raise InputError(msg, option="canopy")
     return None
 
 
@@ -320,7 +320,7 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
             lights=whole.lights,
         )  # fmt: skip
         bounds = scene.bounds()
-        found = settle(locate_bounds(scene, bounds), places)
+        found = state_site(locate_bounds(scene, bounds), places)
         return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
 
 

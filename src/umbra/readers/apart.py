@@ -59,7 +59,7 @@ def make_crs_error(one: str | Path, other: str | Path, crs: tuple[str, str]) -> 
         f"{one} is in {show_crs(crs[0])} but {other} is in {show_crs(crs[1])}; convert them to one "
         "coordinate reference system, or place one of them by hand: place='LAYER=X,Y'"
     )
-    return InputError(msg, crs=crs)
+    return InputError(msg, option="place", crs=crs)
 
 
 def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:

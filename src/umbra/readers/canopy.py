@@ -36,7 +36,7 @@ def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -
             if crowns.is_absolute
             else ""
         )
-        raise InputError(msg)
+        raise InputError(msg, option="canopy_heights")
     plan = part.mesh.vertices[:, :2]
     a, b, c = (plan[crowns.corners[0, k]] for k in range(3))
     (ux, uy), (vx, vy) = b - a, c - b

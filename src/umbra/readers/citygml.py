@@ -21,7 +21,7 @@ from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.budget import Budget
 from umbra.readers.checks import Losses, errors_of, list_counts
-from umbra.readers.citygml_names import HREF, LINKED, LINKED_TAGS, id_of, name_of
+from umbra.readers.citygml_elements import HREF, LINKED, LINKED_TAGS, id_of, name_of
 from umbra.readers.citygml_objects import FeatureReader
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten

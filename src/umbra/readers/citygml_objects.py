@@ -8,20 +8,23 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.readers.budget import Budget
 from umbra.readers.checks import Losses
-from umbra.readers.citygml_names import (
+from umbra.readers.citygml_elements import (
     HREF,
     IDS,
     LINKED_TAGS,
     PATCH,
     PROPERTY,
     TURNED,
+    find_dimension,
     id_of,
     level_of,
     name_of,
+    name_owner,
+    read_numbers,
+    read_plain_ring,
     role_of,
     strip,
 )
-from umbra.readers.citygml_rings import find_dimension, name_owner, read_numbers, read_plain_ring
 
 __all__ = ["FeatureReader"]
 

@@ -133,7 +133,7 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
         f"has no heights: no column is called {names[0]} or similar; the file has "
         f"{_list(columns)}; name one with height_column="
     )
-    raise InputError(msg, columns=list(columns))
+    raise InputError(msg, option="height_column", columns=list(columns))
 
 
 def find_usual(columns: Iterable[str], names: tuple[str, ...]) -> str | None:

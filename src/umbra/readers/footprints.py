@@ -153,7 +153,7 @@ def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
     usable = extent.high > extent.low
     if not usable.any():
         msg = f"no footprint has a height ({'; '.join(notes)}); name another height_column="
-        raise InputError(msg)
+        raise InputError(msg, option="height_column")
     rings, remarks = repair(table.rings.select(usable[table.rings.feature]))
     notes += remarks
     vertices, faces, feature, losses = make_prisms(rings, extent.low, extent.high)

@@ -38,7 +38,7 @@ READERS = {
     "collada": ("umbra.readers.collada", "read_collada"),
     "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
-    "i3dm": ("umbra.readers.tileset_instances", "read_i3dm"),
+    "i3dm": ("umbra.readers.tileset", "read_i3dm"),
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "parquet": ("umbra.readers.parquet", "read_parquet"),
@@ -47,7 +47,7 @@ READERS = {
     "off": ("umbra.readers.triangle_soup", "read_off"),
     "ply": ("umbra.readers.triangle_soup", "read_ply"),
     "stl": ("umbra.readers.triangle_soup", "read_stl"),
-    "tiff": ("umbra.readers.raster", "read_raster"),
+    "tiff": ("umbra.readers.height_raster", "read_raster"),
     "vector": ("umbra.readers.footprint_files", "read_vectors"),
 }
 

@@ -17,7 +17,7 @@ from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.scene import Image, Material
 from umbra.scene.material import Color
 
-__all__ = ["GltfSurface", "Materials", "Placing"]
+__all__ = ["GltfSurface", "Materials", "TextureTransform"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are missing or in an unknown format, left out"
@@ -29,7 +29,7 @@ MOST = 2  # sets of coordinates of a mesh
 
 
 @dataclass(frozen=True)
-class Placing:
+class TextureTransform:
     """A TEXCOORD attribute, and what KHR_texture_transform does to it."""
 
     coordinates: int = 0
@@ -38,7 +38,7 @@ class Placing:
     rotation: float = 0.0
 
     @classmethod
-    def of(cls, texture: dict[str, Any]) -> "Placing":
+    def of(cls, texture: dict[str, Any]) -> "TextureTransform":
         """Return the placing of a texture as a material names it."""
         moved = texture.get("extensions", {}).get("KHR_texture_transform", {})
         scale, offset = (
@@ -50,7 +50,7 @@ class Placing:
 
     def transform(self, uv: NDArray[np.floating]) -> NDArray[np.floating]:
         """Move coordinates (n, 2): scale, turn, shift."""
-        if self == Placing(self.coordinates):
+        if self == TextureTransform(self.coordinates):
             return uv
         # Counter-clockwise to the eye, and v runs down.
         sine, cosine = np.sin(self.rotation), np.cos(self.rotation)
@@ -62,7 +62,10 @@ class GltfSurface:
     """A material, and the coordinates of a mesh that place its textures: at most two."""
 
     def __init__(
-        self, kind: str = "", material: Material | None = None, placings: Sequence[Placing] = ()
+        self,
+        kind: str = "",
+        material: Material | None = None,
+        placings: Sequence[TextureTransform] = (),
     ) -> None:
         self.kind = kind
         self.material = material or Material()
@@ -100,7 +103,7 @@ class Materials:
             texture = extensions[SPECULAR].get("diffuseTexture", texture)
         red, green, blue, alpha = (min(max(float(v), 0.0), 1.0) for v in factor or (1, 1, 1, 1))
         is_unlit = "KHR_materials_unlit" in extensions
-        placings: list[Placing] = []
+        placings: list[TextureTransform] = []
         image = self._find_image(texture, placings)
         gloss = base.get("metallicRoughnessTexture")
         gloss_image = self._find_image(gloss, placings, is_data=True)
@@ -137,7 +140,7 @@ class Materials:
         return GltfSurface(name, material, placings)
 
     def _read_emission(
-        self, given: dict[str, Any], placings: list[Placing]
+        self, given: dict[str, Any], placings: list[TextureTransform]
     ) -> tuple[Color, Image | None]:
         strength = given.get("extensions", {}).get("KHR_materials_emissive_strength", {})
         glow = max(float(strength.get("emissiveStrength", 1.0)), 0.0)
@@ -150,12 +153,16 @@ class Materials:
         return ((0.0, 0.0, 0.0) if image is None else (r, g, b)), image
 
     def _find_image(
-        self, texture: dict[str, Any] | None, placings: list[Placing], *, is_data: bool = False
+        self,
+        texture: dict[str, Any] | None,
+        placings: list[TextureTransform],
+        *,
+        is_data: bool = False,
     ) -> Image | None:
         """Find the image of a texture as a material names it, and add its placing."""
         if not texture:
             return None
-        placing = Placing.of(texture)
+        placing = TextureTransform.of(texture)
         if placing not in placings and len(placings) == MOST:
             self._counts[APART] += 1
             return None

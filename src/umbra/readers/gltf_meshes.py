@@ -21,7 +21,7 @@ from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.checks import find_reason
 from umbra.readers.gltf_buffers import Buffers, find_item
-from umbra.readers.gltf_materials import GltfSurface, Materials, Placing
+from umbra.readers.gltf_materials import GltfSurface, Materials, TextureTransform
 from umbra.scene import Mesh
 
 __all__ = ["Piece", "find_tangents", "read_mesh"]
@@ -151,7 +151,9 @@ def read_mesh(
             name: _read_shown(buffers, attributes.get(key), where, len(vertices), width, counts)
             for name, key, width in (("normals", "NORMAL", 3), ("colors", "COLOR_0", 3))
         }
-        for name, placing in zip(("uv", "uv2"), surface.placings or (Placing(),), strict=False):
+        for name, placing in zip(
+            ("uv", "uv2"), surface.placings or (TextureTransform(),), strict=False
+        ):
             key = attributes.get(f"TEXCOORD_{placing.coordinates}")
             uv = _read_shown(buffers, key, where, len(vertices), 2, counts)
             shown[name] = None if uv is None else placing.transform(uv)

@@ -36,7 +36,7 @@ __all__ = [
     "FilePlace",
     "ReadChoices",
     "UniqueNames",
-    "settle",
+    "state_site",
     "tell_doubt",
     "turn_up",
     "turning",
@@ -196,7 +196,7 @@ def tell_doubt(doubt: str) -> str:
     return f"{doubt}, so the site is not known; give latitude= and longitude="
 
 
-def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
+def state_site(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
     """Fill in the site that the files state, after the CRS; none, with a note, if two disagree."""
     notes = list(scene.notes)
     said = {

@@ -23,8 +23,8 @@ from umbra.readers.checks import find_reason
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
 from umbra.readers.georeference import is_in_degrees, name_crs, show_crs
+from umbra.readers.height_raster import make_crowns, make_raster_surface
 from umbra.readers.model import NO_CRS, TRUNK, FileModel, ReadChoices
-from umbra.readers.raster import make_crowns, make_raster_surface
 from umbra.readers.raster_file import MOST_BYTES
 from umbra.readers.region import Region
 from umbra.scene import Mesh, Part
@@ -197,7 +197,7 @@ def _lay_out(header: Any, work: PointWork, crs: str | None) -> PointGrid:
             f"makes {cols}x{rows} cells of {cell:g} m, a study of which needs {needed / 1e9:.0f} "
             f"GB and {name_memory(held)}; give a part of it (bbox=)"
         )
-        raise InputError(msg, bytes=needed)
+        raise InputError(msg, option="bbox", bytes=needed)
     return PointGrid.make(float(low[0]), float(high[1]), cell, (rows, cols))
 
 

@@ -1,8 +1,8 @@
 """
 rasterio on one GeoTIFF: its first band in metres.
 
-This runs in a child process (`umbra.readers.raster`), as GDAL may end the process at damaged files,
-and as a small file may unpack to any size.
+This runs in a child process (`umbra.readers.height_raster`), as GDAL may end the process at damaged
+files, and as a small file may unpack to any size.
 """
 
 import math

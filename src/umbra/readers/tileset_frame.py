@@ -86,7 +86,6 @@ class Frame:
         self.matrix[:3, :3] = find_axes(centre[None])[0].T
         self.matrix[:3, 3] = -self.matrix[:3, :3] @ centre + [0, 0, height]
         self._to_degrees = there
-        self._back = np.linalg.inv(self.matrix)
         text = f"+proj=ortho +lat_0={lat:.9f} +lon_0={lon:.9f} +datum=WGS84 +units=m +no_defs"
         wkt = CRS.from_proj4(f"{text} +type=crs").to_wkt()
         self.crs = wkt.replace('"unknown"', f'"east and north at {lat:.4f}°, {lon:.4f}°"', 1)

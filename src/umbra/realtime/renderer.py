@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.gl import renderer as engine
+from umbra.gl import scene_renderer as engine
 from umbra.gl.context import on_device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.matrices import read_projection
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.target import Target
 from umbra.gl.visible_faces import PickedPoint, VisibleFaces
 from umbra.realtime.scene_user import SceneUser, read_target
@@ -53,10 +53,10 @@ class Renderer(SceneUser):
     def __init__(self, scene: Scene, context: Any = None, ground: float | None = None) -> None:
         super().__init__(scene, context)
         with self.device.current():
-            self._engine = engine.Renderer(scene, ground, device=self.device)
+            self._engine = engine.SceneRenderer(scene, ground, device=self.device)
         self._faces: tuple[Geometry, VisibleFaces] | None = None
         self._shown: tuple[int, Any] = 0, None
-        self._seen: Projection | None = None
+        self._seen: CameraProjection | None = None
         self._is_hdr = False
 
     @on_device

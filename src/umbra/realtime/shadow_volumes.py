@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 
 from umbra.errors import InputError, show_value
 from umbra.gl.context import on_device, release_all
-from umbra.gl.count import VolumeCounter
 from umbra.gl.foreign import ForeignTarget
 from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.matrices import read_projection
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_clip_range, find_light_source, turn_scissor
+from umbra.gl.projection import CameraProjection, find_clip_range, find_light_source, turn_scissor
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State
+from umbra.gl.volume_counter import VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.rays.transmission import find_opaque
 from umbra.realtime.scene_user import SceneUser, read_target
 from umbra.scene import Light, Scene
@@ -185,7 +185,7 @@ class ShadowVolumes(SceneUser):
 
 
 def _find_reach(
-    seen: Projection, scene: Scene, light: Light, target: ForeignTarget
+    seen: CameraProjection, scene: Scene, light: Light, target: ForeignTarget
 ) -> tuple[tuple[int, int, int, int], tuple[float, float]]:
     """Find the scissor of a light's range in a framebuffer, and its depth bounds."""
     source = find_light_source(light, scene.origin)

@@ -53,7 +53,7 @@ class CameraPicture(ReceiverKind):
                 f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "
                 f"{name_memory(find_memory())}; give a smaller size="
             )
-            raise InputError(msg, size=size)
+            raise InputError(msg, option="size", size=size)
         grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
         tile = model.make_tile(grid)
         return SeenRaster(

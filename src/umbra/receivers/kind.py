@@ -328,7 +328,7 @@ class ReceiverKind:
             f"rules= judge plans, surfaces and points, not receivers='{receivers}', which hides a "
             "part of what is judged; choose receivers='surfaces' and the facades with on="
         )
-        raise InputError(msg, receivers=receivers)
+        raise InputError(msg, option="rules", receivers=receivers)
 
 
 class SampleKind(ReceiverKind):

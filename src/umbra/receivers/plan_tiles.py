@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.casters.casting import Casting
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.sweep import Sweep
+from umbra.cpu.raster_sweep import Sweep
 from umbra.rays.face_tree import FaceTree
 from umbra.receivers.covered import CoveredSweep
 from umbra.receivers.zenith import Surface, find_surface

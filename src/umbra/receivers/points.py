@@ -278,7 +278,7 @@ def check_points(points: ArrayLike | None) -> NDArray[np.float64]:
     given = np.array(read_array("points", [] if points is None else points))
     if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
         msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give points="
-        raise InputError(msg)
+        raise InputError(msg, option="points")
     wrong = ~np.isfinite(given).all(1)
     if given.shape[1] == 6:
         length = np.linalg.norm(given[:, 3:], axis=1)

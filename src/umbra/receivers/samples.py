@@ -72,7 +72,7 @@ def sample_surfaces(
     kept = np.flatnonzero((double > 0) & (normals[:, 2] > -_COS))
     if not len(kept):
         msg = "nothing is left to sample: all surfaces face straight down; choose others with on="
-        raise InputError(msg)
+        raise InputError(msg, option="on")
     faces, normals, corners = faces[kept], normals[kept], corners[kept]
     area, part = double[kept] / 2, soup.part[kept]
     owner, is_border = join_coplanar(weld_vertices(soup.vertices)[faces], normals, part)
@@ -87,7 +87,7 @@ def sample_surfaces(
             f"a spacing of {spacing:g} m makes {expected:.3g} samples of "
             f"{surface_area.sum():.4g} m2; give {least:.2g} m or more, or choose parts with on="
         )
-        raise InputError(msg, spacing=spacing)
+        raise InputError(msg, option="on", spacing=spacing)
     largest = _find_largest(area, first)
     axes = _make_axes(normals[largest])
     flat = np.einsum("fij,fkj->fik", corners, axes[owner])  # (n, 3 corners, along and up)

@@ -210,7 +210,7 @@ class SingleReceivers(Receivers):
                 f"{count:,} samples need {kept / 1e9:.1f} GB and {name_memory(find_memory())}; "
                 "give a larger spacing=, or choose parts with on="
             )
-            raise InputError(msg, samples=count)
+            raise InputError(msg, option="spacing", samples=count)
         least = _FEW_SUNS if count >= _MANY_SAMPLES else MANY_SUNS
         is_many = request.lights >= least or request.has_groups
         samples = self.samples if is_many else None

@@ -4,7 +4,7 @@ from umbra.rules.read import find_shipped, read_rule
 from umbra.rules.record import Rule
 from umbra.rules.words import STANDINGS
 
-__all__ = ["list_rules", "sum_up"]
+__all__ = ["describe_rule", "list_rules"]
 
 
 def list_rules() -> list[Rule]:
@@ -20,7 +20,7 @@ def list_rules() -> list[Rule]:
     return [read_rule(name)[0] for name in find_shipped()]
 
 
-def sum_up(rules: list[Rule]) -> dict[str, object]:
+def describe_rule(rules: list[Rule]) -> dict[str, object]:
     """Return a rule's facts for JSON, of all its variants."""
     rule = rules[0]
     facts = {

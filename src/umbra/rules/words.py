@@ -8,12 +8,12 @@ from umbra.sun.clock import parse_duration
 from umbra.sun.day_times import CLOCKS
 
 __all__ = [
-    "MEASURES", "STANDINGS", "TERMS", "Quantity", "check_date", "check_time", "read_amount",
+    "MEASURES", "STANDINGS", "TERMS", "RuleQuantity", "check_date", "check_time", "read_amount",
     "tell_amount", "tell_hours", "tell_interval",
 ]  # fmt: skip
 
 
-class Quantity(NamedTuple):
+class RuleQuantity(NamedTuple):
     """What a measure is: its unit, its words, and whether it is of suns on dates."""
 
     unit: str
@@ -22,18 +22,18 @@ class Quantity(NamedTuple):
 
 
 MEASURES = {
-    "sun_hours": Quantity("h", "sun"),
-    "longest_sun_hours": Quantity("h", "unbroken sun"),
-    "sun_hours_in_spells": Quantity("h", "sun in spells"),
-    "shadow_hours": Quantity("h", "shadow"),
-    "hours_lost": Quantity("h", "sun lost to the proposal"),
-    "new_shadow_hours": Quantity("h", "new shadow on some of it"),
-    "new_shadow_share": Quantity("%", "of the sun of an open place newly shaded"),
-    "sky_view_factor": Quantity("1", "sky view factor", is_of_dates=False),
-    "sky_component": Quantity("%", "vertical sky component", is_of_dates=False),
-    "probable_sun_hours": Quantity("h", "probable sun a year", is_of_dates=False),
-    "probable_sun_share": Quantity("%", "annual probable sunlight hours", is_of_dates=False),
-    "winter_probable_sun_share": Quantity(
+    "sun_hours": RuleQuantity("h", "sun"),
+    "longest_sun_hours": RuleQuantity("h", "unbroken sun"),
+    "sun_hours_in_spells": RuleQuantity("h", "sun in spells"),
+    "shadow_hours": RuleQuantity("h", "shadow"),
+    "hours_lost": RuleQuantity("h", "sun lost to the proposal"),
+    "new_shadow_hours": RuleQuantity("h", "new shadow on some of it"),
+    "new_shadow_share": RuleQuantity("%", "of the sun of an open place newly shaded"),
+    "sky_view_factor": RuleQuantity("1", "sky view factor", is_of_dates=False),
+    "sky_component": RuleQuantity("%", "vertical sky component", is_of_dates=False),
+    "probable_sun_hours": RuleQuantity("h", "probable sun a year", is_of_dates=False),
+    "probable_sun_share": RuleQuantity("%", "annual probable sunlight hours", is_of_dates=False),
+    "winter_probable_sun_share": RuleQuantity(
         "%", "annual probable sunlight hours, those of winter", is_of_dates=False
     ),
 }

@@ -122,13 +122,13 @@ class Camera:
             raise InputError(msg)
         if not 0 < self.near < self.far:
             msg = f"near= must lie between 0 and far; got near {self.near:g}, far {self.far:g}"
-            raise InputError(msg)
+            raise InputError(msg, option="near")
         if self.height is None and not 0 < self.fov < 180:
             msg = f"the field of view, fov=, must lie between 0 and 180 degrees; got {self.fov:g}"
-            raise InputError(msg)
+            raise InputError(msg, option="fov")
         if self.height is not None and not 0 < self.height < np.inf:
             msg = f"an orthographic picture needs a height= above 0 m; got {self.height:g}"
-            raise InputError(msg)
+            raise InputError(msg, option="height")
         offset = read_array("a camera's offset", self.offset)
         if offset.shape != (2,) or not (np.abs(offset) <= _FARTHEST).all():
             msg = f"pixels look at most half a pixel off their centres; got {self.offset}"
@@ -142,7 +142,7 @@ class Camera:
                 "the camera looks along its up vector or at its own eye; "
                 "move the target or give another up="
             )
-            raise InputError(msg)
+            raise InputError(msg, option="up")
 
     def _check_lens(self) -> None:
         """Raise `InputError` if the shift or the stretch is out of range."""

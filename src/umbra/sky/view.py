@@ -18,7 +18,7 @@ from umbra.sky.nearest import find_hits
 from umbra.sky.outlines import Outline, trace_outlines
 from umbra.sky.points import find_seen, measure_sky, trace_bands, trace_free_sky
 from umbra.sun import Site, find_sun, parse_dates
-from umbra.sun.local_time import Date
+from umbra.sun.date_words import Date
 
 __all__ = ["ExactSky", "SunSpell"]
 

@@ -2,16 +2,16 @@
 Soft shadows: the share of an area light that each visible point sees.
 
     __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
-    samples.py  many hard shadows averaged: the reference      visibility(...)
-    wedges.py   hard count, corrected along silhouette edges   visibility(...)
-    complexity.py  casters counted at spots of the light       visibility(...)
+    samples.py  many hard shadows averaged: the reference
+    wedges.py   hard count, corrected along silhouette edges
+    complexity.py  casters counted at spots of the light
     parts.py    their kernel: part of the light hidden by an edge
-    weng.py     scaled layers of the hard volume, stacked      visibility(...)
+    weng.py     scaled layers of the hard volume, stacked
 
-A method is a module with a function ``visibility(counter, view, frame, camera, light)`` that
+A method is a function ``(counter, view, frame, camera, light)`` of its module, which
 returns (rows, cols) float32: 1 is fully lit, 0 umbra, 1 where nothing is seen. The counter is a
 ``FrameCounter``, view and frame come from its ``see``, the light is an ``AreaLight``. To add a
-method, write the module and list it in `umbra.methods.SOFT`.
+method, write the module and list it in `umbra.methods.SOFT` and ``_FUNCTIONS``.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,17 +42,27 @@ SUN_RADIUS = 0.2665
 """Angular radius of the sun [degrees]."""
 
 
+_FUNCTIONS = {
+    "samples": "find_visibility_by_samples",
+    "wedges": "find_visibility_by_wedges",
+    "complexity": "find_visibility_by_complexity",
+    "weng": "find_visibility_by_layers",
+}
+
+
 def find_middles(lights: "Sequence[Light | AreaLight]") -> list[Light]:
     """Return the lights at the centres of area lights."""
     return [light.light if isinstance(light, AreaLight) else light for light in lights]
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
-    """Return a method's ``visibility`` by name, loading only this one; `InputError` if unknown."""
+    """Return a method's function by name, loading only its module; `InputError` if unknown."""
     if name not in SOFT:
         msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
-    method: Callable[..., NDArray[np.float32]] = import_module(f"umbra.soft.{name}").visibility
+    method: Callable[..., NDArray[np.float32]] = getattr(
+        import_module(f"umbra.soft.{name}"), _FUNCTIONS[name]
+    )
     return method
 
 
@@ -179,10 +189,10 @@ def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLig
     """
     if len(sizes) not in {0, 1, len(lights)}:
         msg = f"light_size= has {len(sizes)} radii for {len(lights)} lights; give one, or one each"
-        raise InputError(msg)
+        raise InputError(msg, option="light_size")
     if not sizes and any(light.is_point for light in lights):
         msg = "a light at a place needs its radius for soft shadows; give light_size= [m]"
-        raise InputError(msg)
+        raise InputError(msg, option="light_size")
     radii = list(sizes) or [SUN_RADIUS]
     radii *= len(lights) // len(radii)
     return [ball_light(light, radius) for light, radius in zip(lights, radii, strict=True)]

@@ -54,9 +54,9 @@ __all__ = [
     "SPOTS",
     "EdgeTable",
     "find_open_components",
+    "find_visibility_by_complexity",
     "list_light_edges",
     "make_spots",
-    "visibility",
 ]
 
 SPOTS = Softness.spots
@@ -110,7 +110,7 @@ class LightFrame(NamedTuple):
     axes: NDArray[np.float64]
 
 
-def visibility(
+def find_visibility_by_complexity(
     counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,

@@ -19,13 +19,13 @@ from umbra.soft import AreaLight
 if TYPE_CHECKING:
     from umbra.soft.frames import VolumeCounts
 
-__all__ = ["SAMPLES", "visibility"]
+__all__ = ["SAMPLES", "find_visibility_by_samples"]
 
 SAMPLES = Softness.samples
 """Default number; 1,024 are the reference in tests and benchmarks."""
 
 
-def visibility(
+def find_visibility_by_samples(
     counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,

@@ -38,11 +38,11 @@ __all__ = [
     "find_coverage",
     "find_in_tile",
     "find_tile",
+    "find_visibility_by_wedges",
     "is_in",
     "make_coverage_planes",
     "map_to_unit_light",
     "split_block",
-    "visibility",
 ]
 
 
@@ -278,7 +278,7 @@ ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 """Offset of the light where an edge passes its centre [radii]."""
 
 
-def visibility(
+def find_visibility_by_wedges(
     counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,

@@ -41,8 +41,8 @@ __all__ = [
     "Layers",
     "find_growth",
     "find_layer_opacities",
+    "find_visibility_by_layers",
     "part_components",
-    "visibility",
 ]
 
 LENGTH = Softness.length
@@ -51,7 +51,7 @@ GAP = Softness.gap
 """Step between layers, in the same unit."""
 
 
-def visibility(
+def find_visibility_by_layers(
     counter: "VolumeCounts",
     view: DepthBuffer,
     frame: VisibleSurface,

@@ -69,7 +69,7 @@ def compare(
             f"'under' is a limit of one date, and these studies keep only the sums of {dates} "
             "dates; run both with by_day=True, or give under=None for the hours lost alone"
         )
-        raise InputError(msg, days=dates)
+        raise InputError(msg, option="by_day", days=dates)
     is_same = xr.ones_like(before.sun_hours, bool)
     for name in ("receiver_z", "position"):
         if name in before and name in after:
@@ -130,7 +130,7 @@ def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
                 f"the two studies differ in '{name}'; run both with the same extent=, cell=, "
                 "date=, start=, end= and every="
             )
-            raise InputError(msg, dimension=name)
+            raise InputError(msg, option="extent", dimension=name)
 
 
 GROUND = "ground"

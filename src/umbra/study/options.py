@@ -124,7 +124,7 @@ class StudyOptions(ReceiverOptions):
     def _check_windows(self) -> None:
         """Read a table of windows; check the depth of reveals."""
         if isinstance(self.windows, (str, Path)):
-            from umbra.readers.window_table import read_windows  # noqa: PLC0415
+            from umbra.readers.window_files import read_windows  # noqa: PLC0415
 
             object.__setattr__(self, "windows", read_windows(self.windows))
         if self.reveal in {None, "none"}:

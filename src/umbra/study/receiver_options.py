@@ -121,10 +121,10 @@ class ReceiverOptions(TimeOptions):
         receivers=_RASTERS,
     )  # fmt: skip
     cast: Sequence[str] = _casters(
-        "patterns", "Only these parts cast shadows: names or kinds.", default=()
+        "patterns", "Only these parts cast shadows: names, kinds, layers or tags.", default=()
     )
     no_cast: Sequence[str] = _casters(
-        "patterns", "These parts cast no shadows: names or kinds.", default=()
+        "patterns", "These parts cast no shadows: names, kinds, layers or tags.", default=()
     )
     canopy: Sequence[str] = _casters(
         "patterns", "Parts that transmit a share of the light, such as trees: names, kinds or "

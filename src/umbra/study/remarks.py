@@ -16,7 +16,7 @@ from umbra.scene import Scene, Triangles
 from umbra.study.options import StudyOptions
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site, parse_dates
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.date_words import tell_skipped
 
 __all__ = [
     "tell_long_shadows",

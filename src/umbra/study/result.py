@@ -22,7 +22,7 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
-    from umbra.study.accumulators.named import GroupDays
+    from umbra.study.accumulators.named_hours import GroupDays
     from umbra.study.area_table import AreaTable
 
 __all__ = ["Study", "Variables", "split_dates", "tell_dates"]
@@ -233,7 +233,7 @@ def make_dataset(
             f"{name_memory(find_memory())}; read it from umbra.study.run_study(...).masks, which "
             "stays packed, or have umbra study with masks=True write it"
         )
-        raise InputError(msg, bytes=packed)
+        raise InputError(msg, option="masks", bytes=packed)
 
     arrays, dates = {}, int(str(facts.get("days", 1)))
     for name, (dims, packed_array) in variables.items():

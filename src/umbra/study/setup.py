@@ -22,8 +22,8 @@ from umbra.study.accumulators.blocked import BlockedSky
 from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
-from umbra.study.accumulators.measured import MeasureSums
-from umbra.study.accumulators.named import GroupDays, NamedDays
+from umbra.study.accumulators.measure_sums import MeasureSums
+from umbra.study.accumulators.named_hours import GroupDays, NamedDays
 from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import read_hours
 from umbra.study.engine import Progress, count_each_tile, run_on_device

@@ -8,7 +8,7 @@ Data flows one way::
 """
 
 from umbra.sun.clock import Steps, make_steps
-from umbra.sun.local_time import name_date, parse_dates
+from umbra.sun.date_words import name_date, parse_dates
 from umbra.sun.position import Daylight, SunPath, find_daylight, find_sun, sun_light
 from umbra.sun.site import Site, find_site
 

@@ -165,7 +165,7 @@ def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
             f"{dates:,} dates in steps of {every} make {count:,} suns, and {MOST_OF_ALL_DATES:,} "
             f"are the most; give steps of {words} or more, or fewer dates (every_days=)"
         )
-        raise InputError(msg, count=count)
+        raise InputError(msg, option="every_days", count=count)
 
 
 def parse_duration(

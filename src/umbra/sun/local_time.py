@@ -1,5 +1,5 @@
 """
-Local dates and clock times: the dates of a study, and local times in UTC.
+Local dates and clock times, and the instants in UTC that they are.
 
 ``zoneinfo`` gives every local time an instant, also those that the clock skips. Here
 such a time is refused, and the error describes the clock's jump.
@@ -8,7 +8,6 @@ such a time is refused, and the error describes the clock's jump.
 import calendar
 import datetime as dt
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
 
@@ -16,9 +15,7 @@ import numpy as np
 
 from umbra.errors import InputError, show_value
 
-__all__ = [
-    "find_instant", "has_offset", "name_date", "parse_date", "parse_dates", "tell_skipped",
-]  # fmt: skip
+__all__ = ["find_instant", "has_offset", "parse_date"]
 
 # The calendar is Gregorian since October 1582; pvlib's Delta T ends with the year 3000, which
 # the last evening of 2999 reaches in UTC.
@@ -52,7 +49,7 @@ def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
                 f"'{date}' is a date with a clock time, which a day of study has not; give the "
                 "date, and the time as start= and end="
             )
-            raise InputError(msg, date=date)
+            raise InputError(msg, option="start", date=date)
         date = date.date()
     if isinstance(date, dt.date) and not isinstance(date, dt.datetime):
         year, month, day = date.year, date.month, date.day
@@ -195,111 +192,3 @@ def _to_utc(local: dt.datetime) -> dt.datetime:
 
 def _offset_text(local: dt.datetime) -> str:
     return local.isoformat()[19:]
-
-
-Date = str | dt.date | np.datetime64
-"""Types that are read as dates; pandas' timestamps are dates of the standard library."""
-
-_YEAR = re.compile(r"([0-9]{4})(?:-([0-9]{1,2}))?")
-_THIS_YEAR = re.compile(r"[0-9]{1,2}-[0-9]{1,2}")
-_EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
-
-
-def name_date(day: dt.date) -> str:
-    """Write a date in words: 21 March 2026."""
-    return f"{day.day} {calendar.month_name[day.month]} {day.year}"
-
-
-def parse_dates(
-    dates: Date | Sequence[Date], every_days: int = 1, zone: str = "UTC"
-) -> tuple[dt.date, ...]:
-    """
-    List the dates that an expression names, in order and each once.
-
-    ``2026-03-21``; several joined by commas; ``2026-03-21..2026-09-23``, both ends included;
-    ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``, that day of every month
-    which has it; ``2026-great-cold`` or another of ``umbra.sun.terms``, by a zone's calendar, and
-    without a year, as ``03-21``, in this year; or a sequence of dates of any library.
-    ``every_days`` takes only every n-th day of a range, a month or a year, from its first day on.
-    An `InputError` says that a word is no date and none of these, a range runs backward, or
-    ``every_days`` is below 1.
-    """
-    if every_days < 1:
-        msg = f"every {every_days} days is not possible; give 1 or more"
-        raise InputError(msg, every_days=every_days)
-    try:
-        given = [dates] if isinstance(dates, Date) else list(dates)
-    except TypeError as error:
-        msg = f"dates are text, such as 2026-09-18, or dates; got {show_value(dates)}"
-        raise InputError(msg, dates=dates) from error
-    words: list[Date] = []
-    for item in given:
-        words += item.split(",") if isinstance(item, str) else [item]
-    found = {day for word in words for day in _find_days(word, every_days, zone)}
-    if not found:
-        msg = "there is no date; give one, such as 2026-09-18"
-        raise InputError(msg, dates=dates)
-    return tuple(sorted(found))
-
-
-def tell_skipped(dates: Date | Sequence[Date]) -> list[str]:
-    """Name the months that a day of every month leaves out, one line for each expression."""
-    given = [dates] if isinstance(dates, Date) else dates
-    words = [word.strip() for item in given if isinstance(item, str) for word in item.split(",")]
-    told = []
-    for word in words:
-        found = {day.month for day in _find_days(word, 1)} if _EVERY_MONTH.fullmatch(word) else ()
-        lost = [
-            calendar.month_name[month] for month in range(1, 13) if found and month not in found
-        ]
-        if lost:
-            told.append(f"date={word}: left out are {', '.join(lost)}, which have no such day")
-    return told
-
-
-def _find_days(word: Date, every_days: int, zone: str = "UTC") -> list[dt.date]:
-    """Return the dates that one expression names."""
-    if not isinstance(word, str):
-        return [parse_date(word)]
-    text = word.strip()
-    if ".." in text:
-        start, _, end = (part.strip() for part in text.partition(".."))
-        begin, finish = (_find_days(part, 1, zone) for part in (start, end))
-        return _walk(begin[0], finish[-1], every_days, text)
-    if match := _YEAR.fullmatch(text):
-        year = int(match[1])
-        months = range(int(match[2]), int(match[2]) + 1) if match[2] else range(1, 13)
-        first = parse_date(f"{year:04}-{months[0]:02}-01")
-        last = parse_date(f"{year:04}-{months[-1]:02}-{_last_day(year, months[-1])}")
-        return _walk(first, last, every_days, text)
-    if match := _EVERY_MONTH.fullmatch(text):
-        year, day = int(match[1]), int(match[2])
-        parse_date(f"{year:04}-01-{day:02}")  # refuses a year or day that no month has
-        return [
-            dt.date(year, month, day) for month in range(1, 13) if day <= _last_day(year, month)
-        ]
-    return [parse_date(_spell_out(text, zone))]
-
-
-def _spell_out(text: str, zone: str) -> str:
-    """Return a date in full: of one without a year in this one, or of a day of the sun's year."""
-    if _THIS_YEAR.fullmatch(text):
-        return f"{dt.datetime.now(ZoneInfo(zone)).year:04}-{text}"
-    if any(letter.isalpha() for letter in text):
-        from umbra.sun.terms import find_term, is_term  # noqa: PLC0415 - it imports this module
-
-        if is_term(text):
-            return str(find_term(text, zone))
-    return text
-
-
-def _last_day(year: int, month: int) -> int:
-    return calendar.monthrange(year, month)[1] if 1 <= month <= 12 else 1
-
-
-def _walk(first: dt.date, last: dt.date, every_days: int, text: str) -> list[dt.date]:
-    if last < first:
-        msg = f"the range {text} ends before it begins; swap its dates"
-        raise InputError(msg, dates=text)
-    days = (last - first).days
-    return [first + dt.timedelta(days=n) for n in range(0, days + 1, every_days)]

@@ -352,7 +352,7 @@ def sun_light(site: Site, date: str | dt.date, time: str | dt.time | None = None
         date, _, time = str(date).strip().replace(" ", "T").partition("T")
         if not time:
             msg = "the sun needs a clock time; give time='15:00' or a date as 2026-03-21T15:00"
-            raise InputError(msg)
+            raise InputError(msg, option="time")
     day = parse_date(date)
     path = find_sun(site, [find_instant(day, time, find_zone(site.zone), "time")])
     if not path.is_up[0]:

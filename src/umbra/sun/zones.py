@@ -70,7 +70,7 @@ def find_local_zone(latitude: float, longitude: float) -> str:
     name = tzfpy.get_tz(longitude, latitude)
     if not name:
         msg = f"no time zone is known at latitude {latitude:g}, longitude {longitude:g}; give zone="
-        raise InputError(msg, latitude=latitude, longitude=longitude)
+        raise InputError(msg, option="zone", latitude=latitude, longitude=longitude)
     return name
 
 

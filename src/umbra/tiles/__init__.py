@@ -1,15 +1,14 @@
 """
 Cities in tiles: any number of files, counted tile by tile in bounded memory, into one store.
 
-    catalogue.py      files, read once             CityFile, Catalogue
-    geometry.py       their meshes on disk         FileGeometry
-    layout.py         frame, ground, lattice       decided once for the whole city
-    reach.py          which boxes can cast onto which
-    neighbourhood.py  what a window needs          PartScene
+    city_catalogue.py files, read once             CityFile, Catalogue
+    file_geometry.py  their meshes on disk         FileGeometry
+    city_layout.py    frame, ground, lattice       decided once for the whole city
+    neighbourhood.py  what a window needs          PartScene, find_reaching
     count.py          one tile                     count_tile(job, tile), in any process
-    sun_groups.py     casters for suns of each height
-    surfaces.py       walls and roofs of a tile    PartResults
-    pieces.py         those of all tiles           SurfacePieces
+    receive.py        casters for suns of each height
+    surface_results.py walls and roofs of a tile    PartResults
+    surface_pieces.py those of all tiles           SurfacePieces
     store.py          the results                  CityStore
     run.py            all tiles                    run_job, with any engine
 

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError, UmbraError
 from umbra.packages import require
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
-from umbra.tiles.lattice import CityTile
 from umbra.tiles.run import count_serially
 from umbra.tiles.workers import WorkerEngine
 from umbra.version import __version__

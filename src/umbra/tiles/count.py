@@ -19,16 +19,14 @@ from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
 from umbra.study.compare import NeighbourSums
-from umbra.tiles.casters import make_tile_casters
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.job import CityJob, Workplace
-from umbra.tiles.lattice import CityTile
-from umbra.tiles.neighbourhood import Neighbourhood, Selection
-from umbra.tiles.neighbours import split_neighbours, write_neighbours
-from umbra.tiles.pieces import write_pieces
-from umbra.tiles.receive import count_receivers
+from umbra.tiles.neighbourhood import Neighbourhood, Selection, make_tile_casters
+from umbra.tiles.proposal import split_neighbours, write_neighbours
+from umbra.tiles.receive import LEAST, SunGroups, count_receivers
 from umbra.tiles.store import CityStore
-from umbra.tiles.sun_groups import LEAST, SunGroups
-from umbra.tiles.surfaces import count_surfaces
+from umbra.tiles.surface_pieces import write_pieces
+from umbra.tiles.surface_results import count_surfaces
 
 __all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
 
@@ -143,7 +141,7 @@ def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
 
 
 @dataclass(frozen=True)
-class Needs:
+class TileNeeds:
     """
     What counting a window reads.
 
@@ -170,7 +168,7 @@ class Needs:
         return _BASE + faces * _FACE + grid.rows * grid.cols * cell
 
 
-def find_needs(place: Workplace, grid: Grid) -> Needs:
+def find_needs(place: Workplace, grid: Grid) -> TileNeeds:
     """Find the units that are seen in a window or cast onto it, of any light."""
     near = Neighbourhood(place)
     x, y = grid.x, grid.y
@@ -179,11 +177,11 @@ def find_needs(place: Workplace, grid: Grid) -> Needs:
     seen = near.find_seen(low, high)
     box = find_tile_box(place, near, seen, low, high)
     units = seen | near.find_casting(box, place.lights.vectors)
-    return Needs(seen, units, box, near.count_faces(units))
+    return TileNeeds(seen, units, box, near.count_faces(units))
 
 
 def count_window(
-    place: Workplace, grid: Grid, needs: Needs
+    place: Workplace, grid: Grid, needs: TileNeeds
 ) -> tuple[Variables, list[NeighbourSums], int, int]:
     """
     Count the cells of a window.

@@ -23,10 +23,9 @@ from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.options import StudyOptions
 from umbra.study.setup import Setup, find_period
 from umbra.sun import Site
-from umbra.tiles.catalogue import Catalogue, read_catalogue
-from umbra.tiles.groups import CityGroups
-from umbra.tiles.lattice import CityTile, Lattice
-from umbra.tiles.roles import Roles
+from umbra.tiles.city_catalogue import Catalogue, read_catalogue
+from umbra.tiles.city_lattice import CityTile, Lattice
+from umbra.tiles.roles import CityGroups, Roles
 from umbra.tiles.sealed import read_sealed
 
 __all__ = [

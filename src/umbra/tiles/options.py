@@ -9,7 +9,7 @@ from typing import Any
 
 from umbra.errors import InputError, show_value
 from umbra.machine import count_cores, find_memory, name_memory
-from umbra.options import Options, check_types, option, read_text, record
+from umbra.options import Given, Options, check_types, option, read_text, record
 
 __all__ = ["CityOptions"]
 
@@ -35,13 +35,13 @@ class CityOptions(Options):
         If a value is wrong.
     """
 
-    tiles: Any = _tiles(
+    tiles: Given[str | float | None, Any] = _tiles(
         "any",
         "Count a city of any size in tiles of this side, such as 1km, and write one Zarr store; "
         "FILE may be folders and patterns.",
         metavar="LENGTH",
     )  # fmt: skip
-    memory: Any = _tiles(
+    memory: Given[str | float | None, Any] = _tiles(
         "any", "With tiles=: most memory of the run, such as 4GB; default: half of what there is.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip

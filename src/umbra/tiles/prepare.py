@@ -17,18 +17,19 @@ from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.options import list_options
 from umbra.readers.georeference import locate_bounds
-from umbra.readers.model import Crowns, FilePlace, settle
+from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
-from umbra.sun.local_time import tell_skipped
+from umbra.sun.date_words import tell_skipped
 from umbra.sun.site import tell_moved
-from umbra.tiles.catalogue import Catalogue, make_catalogue
+from umbra.tiles.city_catalogue import Catalogue, make_catalogue
+from umbra.tiles.city_ground import CityGround, find_city_ground
+from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.count import count_window, find_needs
-from umbra.tiles.ground import CityGround, find_city_ground
 from umbra.tiles.job import (
     CATALOGUE,
     STUDY,
@@ -37,7 +38,6 @@ from umbra.tiles.job import (
     make_city_period,
     sees_whole_sky,
 )
-from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
 from umbra.tiles.options import CityOptions
 from umbra.tiles.proposal import tell_proposal
 from umbra.tiles.replaced import name_city_replaced, settle_outline
@@ -268,7 +268,7 @@ def _locate(catalogue: Catalogue) -> Scene:
         return locate_bounds(scene, catalogue.bounds)
     names = ("latitude", "longitude", "elevation", "true_north")
     each = {one.path: [one.place[name] for name in names] for one in catalogue.files}
-    return settle(scene, {path: FilePlace(*facts) for path, facts in each.items()})
+    return state_site(scene, {path: FilePlace(*facts) for path, facts in each.items()})
 
 
 def _find_template(place: Workplace) -> dict[str, Any]:

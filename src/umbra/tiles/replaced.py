@@ -18,7 +18,7 @@ from umbra.study.replaced import (
     read_outline,
     tell_replaced,
 )
-from umbra.tiles.catalogue import Catalogue, CityFile
+from umbra.tiles.city_catalogue import Catalogue, CityFile
 
 __all__ = [
     "NOTHING",

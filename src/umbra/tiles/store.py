@@ -21,7 +21,7 @@ from umbra.packages import require
 from umbra.study.attributes import find_attributes
 from umbra.study.grid_mapping import GRID_MAPPING, find_grid_mapping, find_map_attributes
 from umbra.study.measures import Quantity
-from umbra.tiles.lattice import CityTile
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.sealed import read_sealed, sum_files, write_sealed
 
 __all__ = ["FORMAT", "CityStore", "check_zarr"]

@@ -23,15 +23,15 @@ import orjson
 
 from umbra.errors import InputError, UmbraError
 from umbra.machine import HOME, load_compiler, make_command
+from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
-from umbra.tiles.lattice import CityTile
 
-__all__ = ["WorkerEngine", "serve"]
+__all__ = ["WorkerEngine", "serve_tiles"]
 
 _CODE = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
-    "from umbra.tiles.workers import serve; serve()"
+    "from umbra.tiles.workers import serve_tiles; serve_tiles()"
 )
 _TRIALS = 3  # of a tile whose worker ends
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -120,7 +120,7 @@ class _Worker:
             f"its process ended {_TRIALS} times; if it took too much memory, give smaller tiles= "
             "or fewer workers="
         )
-        return UmbraError(msg)
+        return UmbraError(msg, option="tiles")
 
     def _ask(self, packed: bytes, tile: CityTile) -> bytes | None:
         """Have a tile counted; None if the process ends before."""
@@ -179,7 +179,7 @@ def _read(answer: bytes) -> TileRecord | BaseException:
     return kind(told.get("message", "the run has ended"))
 
 
-def serve() -> None:
+def serve_tiles() -> None:
     """Count the tiles that standard input names until it ends."""
     pipes = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # Libraries must read no tiles, and their output must not mix with the answers.

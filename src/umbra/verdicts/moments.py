@@ -1,7 +1,7 @@
 """
 Moments of rules: days that astronomy names, and times by the sun or by a clock without summer time.
 
-Days are those of `umbra.sun.terms`, clocks those of `umbra.sun.day_times`.
+Days are those of `umbra.sun.date_words`, clocks those of `umbra.sun.day_times`.
 """
 
 import datetime as dt
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rules.record import Condition
-from umbra.sun import Site, find_sun, terms
+from umbra.sun import Site, date_words, find_sun
 from umbra.sun.clock import parse_duration
 from umbra.sun.day_times import Clock, DayClock
 
@@ -32,7 +32,7 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
     if term == "equinox":
         return [day for name in ("spring-equinox", "autumn-equinox")
                 for day in find_term(name, year, zone)]  # fmt: skip
-    return [terms.find_term(f"{year}-{term}", zone)]
+    return [date_words.find_term_day(f"{year}-{term}", zone)]
 
 
 def follows_clock(condition: Condition) -> bool:

@@ -49,11 +49,6 @@ class Placement:
     needs_dark_cap: bool  # whether the dark cap is; a directional light has none
     dark_cap_is_fan: bool  # whether the dark cap is a fan over the silhouette, else extruded
 
-    @property
-    def z_fail(self) -> bool:
-        """Whether to count behind the visible surface rather than before it."""
-        return self.case != 1
-
 
 @dataclass(frozen=True, eq=False)
 class Placements:
@@ -69,11 +64,6 @@ class Placements:
     needs_light_cap: NDArray[np.bool_]
     needs_dark_cap: NDArray[np.bool_]
     dark_cap_is_fan: NDArray[np.bool_]
-
-    @property
-    def z_fail(self) -> NDArray[np.bool_]:
-        """Whether to count behind the visible surface rather than before it."""
-        return self.case != 1
 
 
 def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:

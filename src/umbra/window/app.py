@@ -23,19 +23,19 @@ from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.window.controls import Controls
-from umbra.window.events import Events
-from umbra.window.file import load_view, save_view
+from umbra.window.frame_profile import HOURS
 from umbra.window.handles import GRIP, find_part
 from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
+from umbra.window.input_events import Events
 from umbra.window.overlays import find_top
-from umbra.window.painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
-from umbra.window.profile import HOURS
 from umbra.window.screen import Screen
-from umbra.window.view import ViewState
+from umbra.window.view_file import load_view, save_view
+from umbra.window.view_painter import SMOOTH, DrawnView, Pacing, ViewPainter
+from umbra.window.view_state import ViewState
 from umbra.writers.pixels import write_png
 
-__all__ = ["PANEL", "Viewer", "show"]
+__all__ = ["PANEL", "Viewer", "run_viewer"]
 
 PANEL = 290
 """Width of the panel, in the window's units."""
@@ -284,7 +284,7 @@ class Viewer:
         return path
 
 
-def show(
+def run_viewer(
     scene: Scene,
     view: ViewState,
     *,

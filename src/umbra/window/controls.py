@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.scene import point_light
 from umbra.window.handles import GRIP, Pixel, drag, find_handles, pick, place_lamp
 from umbra.window.motion import Motion
-from umbra.window.view import OVERLAYS, ViewState, frame_bounds
+from umbra.window.view_state import OVERLAYS, ViewState, frame_bounds
 
 __all__ = ["KEYS", "Controls"]
 

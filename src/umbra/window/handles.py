@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.rays.depth import rasterise_depth
 from umbra.scene import Camera, Scene
 from umbra.window.daylight import find_day
-from umbra.window.view import SUN, Viewpoint, ViewState
+from umbra.window.view_state import SUN, Viewpoint, ViewState
 
 __all__ = [
     "GRIP",

@@ -10,9 +10,9 @@ from umbra.methods import METHODS
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
 from umbra.window.overlays import PALETTE, find_count_colors, find_scale_ticks
-from umbra.window.painter import DrawnView
 from umbra.window.screen import FONT_SIZE
-from umbra.window.view import SUN, ViewState
+from umbra.window.view_painter import DrawnView
+from umbra.window.view_state import SUN, ViewState
 
 __all__ = ["PictureArea", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
 

@@ -13,14 +13,14 @@ from umbra.scene import Part
 from umbra.window.controls import Controls
 from umbra.window.hud import grow
 from umbra.window.motion import Motion
-from umbra.window.view import ViewState
+from umbra.window.view_state import ViewState
 
 __all__ = [
     "DIM",
     "WARNING",
     "choose",
     "draw_animation",
-    "draw_key",
+    "draw_legend",
     "draw_parts",
     "put_label",
     "say",
@@ -59,7 +59,7 @@ def say(text: str, color: imgui.ImVec4) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
+def draw_legend(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
     """Draw a legend of colours in a row."""
     for place, (label, color) in enumerate(entries):
         if place:

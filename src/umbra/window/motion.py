@@ -6,7 +6,7 @@ import numpy as np
 
 from umbra.scene import Scene, pose
 from umbra.scene.making import find_animations
-from umbra.window.view import ViewState
+from umbra.window.view_state import ViewState
 
 __all__ = ["Motion"]
 

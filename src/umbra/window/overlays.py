@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter, find_slack
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program, Programs
-from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Indices, TextureBuffer
+from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PLACE, PictureTargets
+from umbra.gl.volume_counter import VolumeCounter, find_slack
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.volumes import BodyVolumes
 
 __all__ = [
@@ -102,7 +102,7 @@ ASIDE = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
 class Overlays:
     """Draws over the picture of a renderer, with hidden parts by its depth."""
 
-    def __init__(self, renderer: Renderer) -> None:
+    def __init__(self, renderer: SceneRenderer) -> None:
         self._renderer = renderer
         self._device = device = renderer.device
         self._counter = VolumeCounter(device, renderer.geometry, renderer.planner.indices)
@@ -238,7 +238,7 @@ class Overlays:
 class FaceGroups:
     """Vertex numbers of casting faces on the device, by group, so that each is one draw."""
 
-    def __init__(self, renderer: Renderer) -> None:
+    def __init__(self, renderer: SceneRenderer) -> None:
         self.indices = Indices(renderer.device, 2 * renderer.geometry.n_points)
         self.ranges: dict[int, tuple[int, int]] = {}
 
@@ -250,7 +250,7 @@ class FaceGroups:
 
 
 def list_faces_by_component(
-    renderer: Renderer,
+    renderer: SceneRenderer,
 ) -> tuple[dict[int, NDArray[np.uint32]], tuple[int, int]]:
     """List the vertex numbers of casters by colour; count closed and open components."""
     found, counts = [], np.zeros(2, np.intp)
@@ -264,7 +264,9 @@ def list_faces_by_component(
     return lists, (int(counts[0]), int(counts[1]))
 
 
-def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
+def list_faces_by_case(
+    renderer: SceneRenderer, case: NDArray[np.int8]
+) -> dict[int, NDArray[np.uint32]]:
     """List the vertex numbers of casters for each of ``CASES``."""
     found, first = [], 0
     for body in renderer.planner.bodies:
@@ -276,7 +278,7 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
 
 
 def _group_faces(
-    renderer: Renderer, groups: Iterable[int], found: Sequence[NDArray[np.integer]]
+    renderer: SceneRenderer, groups: Iterable[int], found: Sequence[NDArray[np.integer]]
 ) -> dict[int, NDArray[np.uint32]]:
     """List the vertex numbers of faces by group; ``found`` are the groups of each instance's."""
     instances = [(body, first) for body in renderer.planner.bodies for first in body.first.tolist()]

@@ -21,14 +21,14 @@ from umbra.window.model_panel import (
     WARNING,
     choose,
     draw_animation,
-    draw_key,
+    draw_legend,
     draw_parts,
     put_label,
     say,
     slide,
 )
 from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
-from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
+from umbra.window.view_state import METHODS, OVERLAYS, SOFT, SUN, ViewState
 
 __all__ = ["PanelState", "draw_panel"]
 
@@ -294,17 +294,17 @@ def _draw_overlays(view: ViewState) -> ViewState:
         if changed:
             view = view.toggle(overlay)
     if "cases" in view.overlays:
-        draw_key([(f"case {n}" if n else "none", CASES[n]) for n in (1, 2, 3, 0)])
+        draw_legend([(f"case {n}" if n else "none", CASES[n]) for n in (1, 2, 3, 0)])
     if "volumes" in view.overlays:
-        draw_key([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
+        draw_legend([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
                    ("light cap", VOLUMES["light_cap"])])  # fmt: skip
     if view.overlays & {"profile", "relief"}:
         view = _draw_period(view)
     if "components" in view.overlays:
-        draw_key([("open", OPEN), ("closed", COMPONENTS[0]), ("", COMPONENTS[1]),
+        draw_legend([("open", OPEN), ("closed", COMPONENTS[0]), ("", COMPONENTS[1]),
                    ("", COMPONENTS[2])])  # fmt: skip
     if "edges" in view.overlays:
-        draw_key([("silhouette edges", EDGES)])
+        draw_legend([("silhouette edges", EDGES)])
     return view
 
 

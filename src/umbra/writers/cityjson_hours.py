@@ -124,7 +124,7 @@ def check_source(source: Source) -> Path:
             f"{source.path or source.name} is gone, or not as it was when it was read, and "
             "write='cityjson' adds hours to it; put it back, or count again"
         )
-        raise InputError(msg, path=path)
+        raise InputError(msg, option="write", path=path)
     return path
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.drawing.page import INK, DrawnPart, Fill, Hatching, Page
+from umbra.drawing.drawn_page import INK, DrawnPart, Fill, Hatching, Page
 from umbra.writers.drawing_svg import (
     CREASE,
     HATCH,

@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from umbra.drawing.page import INK, DrawnPart, Fill, Hatching, Page
+from umbra.drawing.drawn_page import INK, DrawnPart, Fill, Hatching, Page
 from umbra.writers.typeface import fit_caption
 
 __all__ = ["find_angle", "tell_number", "tell_svg", "write_drawing_svg"]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from umbra.study.timeline import Timeline
     from umbra.writers.plan import Show
     from umbra.writers.vectors import HourLine, Layer
-    from umbra.writers.vectors.outlines import Outline
+    from umbra.writers.vectors.outlines import ShadowOutline
 
 __all__ = ["CITY_FORMATS", "FORMATS", "PLAN_FORMATS", "SURFACE_FORMATS", "Format", "Job"]
 
@@ -73,7 +73,7 @@ class Job:
         return make_timeline(self.study)
 
     @cached_property
-    def outlines(self) -> "list[Outline]":
+    def outlines(self) -> "list[ShadowOutline]":
         """Shadows on level ground; none of other receivers."""
         from umbra.study.preview import find_moments  # noqa: PLC0415
         from umbra.writers.vectors.outlines import EVERY, MOST, find_outlines  # noqa: PLC0415

@@ -16,11 +16,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import VolumePlan
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_plan import VolumePlan
 
-__all__ = ["DOUBLE", "HALVE", "MASKS", "PRINTED", "Counts", "Method", "Step"]
+__all__ = ["DOUBLE", "HALVE", "MASKS", "PRINTED", "Counts", "MaskStep", "Method"]
 
 
 class Counts(Protocol):
@@ -39,7 +39,7 @@ class Counts(Protocol):
 
 
 @dataclass(frozen=True)
-class Step:
+class MaskStep:
     """
     Blend operation of a face or a rectangle.
 
@@ -55,7 +55,7 @@ class Step:
     brightness: float
 
 
-DOUBLE, HALVE = Step("double", 1.0), Step("multiply", 0.5)
+DOUBLE, HALVE = MaskStep("double", 1.0), MaskStep("multiply", 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,16 +93,16 @@ class Method:
     format: str
     write: str | bool
     start: float
-    up: Step
-    down: Step
+    up: MaskStep
+    down: MaskStep
     first: str
     at_once: int
     lit: tuple[float, float]
-    black: tuple[Step, ...] = ()
-    attenuated: tuple[Step, ...] = ()
+    black: tuple[MaskStep, ...] = ()
+    attenuated: tuple[MaskStep, ...] = ()
     counts: bool = False
 
-    def attenuate(self, remains: float) -> tuple[Step, ...]:
+    def attenuate(self, remains: float) -> tuple[MaskStep, ...]:
         """
         Return the rectangles that map lit to 1 and shadow to the share of brightness that remains.
 
@@ -111,7 +111,7 @@ class Method:
         """
         if remains == _HALF_BRIGHT and self.attenuated:
             return self.attenuated
-        return (*self.black, Step("lift", remains)) if remains > 0 else self.black
+        return (*self.black, MaskStep("lift", remains)) if remains > 0 else self.black
 
     @property
     def channel(self) -> int:
@@ -119,7 +119,7 @@ class Method:
         return 3 if self.write == "alpha" else 0
 
 
-_INVERT, _HALF_BRIGHT = Step("invert", 1.0), 0.5
+_INVERT, _HALF_BRIGHT = MaskStep("invert", 1.0), 0.5
 _START = 2.0**-8
 
 _ALPHA = Method(
@@ -134,7 +134,7 @@ _ALPHA = Method(
     lit=(0.75, 1.0),
     # Clamped to 1/4 -> 1/2 and 1, then 1/2 and 0; the last "/2" of the paper's figure must double.
     black=(DOUBLE, _INVERT, DOUBLE),
-    attenuated=(DOUBLE, _INVERT, Step("add", _HALF_BRIGHT)),
+    attenuated=(DOUBLE, _INVERT, MaskStep("add", _HALF_BRIGHT)),
 )
 _MAXIMUM = Method(
     name="max",
@@ -148,7 +148,7 @@ _MAXIMUM = Method(
     lit=(0.75, 1.0),
     # Shadow is at most 1/2: inverted and doubled it is 1, and light stays 0.
     black=(_INVERT, DOUBLE, _INVERT),
-    attenuated=(Step("max", _HALF_BRIGHT),),
+    attenuated=(MaskStep("max", _HALF_BRIGHT),),
 )
 _HALF = Method(
     name="half",

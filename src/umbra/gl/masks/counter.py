@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import mark_shadow
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, Counts, Method
 from umbra.gl.masks.passes import MaskPainter
-from umbra.gl.masks.pieces import Pieces, make_pieces
-from umbra.gl.plan import VolumePlan
+from umbra.gl.masks.volume_pieces import VolumePieces, make_pieces
 from umbra.gl.programs import Program
 from umbra.gl.state import State
 from umbra.gl.target import SharedDepthTarget, Target
+from umbra.gl.volume_counter import mark_shadow
+from umbra.gl.volume_plan import VolumePlan
 
 __all__ = ["MaskCounter", "MaskCounters", "find_limit"]
 
@@ -55,7 +55,7 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
 
 class MaskCounter:
     """
-    Counts planned volumes by a method; same interface as ``umbra.gl.count.VolumeCounter``.
+    Counts planned volumes by a method; same interface as ``umbra.gl.volume_counter.VolumeCounter``.
 
     Parameters
     ----------
@@ -90,11 +90,11 @@ class MaskCounter:
         self.painter = MaskPainter(device, geometry)
         self._mark = Program(device, "picture.vert.glsl", "unlit.frag.glsl")
         self.limit = find_limit(device, method, self.painter)
-        self.pieces: Pieces | None = None
+        self.pieces: VolumePieces | None = None
         self._plan: VolumePlan | None = None
         self._mask = SharedDepthTarget(device, method.format)
 
-    def find_pieces(self, plan: VolumePlan) -> Pieces:
+    def find_pieces(self, plan: VolumePlan) -> VolumePieces:
         """Split a plan's volumes; the last plan's pieces are kept."""
         if self.pieces is None or self._plan is not plan:
             self.pieces = make_pieces(plan, max(self._room(plan), 1), split=self._split)
@@ -109,7 +109,7 @@ class MaskCounter:
             return self.limit
         return max(self.limit - plan.statistics.deepest, self.limit // 3)
 
-    def _find_faults(self, pieces: Pieces) -> list[str]:
+    def _find_faults(self, pieces: VolumePieces) -> list[str]:
         """Describe, one line each, how a plan's pieces exceed the method's domain."""
         name, lines = self.method.name, []
         if self.limit == 0:

@@ -10,13 +10,13 @@ import numpy as np
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks import Method, Step
-from umbra.gl.masks.pieces import Pieces, VolumeBatch
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
+from umbra.gl.masks import MaskStep, Method
+from umbra.gl.masks.volume_pieces import VolumeBatch, VolumePieces
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.scene import Scene
 from umbra.scene.camera import AMBIENT
 
@@ -68,10 +68,12 @@ class MaskPainter:
         self._indices = Indices(device, 2 * geometry.n_points)
         self._volume = Program(device, "volume.vert.glsl", "tint.frag.glsl")
         self._rectangle = Program(device, "picture.vert.glsl", "tint.frag.glsl")
-        self._pieces: Pieces | None = None
+        self._pieces: VolumePieces | None = None
         self.tally = Tally()
 
-    def draw_volumes(self, state: State, method: Method, plan: VolumePlan, pieces: Pieces) -> None:
+    def draw_volumes(
+        self, state: State, method: Method, plan: VolumePlan, pieces: VolumePieces
+    ) -> None:
         """
         Count all volumes in the target in use.
 
@@ -112,7 +114,7 @@ class MaskPainter:
     def draw_rectangle(
         self,
         state: State,
-        step: Step,
+        step: MaskStep,
         write: str | bool,
         purpose: str = "normalise",
         *,
@@ -173,7 +175,7 @@ class Forward:
         self._shaded = Programs(device, "shaded.vert.glsl", "forward.frag.glsl")
         self._depth = Program(device, "surface.vert.glsl", "nothing.frag.glsl")
 
-    def draw_depth(self, state: State, projection: Projection, tally: Tally) -> None:
+    def draw_depth(self, state: State, projection: CameraProjection, tally: Tally) -> None:
         """Draw depth only. Before: depth is cleared."""
         state.use(Pass(depth_test="less", depth_write=True))
         self._draw(self._depth, projection)
@@ -182,7 +184,7 @@ class Forward:
     def draw_scene(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         look: Look,
         tally: Tally,
         *,
@@ -216,7 +218,7 @@ class Forward:
         self._draw(program, projection, light=look.light)
         tally.passes.append(lights)
 
-    def _draw(self, program: Program, projection: Projection, **uniforms: np.ndarray) -> None:
+    def _draw(self, program: Program, projection: CameraProjection, **uniforms: np.ndarray) -> None:
         self._geometry.bind(program)
         program.set(**projection.uniforms, **uniforms)
         self._faces.draw(program, 0, self._geometry.faces.size)

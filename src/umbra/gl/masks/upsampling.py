@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.gl.context import Device, release_all
-from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.functions import TEXTURE_2D
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.passes import Tally
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.soft import SoftLights
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.surface_renderer import SurfaceRenderer
 from umbra.gl.target import LIGHT, PLACE, Target, find_surface_formats
+from umbra.gl.volume_counter import Stack, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light
 from umbra.soft import AreaLight
 
 if TYPE_CHECKING:
-    from umbra.gl.frame import GlFrameCounter
+    from umbra.gl.frame_counter import GlFrameCounter
 
 __all__ = ["FILTERS", "SmallMasks", "Upsampler", "find_shares", "shrink", "upsample"]
 
@@ -58,7 +58,7 @@ class Upsampler:
     def apply(
         self,
         state: State,
-        projection: Projection,
+        projection: CameraProjection,
         mask: Target,
         picture: Target,
         tally: Tally,
@@ -233,7 +233,7 @@ class SmallMasks(Visibility):
         self._find_surface = find_surface
         self._choice = ("auto", 1, "joint")
         self._plans: list[VolumePlan] = []
-        self._projections: tuple[Projection, Projection] | None = None
+        self._projections: tuple[CameraProjection, CameraProjection] | None = None
         self._is_drawn = False
         self._held: _Held | None = None
 
@@ -245,7 +245,7 @@ class SmallMasks(Visibility):
         return SoftLights(self, {n: AreaLight(light, 0.0) for n, light in enumerate(lights)})
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Plan the reduced picture; see `Visibility`."""
         method, scale, _ = self._choice

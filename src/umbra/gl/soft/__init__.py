@@ -3,9 +3,9 @@ Soft shadows on OpenGL: pictures of each light's visibility.
 
     __init__.py    samples; the methods and area lights of a scene
     visibility.py  interface of methods
-    wedges.py      hard count, corrected along silhouette edges; depth keys, wedges
-    complexity.py  counts at sample points of the light, from the hard count by edges
-    weng.py        scaled layers of the hard volume, stacked, as one index list
+    wedge_pictures.py  hard count, corrected along silhouette edges; depth keys, wedges
+    complexity_pictures.py  counts at sample points of the light, from the hard count by edges
+    weng_pictures.py   scaled layers of the hard volume, stacked, as one index list
     growth.py      points of enlarged casters, and the visible component at each pixel
 
 Samples are hard shadows of many points of each light, averaged in floats (McGuire et al.
@@ -21,17 +21,17 @@ from dataclasses import replace
 import numpy as np
 
 from umbra.gl.context import release_all
-from umbra.gl.count import Stack, VolumeCounter
-from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.selection import VolumeOptions
-from umbra.gl.soft.complexity import SpotCounts
+from umbra.gl.soft.complexity_pictures import SpotCounts
 from umbra.gl.soft.visibility import Visibility
-from umbra.gl.soft.wedges import Wedges
-from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.soft.wedge_pictures import Wedges
+from umbra.gl.soft.weng_pictures import ScaledLayers
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_counter import Stack, VolumeCounter
+from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import METHODS, Softness
 from umbra.scene import Light
 from umbra.soft import AreaLight
@@ -58,7 +58,7 @@ class SampledShadows(Visibility):
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
         self._points: list[Light] = []
-        self._projection: Projection | None = None
+        self._projection: CameraProjection | None = None
         self._chunk = -1
         self._plans: list[VolumePlan] = []
 
@@ -67,7 +67,7 @@ class SampledShadows(Visibility):
         self._turn = turn, turns
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; see `Visibility`."""
         turn, turns = self._turn
@@ -114,7 +114,7 @@ class SoftLights:
         self._method, self.areas = method, areas
         self._places = {number: place for place, number in enumerate(areas)}
 
-    def begin(self, projection: Projection, plans: Sequence[VolumePlan | None]) -> None:
+    def begin(self, projection: CameraProjection, plans: Sequence[VolumePlan | None]) -> None:
         """Prepare a picture; plans are the hard volumes of all its lights."""
         found = [plan for number in self.areas if (plan := plans[number]) is not None]
         if self._method is not None:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import Body
+from umbra.gl.bodies import Body
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
@@ -167,7 +167,7 @@ class Shown:
         self._program = Program(device, "surface.vert.glsl", "component.frag.glsl")
         self._picture = SharedDepthTarget(self._device, "r32i")
 
-    def draw(self, state: State, target: Target, projection: Projection) -> int:
+    def draw(self, state: State, target: Target, projection: CameraProjection) -> int:
         """
         Draw the visible components over a target's depth; return the texture.
 

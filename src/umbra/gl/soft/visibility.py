@@ -3,10 +3,10 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from umbra.gl.plan import VolumePlan
-from umbra.gl.projection import Projection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.gl.volume_plan import VolumePlan
 from umbra.soft import AreaLight
 
 __all__ = ["Visibility"]
@@ -20,7 +20,7 @@ class Visibility(ABC):
 
     @abstractmethod
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+        self, projection: CameraProjection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Prepare a picture; plans are the hard volumes of the lights' centres."""
 

@@ -12,7 +12,7 @@ from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.sky.land import LAND, add_land
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.groups import Groups
-from umbra.study.accumulators.measured import compare_measured, level_normals
+from umbra.study.accumulators.measure_sums import compare_measured, level_normals
 from umbra.study.accumulators.proposal import Proposal
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure

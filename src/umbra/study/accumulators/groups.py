@@ -147,7 +147,7 @@ def find_members(
                 f"{option}='{pattern}' matches only parts that do not cast; "
                 "take a no_cast= pattern away"
             )
-            raise InputError(msg, pattern=pattern)
+            raise InputError(msg, option=option, pattern=pattern)
     if by is not None:
         some = sorted(set().union(*chosen.values())) if who else sorted(casting)
         chosen = {}
@@ -165,7 +165,7 @@ def check_count(count: int, by: str | None) -> None:
     """Refuse more groups than are counted."""
     if count > _MOST_GROUPS:
         msg = f"there are {count} {by}s that cast; choose at most {_MOST_GROUPS} of them with who="
-        raise InputError(msg, count=count)
+        raise InputError(msg, option="who", count=count)
 
 
 class PiecesOneByOne:

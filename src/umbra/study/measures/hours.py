@@ -3,10 +3,10 @@
 from umbra.lights import Lights
 from umbra.study.measures.measure import Asked, Measure
 
-__all__ = ["ShadowHours", "SunHours"]
+__all__ = ["ShadowHours", "SunHoursMeasure"]
 
 
-class SunHours(Measure):
+class SunHoursMeasure(Measure):
     """Hours in the sun; counted by the study's loop, which also keeps intervals and dates."""
 
     name, unit, long_name = "sun_hours", "h", "hours in sun"
@@ -17,7 +17,7 @@ class SunHours(Measure):
         return asked.period.make_lights()
 
 
-class ShadowHours(SunHours):
+class ShadowHours(SunHoursMeasure):
     """Hours in shadow, of the time with the sun up."""
 
     name, long_name = "shadow_hours", "hours in shadow"

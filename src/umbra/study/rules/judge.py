@@ -19,7 +19,7 @@ from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
 from umbra.study.rules.measure import (
     Verdict,
-    measure,
+    find_check_intervals,
     meets_limit,
     pick_hours,
     say_how,
@@ -28,7 +28,7 @@ from umbra.study.rules.measure import (
 )
 from umbra.sun.clock import say_hours
 
-__all__ = ["find_standing", "judge", "judge_parts", "judge_points"]
+__all__ = ["judge", "judge_parts", "judge_points", "name_standing"]
 
 _TILE = 2048
 _SLACK = 1e-6  # surfaces at most this far above the ground count as ground [m]
@@ -130,7 +130,7 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
     # The point itself, not its cell's centre.
     intervals = _measure_plan(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
     hours = pick_hours(check, period, intervals)
-    standing = find_standing(study, x, y)
+    standing = name_standing(study, x, y)
     return Verdict(
         check.name,
         period.days[0],
@@ -153,10 +153,10 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
         return np.isfinite(study.heights)
     if check.area == "roofs" and not study.kind.has_roofs:
         msg = f"check '{check.name}' is for roofs; run the study with receivers='top'"
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     if check.area == "walls":
         msg = f"check '{check.name}' is for walls; run the study with receivers='surfaces'"
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     counts = stands if check.area == "roofs" else ~stands & np.isfinite(study.heights)
     if not counts.any():
         msg = (
@@ -170,10 +170,10 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
 def _measure_plan(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
     """Measure a check's instants on some cells."""
     run = make_tile_run(study.model.make_tile(grid), study.model.canopy)
-    return measure(check, period, run, study.model.canopy)
+    return find_check_intervals(check, period, run, study.model.canopy)
 
 
-def find_standing(study: Study, x: float, y: float) -> str:
+def name_standing(study: Study, x: float, y: float) -> str:
     """
     Describe the building that a place of a plan lies in, under or on: ``inside Church``.
 
@@ -236,7 +236,7 @@ def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
             f"check '{check.name}' finds no {check.area} among what is sampled; choose parts that "
             "have some with on=, or leave 'where' out"
         )
-        raise InputError(msg)
+        raise InputError(msg, option="on")
     found = [
         pick_hours(check, period, intervals) for intervals in _measure_samples(study, check, period)
     ]
@@ -291,4 +291,4 @@ def _measure_samples(study: Study, check: Check, period: Period) -> Iterator[Sun
     """Measure a check's instants on all points, in chunks."""
     canopy = study.model.canopy
     for _, make in study.laid.make_ray_tiles():
-        yield measure(check, period, make_tile_run(make(), canopy), canopy)
+        yield find_check_intervals(check, period, make_tile_run(make(), canopy), canopy)

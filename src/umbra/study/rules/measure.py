@@ -16,7 +16,7 @@ from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.loop import TileRun, pass_lights
 from umbra.sun.clock import say_hours
 
-__all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]
+__all__ = ["Verdict", "find_check_intervals", "meets_limit", "pick_hours"]
 
 _SLACK = 1e-4  # rounding of microsecond sums kept as float32 hours [h]
 _WORDS = {
@@ -60,7 +60,7 @@ class Verdict:
     standing: str = ""
 
 
-def measure(
+def find_check_intervals(
     check: Check,
     period: Period,
     run: TileRun,

@@ -6,10 +6,8 @@ Further files of a study in tiles, made from its store tile by tile.
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
     overview.py map.png and hours_lost.png, pictures of the whole
     stac.py     item.json, a STAC item
-    surfaces.py surfaces and their results: surfaces.parquet
-    models.py   coloured 3D Tiles
-    features.py figures of each surface in a GLB
-    attributes.py hours in the city's own CityJSON files
+    city_surfaces.py surfaces and their results, also in the city's own CityJSON files
+    models.py   coloured 3D Tiles, with figures of each surface
 """
 
 from collections.abc import Callable, Sequence
@@ -61,9 +59,12 @@ def write_city_files(
     check_city_formats(names, is_plan=is_plan)
     paths: list[Path] = []
     if not is_plan:
-        from umbra.writers.city.attributes import write_city_attributes  # noqa: PLC0415
+        from umbra.writers.city.city_surfaces import (  # noqa: PLC0415
+            CitySurfaces,
+            write_city_attributes,
+            write_surfaces,
+        )
         from umbra.writers.city.models import write_models  # noqa: PLC0415
-        from umbra.writers.city.surfaces import CitySurfaces, write_surfaces  # noqa: PLC0415
 
         surfaces = CitySurfaces(folder)
         if "geoparquet" in names:

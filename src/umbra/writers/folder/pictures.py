@@ -44,7 +44,7 @@ from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
     "TILT",
-    "Sheets",
+    "PictureSheets",
     "describe_points",
     "draw_pictures",
     "draw_plan_of_points",
@@ -63,7 +63,7 @@ _CELLS = 1200  # along the plan of points
 
 
 @dataclass(frozen=True, eq=False)
-class Sheets:
+class PictureSheets:
     """Content of a raster's pictures."""
 
     plan: Plan  # of the hours
@@ -82,7 +82,7 @@ class Sheets:
         return cls(plan, preview)
 
 
-def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
+def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
     """
     Draw the hours and the profile; for a few dates also of each date.
 
@@ -105,7 +105,7 @@ def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
     return names + _draw_each_date(job, sheets)
 
 
-def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
+def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     """Draw the profile, with a map for each of several dates."""
     study, plan = job.study, sheets.plan
     most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
@@ -127,7 +127,7 @@ def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
 
 
-def _draw_each_date(job: FolderJob, sheets: Sheets) -> list[str]:
+def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
     """Draw the hours and the profile of each of a few dates; return the names of the files."""
     study, dates = job.study, split_dates(job.study)
     names: list[str] = []
@@ -212,7 +212,7 @@ def look_at_surfaces(job: FolderJob) -> FolderJob:
 
 def draw_surfaces(job: FolderJob) -> list[str]:
     """Draw the model with its hours in shadow, as ``look_at_surfaces`` shows it."""
-    return draw_pictures(job, Sheets.of(job))
+    return draw_pictures(job, PictureSheets.of(job))
 
 
 def lay_out_points(job: FolderJob) -> Plan:

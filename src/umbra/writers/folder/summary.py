@@ -12,7 +12,7 @@ from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
 
-__all__ = ["sum_up", "tell_answers"]
+__all__ = ["summarise", "tell_answers"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
@@ -25,7 +25,7 @@ _MOST_NAMES = 2
 """Most parts of a proposal that are named."""
 
 
-def sum_up(study: Study) -> dict[str, Any]:
+def summarise(study: Study) -> dict[str, Any]:
     """
     Summarise a study in a few numbers, as JSON can hold them; also of each of several dates.
 

@@ -23,7 +23,7 @@ from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.named import write_named_tables
 from umbra.writers.folder.pictures import (
-    Sheets,
+    PictureSheets,
     describe_points,
     draw_pictures,
     draw_plan_of_points,
@@ -164,7 +164,7 @@ def draw_one(study: Study, name: str, outputs: Outputs, options: StudyOptions) -
                 study, Path(folder), outputs, options, painter, lambda _line: None, only=name
             )
             if study.kind.is_raster:
-                names = draw_pictures(job, Sheets.of(job))
+                names = draw_pictures(job, PictureSheets.of(job))
             else:
                 names = _draw_points(job)
         return (Path(folder) / names[0]).read_bytes()
@@ -204,7 +204,7 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures = _draw_measures(job) if outputs.pictures else []
         _tell_facts(job)
         return pictures, _write_files(job)
-    sheets = Sheets.of(job)
+    sheets = PictureSheets.of(job)
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
     pictures += _draw_measures(job, sheets.plan) if outputs.pictures else []
     if outputs.sheet:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.study import Study, count_finer, split_dates, tell_dates
 from umbra.writers.tables import find_columns, tell_instants
-from umbra.writers.vectors.outlines import Outline, Polygon
+from umbra.writers.vectors.outlines import Polygon, ShadowOutline
 
 if TYPE_CHECKING:
     from umbra.writers.plan import Show
@@ -130,7 +130,7 @@ def join_polygons(polygons: Iterable[Polygon]) -> Any:
     return shapely.orient_polygons(shapely.MultiPolygon(parts))
 
 
-def make_outline_layer(outlines: Iterable[Outline]) -> Layer:
+def make_outline_layer(outlines: Iterable[ShadowOutline]) -> Layer:
     """Make a layer of shadows: one geometry for each instant, valid by the OGC's rules."""
     geometries: list[Any] = []
     values: dict[str, list] = {

@@ -12,7 +12,7 @@ from umbra.ground.level import TERRAIN
 from umbra.study import Study
 from umbra.writers.pixels import make_stamp_tints, shade_ramp
 from umbra.writers.vectors import HourLine
-from umbra.writers.vectors.outlines import LATTICE, Outline, Polygon, gather
+from umbra.writers.vectors.outlines import LATTICE, Polygon, ShadowOutline, gather
 
 if TYPE_CHECKING:
     from umbra.writers.plan import Show
@@ -73,7 +73,7 @@ _INKS = {"CANOPIES": (0.18, 0.43, 0.2)}  # of layers that are not black
 
 def write_dxf(
     path: str | os.PathLike[str],
-    outlines: Sequence[Outline],
+    outlines: Sequence[ShadowOutline],
     hour_lines: Iterable[HourLine],
     *,
     height: float,

@@ -27,8 +27,8 @@ __all__ = [
     "EVERY",
     "LATTICE",
     "MOST",
-    "Outline",
     "Polygon",
+    "ShadowOutline",
     "find_outlines",
     "gather",
     "resolve_shadow",
@@ -47,7 +47,7 @@ Polygon = list[Ring]
 
 
 @dataclass(frozen=True, eq=False)
-class Outline(Moment):
+class ShadowOutline(Moment):
     """The shadow on the ground at one instant."""
 
     # rings of each, in the model's own coordinates [m]: the outer one, counter-clockwise, then its
@@ -55,7 +55,7 @@ class Outline(Moment):
     polygons: list[Polygon]
 
 
-def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iterator[Outline]:
+def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iterator[ShadowOutline]:
     """
     Outline the shadow on the ground at some moments, whole hours by default.
 
@@ -66,7 +66,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
             f"outlines are drawn on the level ground, and this study has "
             f"receivers={study.receivers!r}; leave it out, or choose other files than outlines"
         )
-        raise InputError(msg)
+        raise InputError(msg, option="receivers")
     grid, ground = study.grid, float(study.model.ground or 0.0)
     # Components wound inward are found on a raster; a large one may be coarser.
     sweep = PlaneSweep(study.model.caster, grid.coarser(TILE), ground)
@@ -78,7 +78,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
     for moment in moments:
         polygons = resolve_shadow(sweep.caster, moment.direction, ground, (low, high))
         shifted = [[ring + shift for ring in polygon] for polygon in polygons]
-        yield Outline(**vars(moment), polygons=shifted)
+        yield ShadowOutline(**vars(moment), polygons=shifted)
 
 
 def resolve_shadow(
