@@ -21,6 +21,7 @@ __all__ = ["check_names", "takes"]
 
 C = TypeVar("C", bound=Callable[..., Any])
 _WIDTH = 96
+_STARRED = re.compile(r"(?<![`\w.*-])[\w.-]*\*[\w.*-]*")  # a pattern is no emphasis
 _ENTRY = re.compile(r"^options : \w+\n(?:[ ]+.*\n)*", re.MULTILINE)
 
 
@@ -101,6 +102,7 @@ def _describe(record: Any, known: Mapping[str, Any]) -> Iterator[str]:
             continue
         yield f"{name} : {_name_type(said, _name_given(types[name]), default)}"
         words = write_for_docs(f"{said.help} {said.more}".strip())
+        words = _STARRED.sub(r"``\g<0>``", words)
         yield from textwrap.wrap(words, _WIDTH, initial_indent="    ", subsequent_indent="    ")
 
 
