@@ -29,7 +29,7 @@ MEASURES: Registry[Measure] = Registry(
     "measure",
     "measure",
     {
-        "sun_hours": f"{_PLACE}.hours:SunHours",
+        "sun_hours": f"{_PLACE}.hours:SunHoursMeasure",
         "shadow_hours": f"{_PLACE}.hours:ShadowHours",
         "sky_view_factor": f"{_PLACE}.sky:SkyViewFactor",
         "sky_component": f"{_PLACE}.sky:SkyComponent",
