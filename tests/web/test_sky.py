@@ -143,3 +143,53 @@ def test_charts_are_those_of_umbras_own_pictures(page, tmp_path):
                 if place is not None:
                     np.testing.assert_allclose(place, known, atol=1e-12)
                     np.testing.assert_allclose(found, own, atol=2e-5)
+
+
+def test_a_direction_names_the_object_that_is_nearest_there(page, tmp_path):
+    file = tmp_path / "cube.html"
+    names = "window.lookAround = $sky_cube.lookAround; window.findHit = $sky_cube.findHit;"
+    script = f"{{ {bundle('sky_cube')} {names} }}"
+    file.write_text(f"<!doctype html><meta charset=utf-8><script>{script}</script>")
+    page.open(file, "Boolean(window.findHit)")
+    # A box lopsidedly to each side, one nearer before another, and one overhead.
+    ends = [
+        ((2, 6, -1), (9, 8, 5)), ((5, -7, -1), (8, -1, 9)), ((-4, -9, -1), (3, -6, 2)),
+        ((-9, 1, -1), (-6, 7, 7)), ((3, 4, -1), (4, 5, 3)), ((-1, -3, 6), (2, 1, 7)),
+    ]  # fmt: skip
+    solids = [box(*some) for some in ends]
+    corners = np.concatenate([np.asarray(v, float)[np.asarray(f)] for v, f in solids])
+    owner = np.repeat(np.arange(len(solids)), [len(f) for _, f in solids])
+    rng = np.random.default_rng(3)
+    ways = rng.normal(size=(300, 3))
+    ways[:, 2] = np.abs(ways[:, 2])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    expected, is_sure = zip(*(_find_nearest(corners, owner, way) for way in ways), strict=True)
+    given = json.dumps([corners.reshape(-1).tolist(), owner.tolist(), ways.tolist()])
+    hits = page.ask(f"""(() => {{
+      const [places, owner, ways] = {given}, count = owner.length;
+      const faces = Array.from({{length: 3 * count}}, (_, k) => k);
+      const model = {{places, facePart: owner, faces,
+        faceStarts: [0, count], shells: [-99, -99, -99, 99, 99, 99], shellCount: 1}};
+      const cube = lookAround(model, [0, 0, 0], [0, 1, 2, 3, 4, 5], null, 512);
+      return ways.map((way) => findHit(cube, ...way) - 1);
+    }})()""")
+    kept = np.array(is_sure)
+    assert kept.sum() > 250
+    np.testing.assert_array_equal(np.array(hits)[kept], np.array(expected)[kept])
+    assert set(np.array(expected)[kept]) == {-1, 0, 1, 2, 3, 4, 5}
+
+
+def _find_nearest(corners, owner, way):
+    """The solid that a ray from the origin meets first, -1: none; and whether no edge is near."""
+    a, b, c = corners.transpose(1, 0, 2)
+    volumes = np.stack([np.cross(p, q) @ way for p, q in ((a, b), (b, c), (c, a))])
+    sizes = [np.linalg.norm(np.cross(p, q), axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    near = np.abs(volumes / np.maximum(sizes, 1e-12)).min(0)
+    inside = (volumes > 0).all(0) | (volumes < 0).all(0)
+    normal = np.cross(b - a, c - a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (normal * a).sum(1) / (normal @ way)
+    far = np.where(inside & (far > 0), far, np.inf)
+    crossing = np.isfinite(far)
+    is_sure = not crossing.any() or near[crossing].min() > 0.01
+    return (int(owner[far.argmin()]) if crossing.any() else -1), is_sure
