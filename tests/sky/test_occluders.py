@@ -11,7 +11,7 @@ from umbra.sky.occluders import keep_above, raise_skyline
 from umbra.sky.points import measure_sky
 from umbra.sky.skyline import BINS, find_skyline
 from umbra.sky.sweep import find_pieces, integrate
-from umbra.sky.tensors import sum_up
+from umbra.sky.tensors import sum_tensors
 
 
 def gabled(seed, n=60):
@@ -44,7 +44,7 @@ def measure_plainly(casters, p, normal):
     pieces = find_pieces(seen, normal, events, *find_spans(seen), nothing)
     moments = np.zeros(7)
     integrate(pieces, moments)
-    return sum_up(moments, normal)
+    return sum_tensors(moments, normal)
 
 
 @pytest.mark.parametrize("seed", range(3))

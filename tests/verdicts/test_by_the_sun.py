@@ -9,7 +9,7 @@ from verdicts.scenes import find_lit, judge, make_model, rectangle, windows
 
 from umbra.rules import Condition, read_rule
 from umbra.sun import Site, find_sun
-from umbra.verdicts.moments import find_term, find_windows
+from umbra.verdicts.moments import find_sun_windows, find_term
 
 BEIJING = Site(39.92, 116.4, "Asia/Shanghai")
 TOKYO = Site(35.68, 139.77, "Asia/Tokyo")
@@ -41,7 +41,7 @@ def test_true_solar_time_is_that_published_for_great_cold(longitude, published):
     days = find_term("great-cold", 2026, site.zone)
     assert days == [dt.date(2026, 1, 20)]
     condition = Condition(start="08:00", end="16:00", clock="solar")
-    ((start, end),) = find_windows(condition, days, site)
+    ((start, end),) = find_sun_windows(condition, days, site)
     local = dt.datetime.fromtimestamp(start / 1e6, zoneinfo.ZoneInfo(site.zone))
     hour, minute, second = map(int, published.split(":"))
     assert abs((local.hour * 60 + local.minute) * 60 + local.second
@@ -60,13 +60,13 @@ def test_terms_are_those_of_almanacs(term, year, days):
 
 def test_the_year_of_san_francisco_has_its_published_hours():
     days = [dt.date(2026, 1, 1) + dt.timedelta(k) for k in range(365)]
-    spans = find_windows(Condition(start="sunrise+1h", end="sunset-1h"), days, SAN_FRANCISCO)
+    spans = find_sun_windows(Condition(start="sunrise+1h", end="sunset-1h"), days, SAN_FRANCISCO)
     assert sum(b - a for a, b in spans) / 3.6e9 == pytest.approx(3720.8, abs=0.5)
 
 
 def test_an_altitude_opens_and_closes_the_day():
     days = [dt.date(2026, 3, 21), dt.date(2026, 12, 21)]
-    spans = find_windows(Condition(start="altitude:10", end="altitude:10"), days, WARSAW)
+    spans = find_sun_windows(Condition(start="altitude:10", end="altitude:10"), days, WARSAW)
     for span in spans:
         ends = find_sun(WARSAW, np.array(span).astype("datetime64[us]"))
         np.testing.assert_allclose(ends.altitude, 10, atol=0.01)
@@ -206,7 +206,7 @@ def test_new_york_tells_when_new_shadow_enters_and_leaves():
         begin = dt.datetime.combine(day, dt.time(), zone)
         middles = [begin + dt.timedelta(minutes=5 * k + 2.5) for k in range(288)]
         sun = find_sun(NEW_YORK, middles)
-        ((first, last),) = find_windows(
+        ((first, last),) = find_sun_windows(
             Condition(start="sunrise+90min", end="sunset-90min"), [day], NEW_YORK
         )
         inside = np.array([first <= m.timestamp() * 1e6 <= last for m in middles]) & sun.is_up
@@ -231,7 +231,7 @@ def test_san_francisco_adds_a_year_of_net_new_shadow():
     lost = dark = whole = 0.0
     for k in range(0, 365, 7):  # a sample of the year
         day = dt.date(2026, 1, 1) + dt.timedelta(k)
-        ((first, last),) = find_windows(Condition(start="sunrise+1h", end="sunset-1h"), [day],
+        ((first, last),) = find_sun_windows(Condition(start="sunrise+1h", end="sunset-1h"), [day],
                                         SAN_FRANCISCO)  # fmt: skip
         middles = np.arange(first + 450_000_000, last, 900_000_000).astype("datetime64[us]")
         directions = find_sun(SAN_FRANCISCO, middles).direction

@@ -16,7 +16,7 @@ from umbra.study.preview import make_preview
 from umbra.writers.area_outlines import place_names
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import describe, outline_areas
-from umbra.writers.folder.frame import find_window
+from umbra.writers.folder.frame import find_shown_window
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DayMap, OutlinedArea, Plan
 from umbra.writers.point_map import fill_points
@@ -132,10 +132,10 @@ def test_a_frame_holds_gardens_and_small_buildings_whole():
     matters[40:60, 80:100] = True
     ring = np.array([(75, 30), (105, 30), (105, 70), (75, 70), (75, 30)], float)
     plan = Plan(np.arange(200) + 0.5, np.arange(100) + 0.5, building_height=heights)
-    rows, cols = find_window(matters, plan)
+    rows, cols = find_shown_window(matters, plan)
     assert (rows.start, rows.stop, cols.start, cols.stop) == (34, 66, 74, 106)
     areas = replace(plan, areas=(OutlinedArea("g", (ring,), (90, 50)),))
-    rows, cols = find_window(matters, areas)
+    rows, cols = find_shown_window(matters, areas)
     assert (rows.start, rows.stop) == (19, 82)
     assert cols.start <= 64
     assert 122 < cols.stop < 127

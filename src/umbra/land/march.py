@@ -17,7 +17,7 @@ _SHORT = 1e-9  # share of a piece of a ray, within rounding of a cell's edge
 
 
 @inlined
-def find_slope(height, distance, eye, radius):
+def find_land_slope(height, distance, eye, radius):
     """
     Return the tangent of the elevation at which an eye sees a place.
 
@@ -52,7 +52,7 @@ def clip(start, step, low, high, first, last):
 
 
 @inlined
-def find_end(start, step, cell, first, last):
+def find_reach_end(start, step, cell, first, last):
     """Return the share of a line at which its coordinate leaves a cell, at most the last."""
     if step == 0.0:
         return last
@@ -60,14 +60,14 @@ def find_end(start, step, cell, first, last):
 
 
 @inlined
-def find_highest(near, far, twist, here, length, eye, radius):
+def find_highest_land(near, far, twist, here, length, eye, radius):
     """
     Return the largest slope over one cell, and the share of the way through it where it is.
 
     Heights are near + t (far - near) + twist t (t - 1) at distances here + t length [m].
     """
-    at, slope = 0.0, find_slope(near, here, eye, radius)
-    other = find_slope(far, here + length, eye, radius)
+    at, slope = 0.0, find_land_slope(near, here, eye, radius)
+    other = find_land_slope(far, here + length, eye, radius)
     if other > slope:
         at, slope = 1.0, other
     # Of (height - s^2 / 2R - eye) / s, whose numerator is base + linear t + bend t^2.
@@ -78,7 +78,7 @@ def find_highest(near, far, twist, here, length, eye, radius):
     if rise > 0.0 > rise + bend * (length + 2.0 * here):
         t = (math.sqrt(here * here - length * rise / bend) - here) / length
         height = near + t * (far - near) + twist * t * (t - 1.0)
-        other = find_slope(height, here + t * length, eye, radius)
+        other = find_land_slope(height, here + t * length, eye, radius)
         if other > slope:
             at, slope = t, other
     return slope, at
@@ -127,7 +127,7 @@ def march(heights, frame, core, nodes, eyes, radii, slopes, distances, seen, mis
                 middle = share + _SHORT
                 i = min(max(math.floor(u + du * middle), 0), cols - 2)
                 j = min(max(math.floor(v + dv * middle), 0), rows - 2)
-                end = find_end(v, dv, j, middle, find_end(u, du, i, middle, last))
+                end = find_reach_end(v, dv, j, middle, find_reach_end(u, du, i, middle, last))
                 z, east = heights[j, i], heights[j, i + 1] - heights[j, i]
                 south = heights[j + 1, i] - z
                 both = heights[j + 1, i + 1] - z - east - south
@@ -142,6 +142,6 @@ def march(heights, frame, core, nodes, eyes, radii, slopes, distances, seen, mis
                     continue
                 seen[n] = max(seen[n], here + length)
                 twist = both * (c - a) * (d - b)
-                slope, at = find_highest(near, far, twist, here, length, eyes[n], radii[n])
+                slope, at = find_highest_land(near, far, twist, here, length, eyes[n], radii[n])
                 if slope > slopes[n]:
                     slopes[n], distances[n] = slope, here + at * length

@@ -9,13 +9,13 @@ import math
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["find_side", "integrate"]
+__all__ = ["find_disc_side", "integrate_disc"]
 
 _IN = 1.0 + 1e-9  # square of the radius within which places count
 
 
 @borrowing
-def integrate(sides, sizes, count, heights, spans):
+def integrate_disc(sides, sizes, count, heights, spans):
     """Return the share of the unit disc that no polygon covers; below 0 with too many crossings."""
     n = _list_heights(sides, sizes, count, heights)
     if n == heights.size:
@@ -63,7 +63,7 @@ def integrate(sides, sizes, count, heights, spans):
 
 
 @inlined
-def find_side(corners, k, n):
+def find_disc_side(corners, k, n):
     """
     Return a polygon's side from its nearer end: x, y, dx, dy, and -1 if that is its second end.
 
@@ -91,7 +91,7 @@ def _cross(corners, n, y):
         j = k + 1 if k + 1 < n else 0
         y0, y1 = corners[k, 1], corners[j, 1]
         if (y0 > y) != (y1 > y):
-            x0, y0, dx, dy, _ = find_side(corners, k, n)
+            x0, y0, dx, dy, _ = find_disc_side(corners, k, n)
             x = x0 + (y - y0) / dy * dx
             left, right = min(left, x), max(right, x)
     return left, right
@@ -109,7 +109,7 @@ def _list_heights(sides, sizes, count, heights):
     for i in range(count):
         for k in range(sizes[i]):
             n = _add_height(heights, n, sides[i, k, 0], sides[i, k, 1])
-            x, y, dx, dy, _ = find_side(sides[i], k, sizes[i])
+            x, y, dx, dy, _ = find_disc_side(sides[i], k, sizes[i])
             # Where the side passes the circle.
             a, b, c = dx * dx + dy * dy, x * dx + y * dy, x * x + y * y - 1.0
             root = b * b - a * c
@@ -121,7 +121,7 @@ def _list_heights(sides, sizes, count, heights):
                     n = _add_height(heights, n, 0.0, y + t * dy)
             for other in range(i):
                 for q in range(sizes[other]):
-                    ox, oy, ex, ey, _ = find_side(sides[other], q, sizes[other])
+                    ox, oy, ex, ey, _ = find_disc_side(sides[other], q, sizes[other])
                     ox, oy = ox - x, oy - y
                     turn = dx * ey - dy * ex
                     if turn == 0.0:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
 from umbra.machine import use_threads
-from umbra.rays.disc_area import find_side, integrate
+from umbra.rays.disc_area import find_disc_side, integrate_disc
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
 from umbra.rays.lanes import meet_cone
@@ -159,7 +159,7 @@ def _find_one(tree, p, n, d, radius, last, stack, sides, sizes, faces, edges, he
         return 0.0, middle
     share = -1.0
     if count <= _MEASURED:
-        share = integrate(sides, sizes, count, heights, spans)
+        share = integrate_disc(sides, sizes, count, heights, spans)
     if share < 0.0:
         share = _sample(tree, p, n, d, u, v, radius, stack)
     return share, max(middle, np.int64(-1))
@@ -188,7 +188,7 @@ def _are_joined(tree, p, sides, faces, sizes, count, edges):
     for i in range(count):
         ids, front = get(tree.ids, faces[i]), _is_front(tree, faces[i], p)
         for k in range(3):
-            x, y, dx, dy, _ = find_side(sides[i], k, 3)
+            x, y, dx, dy, _ = find_disc_side(sides[i], k, 3)
             if (x * dy - y * dx) ** 2 > dx * dx + dy * dy:
                 continue
             if edges[_look_up(edges, _make_key(ids[(k + 1) % 3], ids[k], front))] < 0:
@@ -338,7 +338,7 @@ def _add_face(tree, f, p, d, u, v, radius, sides, sizes, count):
     sign = -1.0 if height > 0.0 else 1.0  # wound as in the tree, or seen from behind
     inside = True
     for k in range(n):
-        x, y, dx, dy, turn = find_side(sides[count], k, n)
+        x, y, dx, dy, turn = find_disc_side(sides[count], k, n)
         away, length = sign * turn * (x * dy - y * dx), math.hypot(dx, dy)
         if away <= -length:
             return count

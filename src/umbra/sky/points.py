@@ -16,7 +16,7 @@ from umbra.sky.nearest import add_shares
 from umbra.sky.occluders import keep_above, raise_skyline
 from umbra.sky.skyline import BINS, find_skyline, find_skylines
 from umbra.sky.sweep import find_pieces, integrate
-from umbra.sky.tensors import find_open, sum_up
+from umbra.sky.tensors import find_open, sum_tensors
 
 __all__ = ["PointSkies", "find_seen", "measure_sky", "trace_bands", "trace_free_sky"]
 
@@ -127,7 +127,7 @@ def _measure(casters, points, normals, found, taken):
         _, pieces = trace_free_sky(casters, points[i], normals[i])
         moments = np.zeros(7)
         integrate(pieces, moments)
-        found[i, 0], found[i, 1] = sum_up(moments, normals[i])
+        found[i, 0], found[i, 1] = sum_tensors(moments, normals[i])
 
 
 @njit(cache=True, nogil=True)
@@ -142,7 +142,7 @@ def _share(casters, points, normals, shares, taken):
         bands = np.empty((0, 10))
         add_shares(seen, casters, normals[i], events, moments, bands)
         for k in range(shares.shape[1]):
-            shares[i, k] = max(sum_up(moments[k], normals[i])[1], 0.0)
+            shares[i, k] = max(sum_tensors(moments[k], normals[i])[1], 0.0)
 
 
 def trace_bands(

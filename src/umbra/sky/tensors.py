@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["FULL", "add_arc", "find_open", "sum_up"]
+__all__ = ["FULL", "add_arc", "find_open", "sum_tensors"]
 
 FULL = 7.0 * np.pi / 9.0
 """Illuminance of an open level plane under the CIE overcast sky, by that of its zenith's unit."""
@@ -56,7 +56,7 @@ def add_arc(s0, z0, s1, z1, ax, ay, bx, by, sign, moments):
 
 
 @borrowing
-def sum_up(moments, normal):
+def sum_tensors(moments, normal):
     """
     Return the view factor, and the overcast sky's light relative to an open level plane's.
 

@@ -39,7 +39,7 @@ from umbra.tiles.job import (
     sees_whole_sky,
 )
 from umbra.tiles.options import CityOptions
-from umbra.tiles.proposal import tell_proposal
+from umbra.tiles.proposal import tell_tiled_proposal
 from umbra.tiles.replaced import name_city_replaced, settle_outline
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
@@ -94,7 +94,7 @@ class Preparation:
         found += tell_sources(self.job.options, self.job.site)
         land = self.job.options.horizon
         found += land.told if land is not None else ()
-        found += tell_proposal(self.job.open())
+        found += tell_tiled_proposal(self.job.open())
         if len(found) > _LISTED:
             found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
         if self.job.merged:

@@ -25,7 +25,7 @@ __all__ = [
     "find_proposal",
     "join_neighbours",
     "split_neighbours",
-    "tell_proposal",
+    "tell_tiled_proposal",
     "write_neighbours",
 ]
 
@@ -49,7 +49,7 @@ def find_proposal(place: Workplace) -> Triangles:
     return Triangles(np.concatenate(vertices), every, np.zeros(len(every), np.int32))
 
 
-def tell_proposal(place: Workplace) -> list[str]:
+def tell_tiled_proposal(place: Workplace) -> list[str]:
     """Report a proposal that lies wholly outside the plan, or within what stands there."""
     options = place.job.options
     soup = find_proposal(place) if options.proposed else None

@@ -17,7 +17,7 @@ from umbra.sun import Site, date_words, find_sun
 from umbra.sun.clock import parse_duration
 from umbra.sun.day_times import Clock, DayClock
 
-__all__ = ["find_term", "find_windows", "follows_clock"]
+__all__ = ["find_sun_windows", "find_term", "follows_clock"]
 
 RIM = -0.833
 """Altitude of the sun's middle at sunrise and sunset, without air [degrees]."""
@@ -41,7 +41,7 @@ def follows_clock(condition: Condition) -> bool:
     return condition.clock == "local" and all(":" in one and one[0].isdigit() for one in times)
 
 
-def find_windows(
+def find_sun_windows(
     condition: Condition, days: Sequence[dt.date], site: Site
 ) -> list[tuple[int, int]]:
     """

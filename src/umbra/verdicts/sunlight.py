@@ -18,7 +18,7 @@ from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.verdicts.dates import settle_dates
-from umbra.verdicts.moments import find_windows, follows_clock
+from umbra.verdicts.moments import find_sun_windows, follows_clock
 from umbra.verdicts.subjects import Subjects
 
 __all__ = ["Model", "SunDay", "SunlightOf"]
@@ -139,7 +139,7 @@ class SunlightOf:
         assert masks is not None
         windows = None
         if not follows_clock(condition):
-            windows = find_windows(condition, period.days, self.model.site)
+            windows = find_sun_windows(condition, period.days, self.model.site)
         for day, date in enumerate(period.days):
             whole = _cut_day(period, masks, day, date)
             yield whole if windows is None else whole.trim(*windows[day])

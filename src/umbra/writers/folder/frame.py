@@ -5,14 +5,14 @@ from numpy.typing import NDArray
 
 from umbra.writers.plan import Plan
 
-__all__ = ["find_window"]
+__all__ = ["find_shown_window"]
 
 _ROOM = 0.25  # margin around what matters, of its length
 _REACH = 0.15  # by which a whole building may widen the window, of its length
 _EDGE = 0.1  # beyond a building, of that
 
 
-def find_window(matters: NDArray[np.bool_], plan: Plan) -> tuple[slice, slice]:
+def find_shown_window(matters: NDArray[np.bool_], plan: Plan) -> tuple[slice, slice]:
     """
     Find the window around some cells of a plan: all named areas, and no building cut a little.
 

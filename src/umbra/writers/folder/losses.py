@@ -24,11 +24,11 @@ from umbra.writers.folder.captions import (
     name_sun,
     tell_daylight,
 )
-from umbra.writers.folder.frame import find_window
+from umbra.writers.folder.frame import find_shown_window
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, Plan, find_map_size
 
-__all__ = ["count_dates", "draw_lost", "fit", "make_map"]
+__all__ = ["count_dates", "draw_lost", "fit_hours", "make_map"]
 
 _MATTERS = 0.5  # hours lost that the picture must include, at any distance
 
@@ -52,7 +52,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
         matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
-        where = find_window(matters, plan)
+        where = find_shown_window(matters, plan)
         plan = plan.crop(where)
         if plan.appearance is not None:
             from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
@@ -92,12 +92,12 @@ def _find_lost(
     job: FolderJob, study: Study, finer: FinerHours | None, shape: tuple[int, int]
 ) -> NDArray[np.float32]:
     """Return the hours of sun lost to the proposal on a date, in a picture's cells."""
-    lost = fit(study.more["hours_lost"][1], shape)
+    lost = fit_hours(study.more["hours_lost"][1], shape)
     if finer is None:
         return lost
     options, scene = job.options, job.scene
     before = scene.select(options.cast, (*options.no_cast, *options.proposed))
-    found = fit(finer.find_lost(before), shape)
+    found = fit_hours(finer.find_lost(before), shape)
     return np.where(np.isnan(lost), lost, np.maximum(found, 0))
 
 
@@ -110,13 +110,13 @@ def _tell_area(areas: NDArray[np.float64], of: str) -> str:
     return told + of
 
 
-def fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+def fit_hours(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
     """Average hours to the cells of the pictures."""
     return hours if hours.shape == shape else resample(hours, shape)
 
 
 def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    return fit(mask.astype(np.float32), shape) > HALF
+    return fit_hours(mask.astype(np.float32), shape) > HALF
 
 
 def make_map(

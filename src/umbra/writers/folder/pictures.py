@@ -39,7 +39,7 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
-from umbra.writers.folder.losses import count_dates, draw_lost, fit, make_map
+from umbra.writers.folder.losses import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
@@ -155,7 +155,7 @@ def _draw_hours(
     scale, finer = Scale.of(job), count_dates(shown)
     maps = [
         make_map(
-            one, shown, fit(scale.read_hours(fine or one), plan.shape),
+            one, shown, fit_hours(scale.read_hours(fine or one), plan.shape),
             f"of {one.up_hours:.3g} h with the sun up" if scale.show == "sun" else "",
             dark_from=scale.find_dark(fine or one),
         )

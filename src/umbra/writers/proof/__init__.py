@@ -23,7 +23,7 @@ from umbra.writers.proof.book import SIZES, Titles
 from umbra.writers.proof.column import Brief
 from umbra.writers.proof.drawing import make_drawing
 from umbra.writers.proof.flow import TableOf
-from umbra.writers.proof.page import make_page
+from umbra.writers.proof.page import make_sheet_page
 from umbra.writers.proof.rows import (
     COLUMNS,
     SHOWN,
@@ -117,7 +117,7 @@ def write_proof(
         Image.fromarray(image).save(file, "png")
         logo = file.getvalue()
     caption = "Plan: what is judged, by verdict, the proposal, and the lines of equal hours"
-    page = make_page(titles, sentences, picture, caption, tables, facts, logo)
+    page = make_sheet_page(titles, sentences, picture, caption, tables, facts, logo)
     (folder / "proof.html").write_text(page, encoding="utf-8")
     write_table(folder / "verdicts.csv", COLUMNS, list_rows(verdicts, zone))
     write_table(folder / "conditions.csv", COLUMNS, list_conditions_of(verdicts, zone))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from umbra.writers.proof.book import Titles
 from umbra.writers.proof.flow import TableOf
 
-__all__ = ["make_page"]
+__all__ = ["make_sheet_page"]
 
 _SHORT = 20  # letters of a cell that is not broken
 _STYLE = """
@@ -48,7 +48,7 @@ dl.facts dd { margin: 0; overflow-wrap: anywhere; white-space: pre-line; }
 """
 
 
-def make_page(
+def make_sheet_page(
     titles: Titles,
     sentences: Sequence[tuple[str, str]],
     picture: bytes,

@@ -23,7 +23,7 @@ __all__ = [
     "join_dates",
     "list_dates",
     "make_verdict_table",
-    "tell_counted",
+    "tell_hours_counted",
 ]
 
 UP = "with the sun up, in these hours"
@@ -86,7 +86,7 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
     ]
 
 
-def tell_counted(study: Study) -> str:
+def tell_hours_counted(study: Study) -> str:
     """Say in a sentence what a study's figures are of, and how much of it there is."""
     counted = study.kind.find_counted(study)
     if counted is None or counted.unit != "m²":
@@ -111,8 +111,8 @@ def list_dates(study: Study) -> Table | None:
         "Date by date",
         ("date", "daylight", *named.values()),
         rows,
-        f"{tell_counted(study)}Sunrise and sunset are when the sun's upper rim crosses a level "
-        "horizon, as in almanacs.",
+        f"{tell_hours_counted(study)}Sunrise and sunset are when the sun's upper rim crosses a "
+        "level horizon, as in almanacs.",
     )
 
 
