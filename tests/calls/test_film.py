@@ -33,9 +33,10 @@ def test_a_turntable_begins_with_the_camera_s_own_picture(scene, camera, tmp_pat
     with Image.open(out) as film:
         frames = [np.array(one.convert("RGB"), int) for one in ImageSequence.Iterator(film)]
         assert film.info["duration"] == 200
+        assert film.n_frames == 5
     assert len(frames) == 5
     still = umbra.render(scene, camera, light, style="plain", samples=1, ground=0.0)
-    assert np.abs(frames[0] - still).mean() < 3  # a palette of 96 colours
+    assert np.abs(frames[0] - still).mean() < 3  # 256 colours
     assert all(np.abs(one - frames[0]).mean() > 3 for one in frames[1:])
 
 
@@ -75,7 +76,9 @@ def test_a_path_goes_through_saved_views(scene, camera, tmp_path):
      ({"turntable": "1h"}, "turntable"), ({"turntable": "soon"}, "turntable"),
      ({"until": "17:00", "date": "2026-03-21"}, "at"), ({"until": "17:00"}, "until"),
      ({"until": "23:00", "date": "2026-03-21", "at": "15:00"}, "until"),
-     ({"path": "nowhere.json"}, "path"), ({"turntable": "1s", "transparent": True}, "transparent")],
+     ({"path": "nowhere.json"}, "path"), ({"turntable": "1s", "rate": 60}, "rate"),
+     ({"turntable": "1s", "rate": 500}, "rate"),
+     ({"turntable": "1s", "transparent": True}, "transparent")],
 )  # fmt: skip
 def test_wrong_films_name_their_option(scene, camera, tmp_path, asked, option):
     out = tmp_path / "x.gif"
@@ -104,3 +107,10 @@ def test_an_mp4_has_every_frame(scene, camera, tmp_path):
     with pytest.raises(umbra.InputError) as caught:
         umbra.film(scene, out, odd, turntable="1s", **PLAIN)
     assert caught.value.option == "size"
+
+
+def test_a_gif_lasts_as_long_as_was_asked(scene, camera, tmp_path):
+    out = umbra.film(scene, tmp_path / "x.gif", camera, turntable="1s", **{**PLAIN, "rate": 30})
+    with Image.open(out) as film:
+        paces = [one.info["duration"] for one in ImageSequence.Iterator(film)]
+    assert (len(paces), sum(paces)) == (30, 1000)

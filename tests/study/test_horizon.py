@@ -98,6 +98,8 @@ def test_hours_of_land_are_no_casters(scene, tmp_path):
     assert (land.hours_lost.values < plain.hours_lost.values)[0]
     owned = study(scene, by="part", horizon=path)
     assert np.allclose(owned.cast_hours[0], mine.sum(0) / 4, atol=1e-5)
+    solved = study(scene, proposed="house", horizon=path, exact=True)
+    assert np.allclose(solved.hours_lost, land.hours_lost, atol=0.26)  # two edges of a shadow
 
 
 def test_sky_above_a_ring_of_land(scene, tmp_path):

@@ -1,6 +1,5 @@
 """Measures of the sky: closed forms, canopies, proposals, sets of directions, and what is asked."""
 
-
 import numpy as np
 import pytest
 

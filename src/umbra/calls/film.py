@@ -25,6 +25,7 @@ FILMS = ("mp4", "gif")
 _film = partial(option, heading="Film")
 _MOST_FRAMES = 6000
 _LARGEST = 4_000_000  # of a path's file [bytes]
+_FASTEST, _FASTEST_GIF = 120, 50  # [1/s]; browsers slow GIFs down whose frames are shorter
 _LEG = 3.0  # from one view of a path to the next, if no length is given [s]
 
 
@@ -44,8 +45,8 @@ class FilmOptions(Options):
         metavar="DURATION",
     )  # fmt: skip
     path: Given[str | os.PathLike[str] | None, Path | None] = _film(
-        "path", "A film along views: a JSON list of files that the window or the page saved, at "
-        "least two; of 3 s from one to the next, or film= in all.",
+        "path", "A film along views: a JSON list of at least two views, each as the window or the "
+        "page saves it; of 3 s from one to the next, or film= in all.",
         metavar="FILE.json",
     )  # fmt: skip
     until: str | None = _film(
@@ -61,6 +62,9 @@ class FilmOptions(Options):
         check_types(self)
         if self.path is not None:
             object.__setattr__(self, "path", read_path("path", self.path))
+        if self.rate > _FASTEST:
+            msg = f"rate={self.rate} is more than {_FASTEST} frames in a second"
+            raise InputError(msg, option="rate")
         if self.turntable is not None and (self.path is not None or self.film is not None):
             other = "path" if self.path is not None else "film"
             msg = f"turntable= moves the camera and says for how long; leave it or {other}= out"
@@ -262,7 +266,7 @@ def write_film(
     if kind == "mp4":
         film.write_mp4(out, frames(), len(shots), 1 / rate)
     else:
-        film.write_gif(out, frames(), draw(shots[len(shots) // 2]), len(shots), 1 / rate)
+        film.write_smooth_gif(out, frames(), len(shots), rate)
 
 
 class _Once:
@@ -277,7 +281,7 @@ class _Once:
             self._say(line)
 
 
-def check_film(out: Path, size: Sequence[int]) -> str:
+def check_film(out: Path, size: Sequence[int], rate: int) -> str:
     """Return the kind of a film by its file's ending, which must fit."""
     kind = out.suffix.lower().removeprefix(".")
     if kind not in FILMS:
@@ -287,6 +291,9 @@ def check_film(out: Path, size: Sequence[int]) -> str:
         even = tuple(side + side % 2 for side in size)
         msg = f"an MP4 has sides of even length; give size={even} instead of {tuple(size)}"
         raise InputError(msg, option="size")
+    if kind == "gif" and rate > _FASTEST_GIF:
+        msg = f"a GIF has at most {_FASTEST_GIF} frames in a second; give rate={_FASTEST_GIF}"
+        raise InputError(msg, option="rate")
     return kind
 
 
@@ -363,7 +370,7 @@ def film(
     first = make_camera(scene) if camera is None else camera
     check_type("camera", first, Camera)
     target = Path(out)
-    kind = check_film(target, first.size)
+    kind = check_film(target, first.size, options.rate)
     sun = None
     if options.date is not None and options.at is not None:
         sun = find_site(scene) if site is None else site, str(options.date), options.at

@@ -81,7 +81,8 @@ def command(
         options = replace(options, samples=1)
     lens = take_record(CameraOptions, given)
     if out is not None and moves.is_asked:
-        check_film(out, lens.size)
+        check_film(out, lens.size, moves.rate)
+        _check_path(moves, lens)
     from umbra.calls.arguments import check_picture_memory  # noqa: PLC0415
     from umbra.folders.atomic import replace_file  # noqa: PLC0415
 
@@ -208,6 +209,16 @@ def _name_drawing(scene: Any, lens: CameraOptions) -> str:
 
 def _find_kind(out: Path | None) -> str:
     return "" if out is None else out.suffix.lower().removeprefix(".")
+
+
+def _check_path(moves: FilmOptions, lens: CameraOptions) -> None:
+    """Refuse a camera beside a path, whose views are cameras."""
+    if moves.path is None:
+        return
+    for name in ("eye", "view", "fov", "height"):
+        if getattr(lens, name) is not None:
+            msg = f"path= has the cameras of its views; leave {name}= out"
+            raise InputError(msg, option=name)
 
 
 def _check_site(lights: LightOptions) -> None:

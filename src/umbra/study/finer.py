@@ -44,6 +44,8 @@ class FinerHours:
         Its cells.
     lights : Lights
         The sun at the middle of each step, with its length as weight.
+    period : Period
+        Of the study.
     """
 
     shadow_hours: NDArray[np.float32]
@@ -51,6 +53,7 @@ class FinerHours:
     seconds: float
     tile: Any
     lights: Lights
+    period: Period
 
     def find_lost(self, others: Sequence[int]) -> NDArray[np.float32]:
         """
@@ -67,7 +70,7 @@ class FinerHours:
             NaN where nothing receives.
         """
         before = self.tile.with_casters(others)
-        run = make_tile_run(before, None)
+        run = make_tile_run(before, None).behind_land(self.period)
         found = add_up(run.counters[0], before.shape, self.lights)[0]
         return cast("NDArray[np.float32]", self.shadow_hours - found)
 
@@ -130,7 +133,7 @@ def count_finer(
     total = add_up(run.counters[0], tile.shape, lights)[0]
     total[tile.nothing] = np.nan
     up_hours, seconds = float(length[path.is_up].sum()), 3600 * float(length[0])
-    return FinerHours(total, up_hours, seconds, tile, lights)
+    return FinerHours(total, up_hours, seconds, tile, lights, period)
 
 
 _OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity", "sun_disc_deg"}

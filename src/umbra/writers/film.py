@@ -14,7 +14,7 @@ from umbra.study.preview import Moment, find_moments
 from umbra.writers.pixels import resample
 from umbra.writers.plan import Plan, shade_roofs
 
-__all__ = ["draw_frames", "find_frames", "write_gif", "write_mp4"]
+__all__ = ["draw_frames", "find_frames", "write_gif", "write_mp4", "write_smooth_gif"]
 
 LONGEST = 960
 """Pixels along the longer side of the plan."""
@@ -94,21 +94,34 @@ def write_gif(
     frames: Iterator[Image.Image],
     sample: Image.Image,
     n: int,
-    pace: float | None = None,
 ) -> None:
-    """
-    Write n frames as a looping GIF, with one palette to avoid flicker.
-
-    A frame takes ``pace`` seconds; by default what suits the day, whose last one stays longer.
-    """
+    """Write n frames of a day as a looping GIF, with one palette to avoid flicker."""
     palette = sample.quantize(96, dither=Image.Dither.NONE)
     indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-    each = round((pace or find_pace(n)) * 1000)
-    last = each + (1000 if pace is None else 0)
+    pace = round(find_pace(n) * 1000)
+    _save_gif(path, indexed, [pace] * (n - 1) + [pace + 1000])
+
+
+def write_smooth_gif(
+    path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int, rate: int
+) -> None:
+    """
+    Write n frames of shaded pictures as a looping GIF, each in 256 colours of its own, dithered.
+
+    A GIF counts hundredths of a second: frames differ in length, and all last n / rate seconds.
+    """
+    indexed = (frame.quantize(256, dither=Image.Dither.FLOYDSTEINBERG) for frame in frames)
+    ends = np.rint(np.arange(n + 1) * (100 / rate))
+    _save_gif(path, indexed, [int(pace) * 10 for pace in np.diff(ends)])
+
+
+def _save_gif(
+    path: str | os.PathLike[str], indexed: Iterator[Image.Image], paces: list[int]
+) -> None:
+    """Save frames, each with its duration [ms]."""
     next(indexed).save(
-        path, "GIF", save_all=True, append_images=indexed, duration=[each] * (n - 1) + [last],
-        loop=0, optimize=False,
-    )  # fmt: skip
+        path, "GIF", save_all=True, append_images=indexed, duration=paces, loop=0, optimize=False
+    )
 
 
 def write_mp4(

@@ -14,6 +14,7 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.exact import find_time_behind_land
 from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_members
 from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
@@ -309,7 +310,14 @@ class ExactAttribution(Attribution):
         days, works = range(len(self.arrays.period.days)), len(self._lights)
         everything = sorted(part for piece in groups.pieces for part in piece)
         attached = self._solve(tile, [])
-        after = np.array([self.arrays.read_hours(day, where) for day in days])
+        period = self.arrays.period  # the land's hours are no caster's
+        after = np.array(
+            [
+                self.arrays.read_hours(day, where)
+                - np.float32(find_time_behind_land(period, day) / 3.6e9)
+                for day in days
+            ]
+        )
         due = np.zeros((len(days), len(groups.names), *tile.shape), np.float32)
         sole = np.zeros_like(due)
         for k, row in enumerate(groups.member):

@@ -33,7 +33,10 @@ from umbra.study.accumulators.intervals import (
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 
-__all__ = ["ExactIntervals", "SunTrack", "find_least_interval", "find_runs", "follow_sun"]
+__all__ = [
+    "ExactIntervals", "SunTrack", "find_least_interval", "find_runs", "find_time_behind_land",
+    "follow_sun",
+]  # fmt: skip
 
 _LOOK = 60_000_000
 """Longest gap between instants: no longer interval is missed [us]."""
@@ -160,8 +163,7 @@ class ExactIntervals(DayIntervals):
         """End the day; the sun is up in each run from first to last instant, and behind land."""
         arrays, times = self.arrays, self._lights.starts
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
-        if arrays.period.horizon is not None:
-            up += _find_land(arrays.period, day)
+        up += find_time_behind_land(arrays.period, day)
         arrays.up_hours_by_day[day] = up / 3.6e9
         found = [state.finish() for state in self._states]
         if day + 1 < len(self._lights.days):
@@ -194,8 +196,10 @@ def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
     return path.is_up & ~period.meets_land(path.direction)
 
 
-def _find_land(period: Period, day: int) -> int:
+def find_time_behind_land(period: Period, day: int) -> int:
     """Return the time of a day for which the sun is up behind the land [us]."""
+    if period.horizon is None:
+        return 0
     each = (find_runs(one, day) for one in (replace(period, horizon=None), period))
     whole, free = (sum(int(run[-1] - run[0]) for run in runs) for runs in each)
     return whole - free

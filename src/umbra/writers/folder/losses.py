@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.casters.casting import select_replaced
 from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
 from umbra.study.finer import LONGEST
 from umbra.writers.folder import FolderJob
@@ -48,6 +49,8 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         return []
     new = preview.find_cells(job.scene.select(options.proposed))
     plan = replace(describe_finer(plan, job, finer), proposed=new)
+    if np.nanmin(every) < -_MATTERS:
+        plan = replace(plan, note=f"{plan.note} · where sun is won, no loss is drawn")
     where: Any = ...
     if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
@@ -97,8 +100,9 @@ def _find_lost(
         return lost
     options, scene = job.options, job.scene
     before = scene.select(options.cast, (*options.no_cast, *options.proposed))
+    before += select_replaced(scene, options.cast, options.no_cast)
     found = fit_hours(finer.find_lost(before), shape)
-    return np.where(np.isnan(lost), lost, np.maximum(found, 0))
+    return np.where(np.isnan(lost), lost, found)
 
 
 def _tell_area(areas: NDArray[np.float64], of: str) -> str:
