@@ -305,6 +305,9 @@ def test_a_study_with_a_raster(house, alp):
     with pytest.raises(InputError) as caught:
         umbra.shadow_study(house, umbra.Site(10.0, 10.0, "UTC"), horizon=alp, **asked)
     assert caught.value.option == "horizon"
+    with pytest.raises(InputError) as caught:  # beyond the raster
+        umbra.shadow_study(house, site, horizon=alp, horizon_from=99_000.0, **asked)
+    assert caught.value.option == "horizon_from"
     with pytest.raises(InputError) as caught:
         umbra.shadow_study(house, None, horizon=alp, measure="sky_view_factor",
                            **{**asked, "date": None})  # fmt: skip

@@ -10,7 +10,7 @@ import click
 from umbra.cli.options import HeadedOption, NewPath, SectionedCommand
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options, take_site
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
-from umbra.errors import InputError, find_similar, write_for_shell
+from umbra.errors import FLAGS, InputError, find_similar, write_for_shell
 from umbra.machine import load_compiler
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ _SHOWN = 0.001  # share that is told
 
 
 def _option(*names: str, heading: str, **more: Any) -> Any:
+    flag = names[0]  # errors and notes name it as in Python
+    FLAGS.setdefault(flag[2:].replace("-", "_"), flag)
     return click.option(*names, cls=HeadedOption, heading=heading, **more)
 
 

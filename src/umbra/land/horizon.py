@@ -25,7 +25,6 @@ _AZIMUTHS, _OTHERS = 3600, 360  # of the site, and of the places that tell how i
 _MEMORY = 800e6  # of the child [byte]
 _SECONDS = 120.0, 1200.0  # processor time of the child, of a block and in all [s]
 _FAR = 0.999  # of the reach: what the raster holds whole
-_SHARE = 0.005  # without heights that is worth a word
 
 
 def find_horizon(
@@ -113,6 +112,12 @@ def _view(path: Path, work: LandWork, progress: Callable[[int, int], object]) ->
 def _make_horizon(path: Path, work: LandWork, view: LandView, *, is_given: bool) -> Horizon:
     """Return the horizon of what is seen, with what there is to say of it."""
     mine = view.eye == 0
+    if not (view.seen[mine] > 0).any():
+        msg = (
+            f"nothing of {make_printable(path.name)} is {work.nearest:,.0f} m from the model or "
+            "farther; give a smaller horizon_from=, or a raster that reaches farther"
+        )
+        raise InputError(msg, option="horizon_from")
     elevation = np.maximum(view.elevation[mine], 0.0)
     distance = np.where(elevation > 0, view.distance[mine], 0.0)
     azimuth = np.arange(_AZIMUTHS) * 360.0 / _AZIMUTHS
@@ -142,7 +147,7 @@ def _tell(path: Path, work: LandWork, view: LandView, *, is_given: bool) -> tupl
         f"({view.crs}), from {work.nearest:,.0f} m ({why}) to {reach}; {highest}; seen from the "
         f"ground at {view.heights[0]:.1f} m, refraction {work.refraction:g}"
     )]  # fmt: skip
-    if view.missing > _SHARE:
+    if view.missing > 0:
         told.append(
             f"{100 * view.missing:.2g} % of the land within reach has no height in the file, and "
             "casts no shadow"
