@@ -22,7 +22,7 @@ def test_command_writes_vectors_beside_arrays(umbra_here, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--out", "a.gif"), "would be a PNG, SVG or PDF; name it"),
+        (("--out", "a.bmp"), "would be a PNG, SVG or PDF; name it"),
         (("--out", "a.svg", "--soft", "wedges"), "--soft is for pictures"),
         (("--out", "a.svg", "--spot", "0,0,9,0,0,0,20"), "vectors have no curves; write a PNG"),
     ],

@@ -262,7 +262,7 @@ except Exception as error:
     print("none:", error)
     sys.exit()
 from umbra.gl.frame_counter import GlFrameCounter
-from umbra.gl.scene_renderer import Renderer
+from umbra.gl.scene_renderer import SceneRenderer as Renderer
 from umbra.scene import Camera, make_scene, point_light
 screen.start_gui()
 camera, lamp = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), point_light((8, -3.3, 20))

@@ -144,14 +144,6 @@ def test_what_cannot_be_told(yard, given, option):
     assert caught.value.option == option
 
 
-def test_tiles_refuse_it(yard, tmp_path):
-    path = tmp_path / "yard.obj"
-    path.write_text("o a\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
-    with pytest.raises(InputError) as caught:
-        umbra.city_study(path, out=tmp_path / "out", measure="sky_blocked_by", by="part", cell=1.0)
-    assert caught.value.option == "measure"
-
-
 def test_maps_are_of_those_that_take_most(yard, tmp_path):
     study = umbra.shadow_study(
         yard, measure="sky_blocked_by", by="part", receivers="ground", ground=0.0,

@@ -95,7 +95,7 @@ def count(job, tile):
         raise [ValueError("no luck"), InputError("no cells"), MemoryError()][tile.number]
     return count_tile(job, tile)
 workers.count_tile = count
-workers.serve()
+workers.serve_tiles()
 """
 
 

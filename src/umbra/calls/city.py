@@ -192,7 +192,7 @@ def city_study(
         raise InputError(msg, option="tiles")
     if not isinstance(site, Site):
         site = read_names("site", {} if site is None else site, _SITE)
-    reading = read_names("reading", options.reading or {}, _READING)
+    reading = read_names("reading", {} if options.reading is None else options.reading, _READING)
     for name in ("progress", "engine"):
         call = getattr(options, name)
         if call is not None and not callable(call):

@@ -274,8 +274,9 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
-        for name in ("replace", "replace_in"):
-            if getattr(self, name) not in (None, ()) and not self.proposed:
+        asked = {"replace": len(self.replace) > 0, "replace_in": self.replace_in is not None}
+        for name, is_asked in asked.items():
+            if is_asked and not self.proposed:
                 msg = f"{name}= is what a proposal replaces; name its parts with proposed="
                 raise InputError(msg, option=name)
         self._check_disc()
