@@ -35,7 +35,7 @@ if find_chromium() is None:
 frames = []
 with tempfile.TemporaryDirectory() as folder, Chromium() as browser, Page(browser, *SIZE) as page:
     shot = Path(folder, "shot.png")
-    page.open(scene, READY)
+    page.open(scene.resolve(), READY)
     for link in links:
         page.ask(f"location.hash = '{link}'")
         page.wait(f"location.hash.includes('{link[:12]}') && {FINE}")
