@@ -127,6 +127,31 @@ assert numba.njit(lambda n: np.linalg.det(np.eye(n)))(2) == 1  # now the compile
 """
 
 
+def test_kernels_of_another_release_are_dropped_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(machine, "HOME", tmp_path)
+    (tmp_path / "version.py").write_text("")
+    deep = tmp_path / "cpu" / "__pycache__"
+    deep.mkdir(parents=True)
+    kernels = [deep / "a.nbi", deep / "a.1.nbc"]
+
+    def compile_all():
+        for one in (*kernels, deep / "a.pyc"):
+            one.write_bytes(b"x")
+
+    for release in ("1.0.0", "1.0.1"):
+        monkeypatch.setattr(machine, "__version__", release)
+        compile_all()
+        machine._drop_older_kernels()
+        assert not any(one.exists() for one in kernels)
+        compile_all()
+        machine._drop_older_kernels()  # they are this release's own
+        assert all(one.exists() for one in kernels)
+    os.utime(tmp_path / "version.py", (1, 1))  # installed again
+    machine._drop_older_kernels()
+    assert not any(one.exists() for one in kernels)
+    assert (deep / "a.pyc").exists()
+
+
 FIRST = """
 import numpy as np
 from umbra.volume.half_edges import sort

@@ -26,6 +26,8 @@ from pathlib import Path, PurePosixPath
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+from umbra.version import __version__
+
 try:
     import resource
 except ImportError:  # Windows has no such limits
@@ -276,6 +278,7 @@ def find_kernel_cache() -> str | None:
 
     Both use a folder of the run where there is no other. matplotlib cannot be imported without one.
     """
+    _drop_older_kernels()
     is_kept = bool(os.environ.get("NUMBA_CACHE_DIR")) or _is_writable(HOME / "cpu")
     is_kept = is_kept or _has_user_folder()
     is_drawn = bool(os.environ.get("MPLCONFIGDIR")) or _has_picture_folder()
@@ -293,6 +296,25 @@ def find_kernel_cache() -> str | None:
         "compiled kernels cannot be kept beside umbra or in a home folder, so every run compiles "
         "them anew, for about a minute; set NUMBA_CACHE_DIR to a folder that may be written to"
     )
+
+
+def _drop_older_kernels() -> None:
+    """
+    Delete what another release has compiled beside the modules, which an upgrade leaves there.
+
+    numba reads what a kernel's index names, records by their modules among it, before it looks
+    whether the source has changed: where a record has moved since, that fails.
+    """
+    kept, own = HOME / "__pycache__" / "kernels.release", HOME / "version.py"
+    with suppress(OSError):
+        release = f"{__version__} {own.stat().st_mtime_ns}"
+        if kept.exists() and kept.read_text("utf-8") == release:
+            return
+        for ending in ("nbi", "nbc"):
+            for path in HOME.glob(f"**/__pycache__/*.{ending}"):
+                path.unlink(missing_ok=True)
+        kept.parent.mkdir(exist_ok=True)
+        kept.write_text(release, "utf-8")
 
 
 def _make_folder() -> str | None:
