@@ -306,7 +306,8 @@ def test_ctrl_c_keeps_the_old_results_and_leaves_no_process(long_run):
     assert own
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=60)
-    assert running.returncode == 2
+    # A kernel that is being compiled hears nothing, and is ended from outside.
+    assert running.returncode in ({2, -signal.SIGTERM} if FIRST_RUN in err else {2})
     assert not out
     assert err.replace(f"umbra: {FIRST_RUN}\n", "").count("\n") == 1
     assert "interrupted" in err

@@ -43,6 +43,8 @@ class _Commands(click.Group):
         try:
             return self._invoke(ctx)
         except KeyboardInterrupt as error:
+            # The compiler's objects, made by halves, would each complain as they go.
+            sys.unraisablehook = lambda _: None
             # click would print an empty line; only a terminal, which shows ^C, needs it.
             if sys.stderr.isatty():
                 echo(err=True)
