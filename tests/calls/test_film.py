@@ -1,6 +1,7 @@
 """Films of a camera or a sun that moves."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,12 +89,22 @@ def test_wrong_films_name_their_option(scene, camera, tmp_path, asked, option):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("text", ["{", "{}", "[]", "[{}, {}]", "[1, 2]", "[" * 5000])
+@pytest.mark.parametrize(
+    "text", ["{", "{}", "[]", "[{}, {}]", "[1, 2]", "[" * 5000, f"[{'1' * 5000}]", None]
+)
 def test_what_is_no_path_is_refused_in_a_line(camera, tmp_path, text):
-    path = tmp_path / "views.json"
-    path.write_text(text)
-    with pytest.raises(umbra.InputError):
+    path = tmp_path / "views.json" if text else Path("/dev/zero")
+    if text:
+        path.write_text(text)
+    with pytest.raises(umbra.InputError) as caught:
         plan_shots(FilmOptions(path=path), camera, [])
+    assert caught.value.option == "path"
+
+
+def test_a_path_of_too_many_frames_is_refused_not_cut():
+    assert FilmOptions(path="a.json", rate=25).count_frames(80) == 6000
+    with pytest.raises(umbra.InputError):
+        FilmOptions(path="a.json", rate=25).count_frames(81)
 
 
 def test_an_mp4_has_every_frame(scene, camera, tmp_path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,9 +23,8 @@ FILMS = ("mp4", "gif")
 """Formats of films, by the endings of their files."""
 _film = partial(option, heading="Film")
 _MOST_FRAMES = 6000
-_LARGEST = 4_000_000  # of a path's file [bytes]
 _FASTEST, _FASTEST_GIF = 120, 50  # [1/s]; browsers slow GIFs down whose frames are shorter
-_LEG = 3.0  # from one view of a path to the next, if no length is given [s]
+_LEG, _DAY = 3.0, 8.0  # from one view of a path to the next, and of a sun that moves [s]
 
 
 @record
@@ -86,21 +84,25 @@ class FilmOptions(Options):
         for name in ("turntable", "film"):
             if getattr(self, name) is not None:
                 return self._count(name)
-        seconds = _LEG * legs if legs else 8.0
-        return min(max(2, round(seconds * self.rate)), _MOST_FRAMES)
+        seconds = _LEG * legs if legs else _DAY
+        return self._check("path", f"path= of {legs + 1} views", round(seconds * self.rate))
 
     def _count(self, name: str) -> int:
         from umbra.sun.clock import parse_duration  # noqa: PLC0415
 
-        length = parse_duration(getattr(self, name), "length", name)
-        count = round(length.total_seconds() * self.rate)
-        if not 2 <= count <= _MOST_FRAMES:
+        given = getattr(self, name)
+        length = parse_duration(given, "length", name)
+        frames = round(length.total_seconds() * self.rate)
+        return self._check(name, f"{name}={show_value(given)}", frames)
+
+    def _check(self, name: str, asked: str, frames: int) -> int:
+        if not 2 <= frames <= _MOST_FRAMES:
             msg = (
-                f"{name}={show_value(getattr(self, name))} is {count:,} frames at "
-                f"rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
+                f"{asked} is {frames:,} frames at rate={self.rate}; from 2 to {_MOST_FRAMES:,} "
+                "can be drawn"
             )
             raise InputError(msg, option=name)
-        return count
+        return frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +146,10 @@ def plan_shots(
 
     if options.path is not None:
         stops = _read_views(options.path, camera)
-        cameras = follow_cameras(stops, options.count_frames(len(stops) - 1))
+        try:
+            cameras = follow_cameras(stops, options.count_frames(len(stops) - 1))
+        except InputError as error:
+            raise InputError(str(error), option=error.option or "path") from error
     elif options.turntable is not None:
         cameras = turn_camera(camera, options.count_frames())
     else:
@@ -162,28 +167,12 @@ def plan_shots(
 
 def _read_views(path: Path, camera: Camera) -> list[Camera]:
     """Read a list of saved views, as cameras of the film's size."""
-    from umbra.window.view_file import from_json  # noqa: PLC0415
+    from umbra.window.view_file import load_views  # noqa: PLC0415
 
     try:
-        size = path.stat().st_size
-        if size > _LARGEST:
-            msg = f"'{path}' has {size:,} bytes; a list of views has at most {_LARGEST:,}"
-            raise InputError(msg, option="path")
-        found = json.loads(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, RecursionError, json.JSONDecodeError) as error:
-        msg = f"'{path}' cannot be read as JSON: {getattr(error, 'strerror', None) or error}"
-        raise InputError(msg, option="path") from error
-    if not isinstance(found, list):
-        msg = f"'{path}' is no list of views; write the saved views as [VIEW, VIEW, ...]"
-        raise InputError(msg, option="path")
-    cameras = []
-    for number, view in enumerate(found, start=1):
-        try:
-            cameras.append(from_json(view).viewpoint.camera(camera.size))
-        except InputError as error:
-            msg = f"'{path}', view {number}: {error}"
-            raise InputError(msg, option="path") from error
-    return cameras
+        return [view.viewpoint.camera(camera.size) for view in load_views(path)]
+    except InputError as error:
+        raise InputError(str(error), option="path") from error
 
 
 def _move_sun(

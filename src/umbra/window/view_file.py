@@ -18,7 +18,7 @@ from umbra.sun import Site
 from umbra.window.daylight import ProfilePeriod, Sun
 from umbra.window.view_state import Viewpoint, ViewState
 
-__all__ = ["from_json", "load_view", "save_view", "to_json"]
+__all__ = ["from_json", "load_view", "load_views", "save_view", "to_json"]
 
 _VERSION = 1
 _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
@@ -106,22 +106,42 @@ def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
 
 def load_view(path: str | os.PathLike[str], images_of: tuple[Light, ...] = ()) -> ViewState:
     """Read a view from a file; parameters, and errors, as in ``from_json``."""
+    described = _load_json(path)
+    try:
+        return from_json(described, images_of)
+    except InputError as error:
+        msg = f"'{path}': {error}"
+        raise InputError(msg, path=path) from error
+
+
+def load_views(path: str | os.PathLike[str]) -> list[ViewState]:
+    """Read a list of views, ``[VIEW, VIEW, ...]``, from a file; errors as in ``from_json``."""
+    described = _load_json(path)
+    if not isinstance(described, list):
+        msg = f"'{path}' is no list of views; write the saved views as [VIEW, VIEW, ...]"
+        raise InputError(msg, path=path)
+    views = []
+    for number, one in enumerate(described, start=1):
+        try:
+            views.append(from_json(one))
+        except InputError as error:
+            msg = f"'{path}', view {number}: {error}"
+            raise InputError(msg, path=path) from error
+    return views
+
+
+def _load_json(path: str | os.PathLike[str]) -> Any:
     try:
         with Path(path).open("rb") as file:
             data = file.read(_LARGEST + 1)
         if len(data) > _LARGEST:
             raise ValueError(_TOO_LARGE)  # noqa: TRY301  (one message for all that is no view)
-        described = json.loads(data.decode("utf-8"))
+        return json.loads(data.decode("utf-8"))
     except OSError as error:
         msg = f"cannot read the view '{path}' ({error.strerror or error})"
         raise InputError(msg, path=path) from error
     except (RecursionError, ValueError) as error:
         msg = f"the view '{path}' is no JSON ({error}); save it again with umbra view"
-        raise InputError(msg, path=path) from error
-    try:
-        return from_json(described, images_of)
-    except InputError as error:
-        msg = f"'{path}': {error}"
         raise InputError(msg, path=path) from error
 
 
