@@ -133,3 +133,22 @@ def test_what_all_casters_take_of_the_sky_has_a_map(files, tmp_path):
     names = {path.name for path in made.write("map")}
     assert names == {"sky_blocked.png"}
     assert made.dataset.sky_blocked_by.shape == (8, 24, 24)
+
+
+def test_what_a_proposal_replaces_stands_on_no_map(tmp_path, drawn):
+    shapes = {
+        "old": box((0, 0, 0), (20, 12, 9)), "new": box((2, 2, 0), (10, 10, 30)),
+        "next": box((30, 0, 0), (40, 12, 9)),
+    }  # fmt: skip
+    file = save_obj(tmp_path / "all.obj", shapes)
+    made = umbra.city_study(
+        file, umbra.Site(48.2, 16.37, "Europe/Vienna"), out=tmp_path / "out", tiles="30m",
+        reading={"up": "z"}, date="2026-03-21", every="2h", cell=1.0, extent=(-10, -10, 50, 30),
+        receivers="ground", ground=0.0, proposed="new", replace="old",
+    )  # fmt: skip
+    made.write("map")
+    expected = np.zeros((40, 60), bool)
+    expected[12:20, 12:20] = expected[10:22, 40:50] = True
+    for plan, _ in drawn:
+        np.testing.assert_array_equal(plan.is_building, expected)
+    assert len(drawn) == 2

@@ -133,9 +133,10 @@ class CityPlan:
             seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
                                   np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
             scene = near.read(seen).with_words(self.place.catalogue)
-            soup = scene.triangles()
+            stands = ~scene.spread(roles.find_replaced)
             if roles.season is not None:
-                soup = scene.pick(~scene.spread(roles.find_canopies))
+                stands &= ~scene.spread(roles.find_canopies)
+            soup = scene.pick(stands)
             if len(soup.faces):
                 found = self._find_heights(scene, soup, grid, floor)
                 where = (slice(rows.start - south, rows.stop - south),
