@@ -77,6 +77,8 @@ def test_a_path_goes_through_saved_views(scene, camera, tmp_path):
      ({"turntable": "1h"}, "turntable"), ({"turntable": "soon"}, "turntable"),
      ({"until": "17:00", "date": "2026-03-21"}, "at"), ({"until": "17:00"}, "until"),
      ({"until": "23:00", "date": "2026-03-21", "at": "15:00"}, "until"),
+     ({"until": "25:00", "date": "2026-03-21", "at": "15:00"}, "until"),
+     ({"until": "17:00", "date": "2026-03-21", "at": "9"}, "at"),
      ({"path": "nowhere.json"}, "path"), ({"turntable": "1s", "rate": 60}, "rate"),
      ({"turntable": "1s", "rate": 500}, "rate"),
      ({"turntable": "1s", "transparent": True}, "transparent")],

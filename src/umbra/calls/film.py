@@ -185,10 +185,18 @@ def _move_sun(
     from umbra.sun.zones import find_zone  # noqa: PLC0415
 
     day, zone = parse_date(date), find_zone(site.zone)
-    start = find_instant(day, at, zone, "at")
-    end = start if until is None else find_instant(day, until, zone, "until")
+
+    def find(name: str, clock: str, what: str) -> dt.datetime:
+        try:
+            return find_instant(day, clock, zone, what)
+        except InputError as error:
+            msg = f"{name}={show_value(clock)}: {error}"
+            raise InputError(msg, option=name) from error
+
+    start = find("at", at, "start")
+    end = start if until is None else find("until", until, "end")
     if end < start:
-        msg = f"until={show_value(until)} is before at={show_value(at)}"
+        msg = f"until={show_value(until)} is before at={show_value(at)}; give a later time"
         raise InputError(msg, option="until")
     instants = [start + (end - start) * (k / (count - 1)) for k in range(count)]
     path = find_sun(site, instants)
