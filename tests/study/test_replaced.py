@@ -184,6 +184,8 @@ def test_overlap_is_named_unless_it_is_replaced(quarter):
         ({"proposed": "new", "replace": "odl"}, "replace"),
         ({"proposed": "new", "replace_in": "nowhere.geojson"}, "replace_in"),
         ({"proposed": "new", "replace_in": 3}, "replace_in"),
+        ({"proposed": "new", "replace_in": "POLYGON((0 0,1 1"}, "replace_in"),
+        ({"proposed": "new", "replace_in": "POINT(0 0)"}, "replace_in"),
     ],
 )
 def test_wrong_values(quarter, options, option):

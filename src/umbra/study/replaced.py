@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ __all__ = [
     "measure_inside", "read_outline", "read_polygons", "tell_replaced",
 ]  # fmt: skip
 
-_WKT = re.compile(r"\s*(MULTI)?POLYGON\b", re.IGNORECASE)
+_WKT = re.compile(r"\s*(MULTI)?(POINT|LINESTRING|POLYGON)\b", re.IGNORECASE)
 _MOST = 0.5  # share of an object's plan from which it stands on the plot
 _LEAST = 0.01  # share from which it reaches over the plot
 _WHOLE = 0.99  # share from which a boundary is not said to cut it
@@ -159,7 +158,7 @@ def tell_replaced(
     elif has_outline:
         notes.append("nothing stands in replace_in= with half of its plan, so nothing is replaced")
     for goes, word in ((False, "stay"), (True, "are replaced")):
-        some = [f"{one.name} ({100 * one.share:.0f} % inside)" for one in cut if one.goes == goes]
+        some = [f"{one.name} ({100 * one.share:.3g} % inside)" for one in cut if one.goes == goes]
         if some:
             notes.append(
                 f"the boundary of replace_in= cuts {_list_names(some)}; with "
@@ -205,8 +204,11 @@ def read_polygons(outline: Any, scene: Scene, option: str) -> tuple[list[Any], l
     """
     shapely = need("shapely", "gis", option)
     if isinstance(outline, str) and _WKT.match(outline):
-        with suppress(shapely.errors.GEOSException):
+        try:
             outline = shapely.from_wkt(outline)
+        except shapely.errors.GEOSException as error:
+            msg = f"{option}= is no WKT ({error}); write POLYGON((X Y, X Y, X Y, X Y))"
+            raise InputError(msg, option=option) from error
     if isinstance(outline, (str, Path)):
         from umbra.readers.area_file import read_areas  # noqa: PLC0415
 
@@ -221,8 +223,10 @@ def read_polygons(outline: Any, scene: Scene, option: str) -> tuple[list[Any], l
         msg = f"{option}= is a file, or shapely's polygons in the model's own coordinates"
         raise InputError(msg, option=option)
     for one in given:
-        if one.geom_type not in {"Polygon", "MultiPolygon"} or not one.is_valid:
-            msg = f"{option}= is no valid polygon ({shapely.is_valid_reason(one)}); correct it"
+        is_flat = one.geom_type in {"Polygon", "MultiPolygon"}
+        if not is_flat or not one.is_valid:
+            why = shapely.is_valid_reason(one) if is_flat else one.geom_type
+            msg = f"{option}= is no valid polygon ({why}); correct it"
             raise InputError(msg, option=option)
     return given, []
 
