@@ -165,8 +165,8 @@ def test_a_plot_replaces_what_lies_in_it_with_half_of_its_plan(quarter, tmp_path
     less = tell(quarter, proposed="new", replace_in=shapely.box(-1, -1, 4, 26))
     assert any("nothing stands" in line for line in less)
     cut = next(line for line in less if "cuts" in line)
-    assert "neighbour (8 % inside)" in cut
-    assert "old (33 % inside)" in cut
+    assert "neighbour (8.33 % inside)" in cut
+    assert "old (33.3 % inside)" in cut
 
 
 def test_overlap_is_named_unless_it_is_replaced(quarter):
