@@ -68,10 +68,10 @@ def read(  # noqa: PLR0913  (each option by its name)
     ----------
     *paths : str or path
         CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, FlatCityBuf, glTF
-        and GLB, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage,
-        Shapefile, GeoParquet), height rasters (GeoTIFF).
-        Several become one scene in the first file's CRS, each a layer, named after
-        its file or as in ``"proposed=tower.glb"``.
+        and GLB, Rhino, COLLADA, KMZ, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON,
+        GeoPackage, Shapefile, GeoParquet), height rasters (GeoTIFF).
+        Several become one scene in the first file's CRS, each a layer, named after its file or as
+        in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional
         The file's axis that points up: z by default, y in glTF. Footprints and
         rasters have heights and no other axis.
@@ -102,8 +102,8 @@ def read(  # noqa: PLR0913  (each option by its name)
         ``LAYER=X,Y[,Z][,AZIMUTH]``: the layer's own origin comes to x, y, z [m] of the other
         layers' coordinates, its y axis at this azimuth [degrees, clockwise from the plan's north].
         Where these are in a CRS, two numbers that can be are latitude and longitude. Without Z
-        (``X,Y,,AZIMUTH``) its lowest point stands on the ground of the others. A layer whose file
-        states a site that lies among layers in a CRS is placed by it without being asked.
+        (``X,Y,,AZIMUTH``) its own ground, else its lowest point, comes to the others' ground. A
+        layer whose file states a site among the others is placed by it without being asked.
     lift : sequence of str
         ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
     move : sequence of str
@@ -395,6 +395,7 @@ def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, So
             _check_triangles(model)
         check_soup(model.parts)
     # A name in a note may hold a line break, and a note is a line.
-    notes = tuple(f"{show_name(path)}: {' '.join(note.split())}" for note in model.notes)
-    source = Source(show_name(path), content.digest.hex(), model.format)
+    name, ground = show_name(path), model.place.ground
+    notes = tuple(f"{name}: {' '.join(note.split())}" for note in model.notes)
+    source = Source(name, content.digest.hex(), model.format, ground=ground)
     return replace(model, notes=notes), source
