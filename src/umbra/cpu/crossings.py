@@ -9,11 +9,10 @@ are kept from sun to sun, and the changes are added to them.
 from functools import partial
 
 import numpy as np
-from numba import njit
 
 from umbra.cpu.raster_sweep import bound_counts
 from umbra.cpu.simd_loops import FEW_LANES, write_crossings
-from umbra.kernels import borrowing, inner, take_next
+from umbra.kernels import borrowing, inner, kernel, take_next
 
 __all__ = ["sweep"]
 
@@ -175,7 +174,7 @@ def _add_up(diff, base, first, last, level, weights, sums):
     diff[last] = 0
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def sweep(
     sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep, taken
 ):

@@ -11,11 +11,11 @@ the light or is wound inward; most scenes have none, and nothing is done.
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.volumes import BodyVolumes, list_drawn
+from umbra.kernels import kernel
 from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders
 from umbra.scene import Camera
@@ -139,7 +139,7 @@ def find_opened(
     return opened
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _hold(bounds, place):
     """Find the boxes (n, 2, 3) that hold a lamp, about."""
     found = np.ones(bounds.shape[0], np.bool_)

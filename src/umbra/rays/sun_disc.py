@@ -12,10 +12,9 @@ many rays.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
+from umbra.kernels import borrowing, dot, find_lowest, inlined, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.disc_area import find_disc_side, integrate_disc
 from umbra.rays.face_tree import DEEPEST, FaceTree
@@ -74,7 +73,7 @@ def find_free_disc(
     return shares
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(tree, points, normals, toward, radius, shares, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)

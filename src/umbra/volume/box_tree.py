@@ -11,9 +11,9 @@ from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.volume.adjacency import sort_along_curve
 from umbra.volume.bounds import is_beyond_any, is_seen
 
@@ -87,7 +87,7 @@ class BoxTree:
         """
         found = np.zeros((len(lights), len(self.bounds)), np.bool_)
         around = [_NOWHERE if cone is None else cone for cone in cones] or [_NOWHERE] * len(lights)
-        starts = np.append(0, np.cumsum([len(cone) for cone in around]))
+        starts = np.append(0, np.cumsum([len(cone) for cone in around], dtype=np.int64))
         _find_seen(
             self.bounds, self._order, self._starts, self._nodes, lights, views,
             np.nan if floor is None else float(floor),
@@ -110,7 +110,7 @@ class BoxTree:
         return points, boxes
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fit(bounds, order, starts, nodes):
     """Write the boxes of all nodes; return the total size of the lowest nodes."""
     size = 0.0
@@ -129,7 +129,7 @@ def _fit(bounds, order, starts, nodes):
     return size
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_within_all(planes, box):
     """Return whether a box lies wholly within all planes."""
     for k in range(planes.shape[0]):
@@ -141,7 +141,7 @@ def _is_within_all(planes, box):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_seen(
     bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, found
 ):
@@ -174,7 +174,7 @@ def _find_seen(
                     depth += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_holding(bounds, order, starts, nodes, places, margin, found):
     """Mark the boxes of ``find_holding``, from the root down."""
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
