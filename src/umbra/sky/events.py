@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from umbra.kernels import borrowing, copy_rows, inner, kernel
+from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
 from umbra.sky.gather import find_azimuths
 from umbra.sky.skyline import find_highest
 
@@ -85,7 +85,8 @@ def find_events(seen, normal, is_asked, skyline):
                 continue
             after = k + 1 if k + 1 < seen.size[i] else 0
             a, b = seen.corners[i, k], seen.corners[i, after]
-            pair[0], pair[1] = a, b
+            copy_numbers(a, pair[0])
+            copy_numbers(b, pair[1])
             if find_highest(skyline, pair, 2, True) < 0.0:
                 continue
             count = _add_event(events, count, a[0], a[1])
@@ -95,7 +96,8 @@ def find_events(seen, normal, is_asked, skyline):
                 continue
             if turn < 0.0:
                 a, b = b, a
-            ends[e, 0], ends[e, 1] = a, b
+            copy_numbers(a, ends[e, 0])
+            copy_numbers(b, ends[e, 1])
             turns[e, 0] = a[1] * b[2] - a[2] * b[1]
             turns[e, 1] = a[2] * b[0] - a[0] * b[2]
             turns[e, 2] = abs(turn)
