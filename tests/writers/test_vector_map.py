@@ -10,7 +10,7 @@ from support.shapes import box
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import count_finer, run_study
 from umbra.sun import Site
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.report.vector_map import outline_buildings, pack_regions, pack_vector_map
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")

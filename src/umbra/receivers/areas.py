@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, show_value
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN
-from umbra.options import is_area_file
+from umbra.option_fields import is_area_file
 from umbra.packages import need
 from umbra.rays.nearest_hits import drop_plumb
 from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_areas

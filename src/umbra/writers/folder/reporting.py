@@ -9,9 +9,9 @@ from umbra.errors import write_for_shell
 from umbra.study import split_dates
 from umbra.study.timeline import Timeline
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.losses import count_dates, count_lost
+from umbra.writers.folder.loss_maps import count_dates, count_lost
 from umbra.writers.folder.summary import tell_answers
-from umbra.writers.plan import Plan, name_hours
+from umbra.writers.picture_content import Plan, name_hours
 from umbra.writers.report import write_report
 from umbra.writers.report.vector_map import MOST_DATES, pack_vector_map
 

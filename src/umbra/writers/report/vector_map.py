@@ -15,7 +15,7 @@ from umbra.study import FinerHours, Study
 from umbra.volume.silhouette import find_silhouette_edges
 from umbra.writers.contours import find_levels
 from umbra.writers.packing import pack_differences
-from umbra.writers.plan import Plan, Show
+from umbra.writers.picture_content import Plan, Show
 
 __all__ = ["MOST_DATES", "PER_HOUR", "outline_buildings", "pack_regions", "pack_vector_map"]
 
