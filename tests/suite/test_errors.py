@@ -14,7 +14,7 @@ from umbra.cli.render import command as render
 from umbra.cli.study import command as study
 from umbra.cli.view import command as view
 from umbra.errors import FLAGS, InputError, UmbraError, write_for_shell
-from umbra.options import Options, list_options
+from umbra.option_fields import Options, list_options
 
 SOURCE = Path(umbra.__file__).parent
 SHELL = re.compile(r"(?<!\w)--[a-z]")

@@ -8,9 +8,9 @@ from tiles.test_bytes import check_tiles
 import umbra
 from umbra.errors import InputError, UmbraError
 from umbra.receivers import single
-from umbra.tiles.areas import list_tasks
+from umbra.tiles.city_areas import list_tasks
 from umbra.tiles.run import count_serially
-from umbra.writers.folder.named import AREAS, write_area_table
+from umbra.writers.folder.named_tables import AREAS, write_area_table
 
 shapely = pytest.importorskip("shapely")
 

@@ -21,7 +21,7 @@ from support.shapes import box
 import umbra
 from umbra.errors import InputError
 from umbra.window.view_file import from_json
-from umbra.writers.live import clear_ground
+from umbra.writers.live_study import clear_ground
 from umbra.writers.pixels import NO_SUN, paint_shares
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")

@@ -14,9 +14,9 @@ from umbra.sun import Site
 from umbra.writers.edges import find_height_appearance
 from umbra.writers.folder import Outputs
 from umbra.writers.folder.write import write_study
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.pixels import NO_SUN, shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.profile import MOST_SWATCHES, find_tints
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

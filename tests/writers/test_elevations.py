@@ -15,8 +15,8 @@ from umbra.writers.elevations import (
     find_pixel_side,
     make_elevations_sheet,
 )
+from umbra.writers.picture_content import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.sheet import KEY_WIDTH, MARGIN
 
 SIDES = ("South", "East", "North", "West")

@@ -9,7 +9,7 @@ import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.writers.folder.summary import tell_answers
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.report import Table, write_report
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls.result import ShadowStudy
+from umbra.calls.study_result import ShadowStudy
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
-from umbra.study.study import run
+from umbra.study.shadow_study import run
 from umbra.sun import Site
 
 if TYPE_CHECKING:

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 from umbra.errors import InputError, UmbraError, show_value
-from umbra.options import Given, again, needed, option, read_names, read_path, record
+from umbra.option_fields import Given, again, needed, option, read_names, read_path, record
 from umbra.readers import read
 from umbra.signatures import takes
 from umbra.study.area_table import frame_areas
 from umbra.study.options import StudyOptions
 from umbra.sun.site import Site, find_site
-from umbra.tiles.options import CityOptions
+from umbra.tiles.city_options import CityOptions
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -113,7 +113,7 @@ class CityStudy:
         """
         from umbra.tiles.run import lock_run  # noqa: PLC0415
         from umbra.writers.city import write_city_files  # noqa: PLC0415
-        from umbra.writers.folder.named import write_area_table  # noqa: PLC0415
+        from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
 
         with lock_run(self.folder):
             tables = write_area_table(self.folder, self.run.areas)
@@ -282,7 +282,7 @@ def run_city(
 def _tell_cut(run: CityRun) -> list[str]:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     from umbra.study.remarks import tell_long_shadows  # noqa: PLC0415
-    from umbra.writers.city.result import CityResult  # noqa: PLC0415
+    from umbra.writers.city.store_window import CityResult  # noqa: PLC0415
 
     options = run.job.options
     is_open = options.kind.is_plan and options.extent is None and not run.job.frame.has_end

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from umbra.calls.options import RenderOptions
+from umbra.calls.picture_options import RenderOptions
 from umbra.errors import InputError, check_type, show_value
-from umbra.options import Given, Options, check_types, option, read_path, record
+from umbra.option_fields import Given, Options, check_types, option, read_path, record
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
@@ -242,7 +242,7 @@ def write_film(
     from PIL import Image  # noqa: PLC0415
 
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
-    from umbra.writers import film  # noqa: PLC0415
+    from umbra.writers import day_film  # noqa: PLC0415
 
     warn, tell = _Once(warn), _Once(tell)
     if options.transparent:
@@ -261,9 +261,9 @@ def write_film(
             advance(done, len(shots))
 
     if kind == "mp4":
-        film.write_mp4(out, frames(), len(shots), 1 / rate)
+        day_film.write_mp4(out, frames(), len(shots), 1 / rate)
     else:
-        film.write_smooth_gif(out, frames(), len(shots), rate)
+        day_film.write_smooth_gif(out, frames(), len(shots), rate)
 
 
 class _Once:

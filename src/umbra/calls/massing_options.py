@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
-from umbra.options import Given, Options, again, check_types, needed, option, record
+from umbra.option_fields import Given, Options, again, check_types, needed, option, record
 from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, check_type
-from umbra.options import read_text
+from umbra.option_fields import read_text
 from umbra.readers.placing import Placing, check_placings, move_parts_by, place_parts
 from umbra.scene import Scene, make_scene
 from umbra.scene.numbers import OUTSIDE, read_number

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import Given, Options, again, check_types, option, record
+from umbra.option_fields import Given, Options, again, check_types, option, record
 from umbra.study.options import StudyOptions
 from umbra.verdicts.sunlight import check_year
 

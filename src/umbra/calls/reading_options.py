@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from umbra.options import Options, option, record
+from umbra.option_fields import Options, option, record
 
 __all__ = ["CanopyOptions", "ReadingOptions", "SiteOptions"]
 

@@ -7,15 +7,15 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, Protocol
 
 from umbra.calls.chunked import ChunkedStudy, Chunks
-from umbra.calls.result import ShadowStudy
+from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError, check_type
-from umbra.options import option, record
+from umbra.option_fields import option, record
 from umbra.scene import Scene
 from umbra.signatures import takes
 from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
-from umbra.study.study import run
+from umbra.study.shadow_study import run
 from umbra.sun import Site
 from umbra.sun.site import tell_moved
 

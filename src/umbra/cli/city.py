@@ -11,9 +11,9 @@ from umbra.cli.options_file import OPTIONS_FILE, write_options
 from umbra.cli.reading import read_values, take_reading, take_site
 from umbra.cli.terminal import echo_json, echo_path, show_progress
 from umbra.errors import InputError
-from umbra.options import list_options
+from umbra.option_fields import list_options
 from umbra.study.options import StudyOptions
-from umbra.tiles.options import CityOptions
+from umbra.tiles.city_options import CityOptions
 from umbra.writers.folder import Outputs
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def study_city(
 ) -> None:
     """Run a study in tiles, and print where its results are."""
     from umbra.writers.city import check_city_formats, write_city_files  # noqa: PLC0415
-    from umbra.writers.folder.named import write_area_table  # noqa: PLC0415
+    from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
     from umbra.writers.folder.summary import tell_areas  # noqa: PLC0415
 
     for name, _, default in list_options(outputs):
@@ -70,7 +70,7 @@ def study_city(
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")
-    from umbra.writers.city.result import list_neighbours  # noqa: PLC0415
+    from umbra.writers.city.store_window import list_neighbours  # noqa: PLC0415
 
     for line in tell_areas(study.run.areas):
         say(line)

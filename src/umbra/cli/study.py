@@ -9,7 +9,13 @@ from typing import Any
 import click
 
 from umbra.cli.city import study_city
-from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
+from umbra.cli.click_options import (
+    HeadedOption,
+    NewPath,
+    SectionedCommand,
+    record_options,
+    take_record,
+)
 from umbra.cli.options_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.reading import (
     canopy_options,
@@ -22,7 +28,7 @@ from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_pr
 from umbra.errors import write_for_shell
 from umbra.machine import load_compiler
 from umbra.study.options import StudyOptions
-from umbra.tiles.options import CityOptions
+from umbra.tiles.city_options import CityOptions
 from umbra.writers.folder import Outputs
 
 __all__ = ["command"]

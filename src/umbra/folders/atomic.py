@@ -18,7 +18,7 @@ from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
 from umbra.folders.unfinished_folder import UnfinishedFolder, lock_folder
-from umbra.options import read_path
+from umbra.option_fields import read_path
 
 __all__ = [
     "NO_LOCKS",

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, make_printable, shorten, show_value
-from umbra.lights.weather import Weather
+from umbra.lights.weather_year import Weather
 
 __all__ = ["read_weather"]
 

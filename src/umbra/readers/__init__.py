@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.options import read_flag, read_texts
+from umbra.option_fields import read_flag, read_texts
 from umbra.readers.budget import GIGABYTE, Budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, find_similar, show_value
-from umbra.options import read_length, read_texts
+from umbra.option_fields import read_length, read_texts
 from umbra.readers.georeference import find_on_plan, show_crs
 from umbra.readers.terrain import find_terrain_height, find_terrain_parts, measure_boxes
 from umbra.scene import Light, Part, Scene

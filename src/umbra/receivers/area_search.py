@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.options import is_area_file
+from umbra.option_fields import is_area_file
 from umbra.packages import need
 from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_areas
 from umbra.scene import Scene

@@ -209,7 +209,7 @@ class ReceiverKind:
     spot : str
         Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
-        Its formats, of ``umbra.writers.formats.FORMATS``.
+        Its formats, of ``umbra.writers.output_formats.FORMATS``.
     own_table : str
         File that a study of it writes without being asked; empty if none.
     has_roofs : bool

@@ -43,10 +43,10 @@ SUN_RADIUS = 0.2665
 
 
 _FUNCTIONS = {
-    "samples": "find_visibility_by_samples",
-    "wedges": "find_visibility_by_wedges",
-    "complexity": "find_visibility_by_complexity",
-    "weng": "find_visibility_by_layers",
+    "samples": "umbra.soft.light_samples:find_visibility_by_samples",
+    "wedges": "umbra.soft.wedges:find_visibility_by_wedges",
+    "complexity": "umbra.soft.complexity:find_visibility_by_complexity",
+    "weng": "umbra.soft.weng:find_visibility_by_layers",
 }
 
 
@@ -60,9 +60,8 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
     if name not in SOFT:
         msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
-    method: Callable[..., NDArray[np.float32]] = getattr(
-        import_module(f"umbra.soft.{name}"), _FUNCTIONS[name]
-    )
+    module, _, function = _FUNCTIONS[name].partition(":")
+    method: Callable[..., NDArray[np.float32]] = getattr(import_module(module), function)
     return method
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import find_device
 from umbra.errors import InputError, show_value
-from umbra.options import Option, check_types, list_options, option, read_length, record
+from umbra.option_fields import Option, check_types, list_options, option, read_length, record
 from umbra.study.receiver_options import ReceiverOptions
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ class StudyOptions(ReceiverOptions):
 
     def _check_measures(self) -> None:
         """Check the measures' names and options; require a date where one is of the sun."""
-        from umbra.study.measures.files import check_files  # noqa: PLC0415
+        from umbra.study.measures.climate_files import check_files  # noqa: PLC0415
 
         names = [name.strip() for text in self.measure for name in text.split(",")]
         object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))

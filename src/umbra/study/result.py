@@ -14,7 +14,7 @@ from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
 from umbra.receivers.on_demand import OnDemand
 from umbra.study.accumulators.arrays import find_shaded_share
-from umbra.study.accumulators.hours import Masks
+from umbra.study.accumulators.step_masks import Masks
 from umbra.study.attributes import find_attributes
 from umbra.study.measures import Quantity
 from umbra.sun import Site, Steps, SunPath

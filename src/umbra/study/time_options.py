@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import Given, Options, option, record
+from umbra.option_fields import Given, Options, option, record
 
 __all__ = ["TimeOptions"]
 

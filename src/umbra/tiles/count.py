@@ -19,11 +19,11 @@ from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
 from umbra.study.compare import NeighbourSums
-from umbra.tiles.areas import count_areas
+from umbra.tiles.city_areas import count_areas
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import split_neighbours, write_neighbours
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.neighbourhood import Neighbourhood, Selection, make_tile_casters
-from umbra.tiles.proposal import split_neighbours, write_neighbours
 from umbra.tiles.receive import LEAST, SunGroups, count_receivers
 from umbra.tiles.store import CityStore
 from umbra.tiles.surface_pieces import write_pieces

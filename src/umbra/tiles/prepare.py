@@ -15,7 +15,7 @@ import orjson
 from umbra.errors import InputError
 from umbra.lights import Horizon
 from umbra.machine import choose_threads
-from umbra.options import list_options
+from umbra.option_fields import list_options
 from umbra.readers.georeference import locate_bounds
 from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
@@ -27,10 +27,12 @@ from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
 from umbra.sun.date_words import tell_skipped
 from umbra.sun.site import tell_moved
-from umbra.tiles.areas import settle_areas
+from umbra.tiles.city_areas import settle_areas
 from umbra.tiles.city_catalogue import Catalogue, make_catalogue
 from umbra.tiles.city_ground import CityGround, find_city_ground
 from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
+from umbra.tiles.city_options import CityOptions
+from umbra.tiles.city_proposal import tell_tiled_proposal
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import (
     CATALOGUE,
@@ -40,9 +42,7 @@ from umbra.tiles.job import (
     make_city_period,
     sees_whole_sky,
 )
-from umbra.tiles.options import CityOptions
-from umbra.tiles.proposal import tell_tiled_proposal
-from umbra.tiles.replaced import name_city_replaced, settle_outline
+from umbra.tiles.matched_parts import name_city_replaced, settle_outline
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore

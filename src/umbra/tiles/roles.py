@@ -18,11 +18,11 @@ from umbra.casters import Canopy, Season
 from umbra.errors import InputError
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.accumulators.attribution import AttributionOptions
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.accumulators.groups import Groups, check_count
-from umbra.study.accumulators.proposal import Proposal
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_catalogue import Catalogue, CityFile
-from umbra.tiles.replaced import find_matching, find_replaced_parts
+from umbra.tiles.matched_parts import find_matching, find_replaced_parts
 
 if TYPE_CHECKING:
     from umbra.tiles.neighbourhood import PartScene, Selection

@@ -20,11 +20,11 @@ from umbra.folders.atomic import NO_LOCKS
 from umbra.folders.unfinished_folder import UnfinishedFolder
 from umbra.study.area_table import AreaTable
 from umbra.study.attributes import find_attributes
-from umbra.tiles.areas import list_tasks, read_area_table
+from umbra.tiles.city_areas import list_tasks, read_area_table
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import join_neighbours
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
-from umbra.tiles.proposal import join_neighbours
 from umbra.tiles.sealed import refuse_links, write_json
 from umbra.tiles.store import FORMAT, CityStore
 from umbra.tiles.surface_pieces import SurfacePieces, assemble

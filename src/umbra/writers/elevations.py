@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from umbra.writers.contours import find_swatches
-from umbra.writers.hours import draw_hours_key, fill_hours, list_dark
+from umbra.writers.hours_map import draw_hours_key, fill_hours, list_dark
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
 from umbra.writers.paper import INK, SMALL, SUBTITLE, Leaf, Panel, measure_text, to_pixels
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, Show
+from umbra.writers.picture_content import DOTS_PER_INCH, DayMap, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
 __all__ = ["Arrangement", "arrange", "find_pixel_side", "make_elevations_sheet"]

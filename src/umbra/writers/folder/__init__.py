@@ -1,7 +1,8 @@
 """
 The outputs of a study: the files in its folder, and the appearance of its pictures.
 
-``write.py`` fills the folder, ``pictures.py`` and ``sheet.py`` draw, ``captions.py`` words it.
+``write.py`` fills the folder, ``pictures.py`` and ``elevation_sheet.py`` draw,
+``captions.py`` words it.
 """
 
 from collections.abc import Sequence
@@ -11,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.options import Options, check_types, option, read_path, read_text, record
+from umbra.option_fields import Options, check_types, option, read_path, read_text, record
 from umbra.packages import require
-from umbra.writers.formats import CITY_FORMATS, FORMATS
+from umbra.writers.output_formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.view import Elevation
+from umbra.receivers.orthographic import Elevation
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
@@ -21,7 +21,7 @@ from umbra.study.measures import guard
 from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
-from umbra.writers.plan import OutlinedArea, Plan, Show, name_hours
+from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
     "Scale",

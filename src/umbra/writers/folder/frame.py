@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 
 __all__ = ["find_shown_window"]
 

@@ -39,8 +39,8 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
-from umbra.writers.folder.losses import count_dates, draw_lost, fit_hours, make_map
-from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
+from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
+from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 __all__ = [
     "TILT",

@@ -21,7 +21,7 @@ from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
-from umbra.writers.folder.named import write_named_tables
+from umbra.writers.folder.named_tables import write_named_tables
 from umbra.writers.folder.pictures import (
     PictureSheets,
     describe_points,
@@ -31,7 +31,7 @@ from umbra.writers.folder.pictures import (
     look_at_surfaces,
 )
 from umbra.writers.folder.summary import tell_answers
-from umbra.writers.plan import Plan, name_hours
+from umbra.writers.picture_content import Plan, name_hours
 from umbra.writers.typeface import note_missing
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
     pictures += _draw_measures(job, sheets.plan) if outputs.pictures else []
     if outputs.sheet:
-        from umbra.writers.folder.sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
+        from umbra.writers.folder.elevation_sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
 
         pictures += draw_sheet(job, sheets.plan)
     _tell_facts(job)
@@ -276,9 +276,9 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     own = write_named_tables(job)
     if not outputs.report and not outputs.files and not outputs.rules:
         return own
-    from umbra.writers.formats import Job  # noqa: PLC0415
+    from umbra.writers.output_formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
-    from umbra.writers.proof.of_study import write_study_verdicts  # noqa: PLC0415
+    from umbra.writers.proof.verdict_files import write_study_verdicts  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
     options = job.options
@@ -314,8 +314,8 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
 
 def _write_verdicts(job: FolderJob, verdicts: Any) -> "Table":
     """Write the verdicts on the rules, and return their table."""
+    from umbra.writers.csv_tables import write_table  # noqa: PLC0415
     from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
-    from umbra.writers.tables import write_table  # noqa: PLC0415
 
     table = make_verdict_table(job.outputs.rules, verdicts)
     write_table(job.folder / VERDICTS, table.columns, table.rows)

@@ -9,6 +9,7 @@ from umbra.errors import InputError, find_similar
 from umbra.folders.atomic import check_folder_name, replace_results
 from umbra.massing.bisection import PartHeight
 from umbra.massing.search import HeightEnvelope
+from umbra.writers.massing.envelope_sheet import draw_envelope
 from umbra.writers.massing.files import (
     write_height_cityjson,
     write_height_glb,
@@ -16,7 +17,6 @@ from umbra.writers.massing.files import (
     write_height_raster,
     write_part,
 )
-from umbra.writers.massing.picture import draw_envelope
 
 __all__ = ["EXTRA", "check_formats", "write_envelope", "write_part_height"]
 

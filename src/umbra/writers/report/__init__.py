@@ -32,8 +32,8 @@ from umbra.study.timeline import (
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
-from umbra.writers.live import describe_sky, find_face_surfaces, make_study_config
-from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.live_study import describe_sky, find_face_surfaces, make_study_config
+from umbra.writers.picture_content import Plan, Show, name_hours
 from umbra.writers.report.area_rows import list_areas
 from umbra.writers.report.data import (
     make_model_data,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from umbra.study import Study, split_dates
 from umbra.study.timeline import LONGEST_VIEW, Timeline
 from umbra.writers.packing import pack_hours
+from umbra.writers.picture_content import spread_largest
 from umbra.writers.pixels import shade_ramp, write_png
-from umbra.writers.plan import spread_largest
 from umbra.writers.report.markup import make_address
 
 __all__ = ["pack_losses", "pack_plan_losses"]

@@ -26,8 +26,8 @@ from umbra.writers.folder.captions import (
     tell_daylight,
 )
 from umbra.writers.folder.frame import find_shown_window
+from umbra.writers.picture_content import DayMap, Plan, find_map_size
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DayMap, Plan, find_map_size
 
 __all__ = ["count_dates", "draw_lost", "fit_hours", "make_map"]
 

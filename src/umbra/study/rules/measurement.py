@@ -11,8 +11,8 @@ from umbra.casters import Canopy
 from umbra.lights import Period
 from umbra.rules.first_format import Check
 from umbra.rules.record import Place
-from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.accumulators.step_masks import IntervalCount
 from umbra.study.loop import TileRun, pass_lights
 from umbra.sun.clock import say_hours
 

@@ -20,6 +20,15 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
+from umbra.writers.picture_content import (
+    MISSING,
+    DayMap,
+    Plan,
+    Show,
+    cover_with_roofs,
+    draw_appearance,
+    name_hours,
+)
 from umbra.writers.pixels import (
     HALF,
     NO_SUN,
@@ -28,15 +37,6 @@ from umbra.writers.pixels import (
     paint_shares,
     resample,
     shade_ramp,
-)
-from umbra.writers.plan import (
-    MISSING,
-    DayMap,
-    Plan,
-    Show,
-    cover_with_roofs,
-    draw_appearance,
-    name_hours,
 )
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 

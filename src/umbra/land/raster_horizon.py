@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError, make_printable
+from umbra.land.eye_rays import LandView, LandWork, Step
 from umbra.land.rays import Eye
-from umbra.land.view import LandView, LandWork, Step
 from umbra.lights import Horizon, LandRaster
 from umbra.packages import require
 from umbra.readers.child import ChildLimits, ReadingChild
@@ -92,7 +92,7 @@ _known: dict[tuple[object, ...], Horizon] = {}
 def _view(path: Path, work: LandWork, progress: Callable[[int, int], object]) -> LandView:
     """View the land in a child."""
     require(["rasterio"], "gis", "GeoTIFF")
-    child = ReadingChild("umbra.land.view:view_land", work, ChildLimits(*_SECONDS, _MEMORY))
+    child = ReadingChild("umbra.land.eye_rays:view_land", work, ChildLimits(*_SECONDS, _MEMORY))
     view = None
     try:
         for piece in child:

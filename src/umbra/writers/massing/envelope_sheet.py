@@ -30,8 +30,8 @@ from umbra.writers.paper import (
     measure_text,
     wrap,
 )
+from umbra.writers.picture_content import DOTS_PER_INCH, Plan, cover_with_roofs
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DOTS_PER_INCH, Plan, cover_with_roofs
 
 __all__ = ["EnvelopeSheet", "draw_envelope"]
 

@@ -11,7 +11,7 @@ import click
 
 from umbra.errors import write_for_shell
 from umbra.ground_option import FEET, LEVEL
-from umbra.options import Option, list_options, read_length
+from umbra.option_fields import Option, list_options, read_length
 from umbra.registry import list_added
 
 __all__ = [

@@ -9,8 +9,8 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.sky.free_sky import ExactSky
 from umbra.sky.projections import Projection, find_projection
-from umbra.sky.view import ExactSky
 from umbra.sun import find_sun
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Paper, wrap
 from umbra.writers.sky_shapes import bend, join_bands, split_at_cut

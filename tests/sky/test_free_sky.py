@@ -10,8 +10,8 @@ from umbra.errors import InputError
 from umbra.rays.face_tree import make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.sky.casters import find_sky_casters, make_sky_casters
-from umbra.sky.points import find_seen, measure_sky
 from umbra.sky.tensors import find_open
+from umbra.sky.view_factors import find_seen, measure_sky
 from umbra.volume.adjacency import make_caster
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")

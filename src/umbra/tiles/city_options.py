@@ -9,7 +9,7 @@ from typing import Any
 
 from umbra.errors import InputError, show_value
 from umbra.machine import count_cores, find_memory, name_memory
-from umbra.options import Given, Options, check_types, option, read_text, record
+from umbra.option_fields import Given, Options, check_types, option, read_text, record
 
 __all__ = ["CityOptions"]
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from umbra.scene.grid import Places
 from umbra.study.measures import Quantity
 from umbra.writers.contours import find_swatches
-from umbra.writers.hours import Lines, fill_map, tell_outlined
+from umbra.writers.hours_map import Lines, fill_map, tell_outlined
 from umbra.writers.marks import draw_color_bar, find_round
 from umbra.writers.paper import wrap
+from umbra.writers.picture_content import MISSING, Plan
 from umbra.writers.pixels import Ramp, resample, shade_ramp
-from umbra.writers.plan import MISSING, Plan
 from umbra.writers.point_map import fill_points
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 

@@ -11,8 +11,8 @@ from umbra.study import Study
 from umbra.study.area_table import AreaTable
 from umbra.study.window_table import GROUPS, list_groups, list_windows
 from umbra.sun.clock import Stamps
+from umbra.writers.csv_tables import find_columns, list_texts, write_table
 from umbra.writers.folder import FolderJob
-from umbra.writers.tables import find_columns, list_texts, write_table
 
 __all__ = ["AREAS", "WINDOWS", "find_window_columns", "write_area_table", "write_named_tables"]
 

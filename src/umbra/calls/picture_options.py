@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 from umbra.devices import DEFAULT, DEVICES, find_device
 from umbra.errors import InputError, make_printable, show_value
 from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
-from umbra.options import Given, Options, again, check_types, option, record
+from umbra.option_fields import Given, Options, again, check_types, option, record
 from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
-    from umbra.calls.result import ShadowStudy
+    from umbra.calls.study_result import ShadowStudy
     from umbra.scene import Light
     from umbra.sun import Site
 

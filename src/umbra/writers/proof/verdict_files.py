@@ -7,10 +7,10 @@ from umbra.rules.record import Rule
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.verdicts.judge import RuleVerdict
-from umbra.verdicts.of_study import judge_study
+from umbra.verdicts.study_verdicts import judge_study
+from umbra.writers.csv_tables import write_table
 from umbra.writers.proof.rows import COLUMNS, SHOWN, list_rows, list_shown, tell_rule
 from umbra.writers.report.markup import Table
-from umbra.writers.tables import write_table
 
 __all__ = ["write_study_verdicts"]
 

@@ -100,7 +100,7 @@ class ShadowStudy:
         import pandas as pd  # noqa: PLC0415  (half a second)
 
         from umbra.receivers.windows import WindowReceivers  # noqa: PLC0415
-        from umbra.writers.folder.named import find_window_columns  # noqa: PLC0415
+        from umbra.writers.folder.named_tables import find_window_columns  # noqa: PLC0415
 
         if not isinstance(self.result.laid, WindowReceivers):
             msg = "the study is not of windows; choose receivers='windows'"
@@ -323,7 +323,7 @@ class ShadowStudy:
         self._tell_panes()
         if isinstance(read, Rules):
             return judge(self.result, read)
-        from umbra.verdicts.of_study import judge_study  # noqa: PLC0415
+        from umbra.verdicts.study_verdicts import judge_study  # noqa: PLC0415
 
         (verdict,) = judge_study(self.result, self.options, read)
         return list(verdict.findings)

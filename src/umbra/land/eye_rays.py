@@ -1,7 +1,8 @@
 """
 What eyes see of the land: a raster read block by block, and the rays over it.
 
-This runs in a child process (`umbra.land.horizon`), as GDAL may end the process at damaged files.
+This runs in a child process (`umbra.land.raster_horizon`), as GDAL may end the process at damaged
+files.
 """
 
 import math

@@ -10,8 +10,8 @@ from umbra.errors import InputError
 from umbra.ground.choice import find_ground
 from umbra.machine import find_memory, name_memory
 from umbra.receivers.kind import ReceiverKind, Request
+from umbra.receivers.orthographic import PIXEL_BYTES
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
-from umbra.receivers.view import PIXEL_BYTES
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
 

@@ -17,7 +17,7 @@ from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
 from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
-from umbra.study.rules.measure import (
+from umbra.study.rules.measurement import (
     Verdict,
     find_check_intervals,
     meets_limit,

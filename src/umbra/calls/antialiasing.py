@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.calls.lines import LineFinder
 from umbra.calls.openness import find_openness, follow_openness
-from umbra.calls.options import RenderOptions
+from umbra.calls.picture_options import RenderOptions
 from umbra.calls.styles import STYLES, Backdrop, Style
 from umbra.cpu.picture_layers import blend_layers, follow_lights, see_behind
 from umbra.cpu.shade import find_colors

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.sky.casters import SkyCasters
+from umbra.sky.closed_outlines import Outline, trace_outlines
 from umbra.sky.gather import SeenFaces
 from umbra.sky.heights import find_heights
 from umbra.sky.nearest import find_hits
-from umbra.sky.outlines import Outline, trace_outlines
-from umbra.sky.points import find_seen, measure_sky, trace_bands, trace_free_sky
+from umbra.sky.view_factors import find_seen, measure_sky, trace_bands, trace_free_sky
 from umbra.sun import Site, find_sun, parse_dates
 from umbra.sun.date_words import Date
 

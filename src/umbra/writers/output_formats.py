@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from umbra.study import Study
     from umbra.study.preview import Moment
     from umbra.study.timeline import Timeline
-    from umbra.writers.plan import Show
+    from umbra.writers.picture_content import Show
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import ShadowOutline
 
@@ -139,7 +139,7 @@ class Format:
 
 def _write_geotiff(job: Job) -> list[str]:
     from umbra.study.attributes import find_attributes  # noqa: PLC0415
-    from umbra.writers.tables import find_columns  # noqa: PLC0415
+    from umbra.writers.csv_tables import find_columns  # noqa: PLC0415
     from umbra.writers.vectors.gis_files import write_geotiff  # noqa: PLC0415
 
     study = job.study
@@ -191,14 +191,14 @@ def _write_dxf(job: Job) -> list[str]:
 def _write_csv(job: Job) -> list[str]:
     import numpy as np  # noqa: PLC0415
 
-    from umbra.writers.report.tables import find_sun_areas  # noqa: PLC0415
-    from umbra.writers.tables import (  # noqa: PLC0415
+    from umbra.writers.csv_tables import (  # noqa: PLC0415
         name_cells,
         write_cells,
         write_instants,
         write_samples,
         write_table,
     )
+    from umbra.writers.report.tables import find_sun_areas  # noqa: PLC0415
 
     if not job.study.kind.is_raster:
         return write_samples(job.folder, job.study)
@@ -246,7 +246,7 @@ def _write_glb(job: Job) -> list[str]:
 
 
 def _write_tileset(job: Job) -> list[str]:
-    from umbra.writers.tileset import find_tileset_placement, read_place, write_tileset  # noqa: PLC0415
+    from umbra.writers.coloured_tileset import find_tileset_placement, read_place, write_tileset  # noqa: PLC0415
 
     files = _write_glb(job)
     origin, bounds = read_place(job.folder / files[0])
@@ -319,22 +319,22 @@ def _write_solids(job: Job) -> list[str]:
 
 def _write_film(kind: str) -> Callable[[Job], list[str]]:
     def write(job: Job) -> list[str]:
-        from umbra.writers import film  # noqa: PLC0415
+        from umbra.writers import day_film  # noqa: PLC0415
 
-        moments = film.find_frames(job.study, job.at)
+        moments = day_film.find_frames(job.study, job.at)
         n = len(moments)
         if not n:
             job.say(f"note: the sun stays below the horizon; there is no day.{kind}")
             return []
 
         def draw(moments: "Sequence[Moment]") -> "Iterator[Image]":
-            return film.draw_frames(job.study, moments, job.title)
+            return day_film.draw_frames(job.study, moments, job.title)
 
         path = job.folder / f"day.{kind}"
         if kind == "gif":
-            film.write_gif(path, draw(moments), next(draw(moments[n // 2 :][:1])), n)
+            day_film.write_gif(path, draw(moments), next(draw(moments[n // 2 :][:1])), n)
         else:
-            film.write_mp4(path, draw(moments), n)
+            day_film.write_mp4(path, draw(moments), n)
         return [path.name]
 
     return write

@@ -17,8 +17,8 @@ from umbra.study.remarks import tell_outside, tell_overlap
 from umbra.study.setup import Result
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.job import Workplace
+from umbra.tiles.matched_parts import find_matching, tell_city_replaced
 from umbra.tiles.neighbourhood import Neighbourhood
-from umbra.tiles.replaced import find_matching, tell_city_replaced
 
 __all__ = [
     "find_neighbours",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.ground.level import has_terrain
-from umbra.receivers.view import COMPASS, Elevation
+from umbra.receivers.orthographic import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, count_finer, run, split_dates, tell_dates
 from umbra.writers.edges import find_grid_appearance
@@ -21,7 +21,7 @@ from umbra.writers.folder.captions import (
     tell_daylight,
     tell_every,
 )
-from umbra.writers.plan import DayMap, Plan
+from umbra.writers.picture_content import DayMap, Plan
 
 __all__ = ["draw_sheet"]
 

@@ -41,6 +41,7 @@ from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.city_ground import find_origin
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.matched_parts import fill_bounds, find_matching
 from umbra.tiles.neighbourhood import (
     Neighbourhood,
     PartScene,
@@ -48,7 +49,6 @@ from umbra.tiles.neighbourhood import (
     make_tile_casters,
 )
 from umbra.tiles.receive import count_receivers
-from umbra.tiles.replaced import fill_bounds, find_matching
 from umbra.tiles.roles import Roles
 from umbra.tiles.store import CityStore
 

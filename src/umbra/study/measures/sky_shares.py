@@ -58,7 +58,7 @@ class SkyViewFactor(Measure):
     ) -> list[NDArray[np.float64]]:
         """Integrate over the outlines of the free sky."""
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
-        from umbra.sky.points import measure_sky  # noqa: PLC0415
+        from umbra.sky.view_factors import measure_sky  # noqa: PLC0415
 
         casters, _ = find_sky_casters(scene, parts)
         return [getattr(measure_sky(casters, places.points, places.normals, threads), self.name)]

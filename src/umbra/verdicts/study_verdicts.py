@@ -9,8 +9,8 @@ from umbra.errors import InputError
 from umbra.rules.record import Rule
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
-from umbra.verdicts.gather import Gathered, Lacking
 from umbra.verdicts.judge import RuleVerdict, judge_rules
+from umbra.verdicts.judged_receivers import Gathered, Lacking
 from umbra.verdicts.subjects import of_points
 from umbra.verdicts.sunlight import Model, SunlightOf
 

@@ -11,8 +11,8 @@ from PIL import Image, ImageDraw, ImageFont
 from umbra.errors import UmbraError
 from umbra.study import Study
 from umbra.study.preview import Moment, find_moments
+from umbra.writers.picture_content import Plan, shade_roofs
 from umbra.writers.pixels import resample
-from umbra.writers.plan import Plan, shade_roofs
 
 __all__ = ["draw_frames", "find_frames", "write_gif", "write_mp4", "write_smooth_gif"]
 
