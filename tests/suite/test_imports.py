@@ -145,9 +145,8 @@ def test_imports_in_text_are_seen():
             import_module("umbra.cli.main"), run("import os; from umbra.web.page import pack")
             import_module(f"umbra.calls.{name}"), load_named("umbra.soft.weng:find"), {"umbra.gl"}
         """
-    found = [
-        pair for _, *pair in list_imports(ast.walk(ast.parse(code.replace("\n        ", "\n"))))
-    ]
+    nodes = ast.walk(ast.parse(inspect.cleandoc(code)))
+    found = [pair for _, *pair in list_imports(nodes)]
     assert sorted(found, key=str) == [
         ["umbra.calls", None],
         ["umbra.cli.main", None],
