@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
 from umbra.option_fields import read_flag, read_texts
-from umbra.readers.budget import GIGABYTE, Budget
+from umbra.readers.budget import make_budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.file_layers import FileLayer, combine, name_layers, show_name
@@ -69,10 +69,10 @@ def read(  # noqa: PLR0913  (each option by its name)
     ----------
     *paths : str or path
         CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, FlatCityBuf, glTF
-        and GLB, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage,
-        Shapefile, GeoParquet), height rasters (GeoTIFF).
-        Several become one scene in the first file's CRS, each a layer, named after
-        its file or as in ``"proposed=tower.glb"``.
+        and GLB, Rhino, COLLADA, KMZ, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON,
+        GeoPackage, Shapefile, GeoParquet), height rasters (GeoTIFF).
+        Several become one scene in the first file's CRS, each a layer, named after its file or as
+        in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional
         The file's axis that points up: z by default, y in glTF. Footprints and
         rasters have heights and no other axis.
@@ -103,8 +103,8 @@ def read(  # noqa: PLR0913  (each option by its name)
         ``LAYER=X,Y[,Z][,AZIMUTH]``: the layer's own origin comes to x, y, z [m] of the other
         layers' coordinates, its y axis at this azimuth [degrees, clockwise from the plan's north].
         Where these are in a CRS, two numbers that can be are latitude and longitude. Without Z
-        (``X,Y,,AZIMUTH``) its lowest point stands on the ground of the others. A layer whose file
-        states a site that lies among layers in a CRS is placed by it without being asked.
+        (``X,Y,,AZIMUTH``) its own ground, else its lowest point, comes to the others' ground. A
+        layer whose file states a site among the others is placed by it without being asked.
     lift : sequence of str
         ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
     move : sequence of str
@@ -155,7 +155,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         placings=read_placings(place, lift, move),
         region=make_region(bbox, area, named_crs),
         allow_outside=read_flag("allow_outside", allow_outside),
-        budget=_make_budget(max_memory),
+        budget=make_budget(max_memory),
     )
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
@@ -259,16 +259,6 @@ def _check_error(error: float | None) -> float | None:
         msg = f"geometric_error= is a length of 0 m or more; got {error!r}"
         raise InputError(msg, option="geometric_error")
     return length
-
-
-def _make_budget(most: float | None) -> Budget:
-    if most is None:
-        return Budget(None)
-    number = read_number("max_memory=", most)
-    if not number > 0:
-        msg = f"max_memory= is a number of gigabytes above 0; got {most!r}"
-        raise InputError(msg, option="max_memory")
-    return Budget(number * GIGABYTE)
 
 
 def _find_crowns(
@@ -391,8 +381,9 @@ def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, So
             raise InputError(msg)
         check_soup(model.parts)
     # A name in a note may hold a line break, and a note is a line.
-    notes = tuple(f"{show_name(path)}: {' '.join(note.split())}" for note in model.notes)
-    source = Source(show_name(path), content.digest.hex(), model.format)
+    name = show_name(path)
+    notes = tuple(f"{name}: {' '.join(note.split())}" for note in model.notes)
+    source = Source(name, content.digest.hex(), model.format, ground=model.place.ground)
     return replace(model, notes=notes), source
 
 
