@@ -99,7 +99,7 @@ def test_gis_files_with_another_crs(tmp_path, ending):
     (area,), _ = read_areas(file, make_model())
     check(area)
     assert area.name == "garden"
-    from umbra.receivers.areas import find_areas  # noqa: PLC0415
+    from umbra.receivers.area_search import find_areas  # noqa: PLC0415
 
     (same,), _ = find_areas(make_model(), frame)
     assert shapely.equals_exact(same.polygon.normalize(), area.polygon.normalize(), 1e-6)

@@ -75,11 +75,11 @@ def test_the_last_sun_is_that_of_the_sample_that_keeps_it_longest():
 
 def test_a_garden_smaller_than_a_cell_is_sampled(scene):
     areas = {"park": shapely.box(-20, 1, 20, 41), "yard": shapely.box(0, 5, 0.5, 5.5)}
-    study = umbra.shadow_study(scene, SITE, **DAY, areas=areas, cell=2.0)
+    study = umbra.shadow_study(scene, SITE, **DAY, areas=areas, cell=2.0, receivers="areas")
     table = study.result.areas
-    counts = np.bincount(table.laid.owner)
+    counts = np.bincount(study.result.laid.owner)
     assert (counts >= 400).all()
-    assert "1 too small for cells of 2 m" in table.study.facts["areas_sampling"]
+    assert "1 too small for cells of 2 m" in table.notes[-1]
     assert list(study.areas["name"]) == ["park", "yard"]
     assert study.areas["area_m2"].tolist() == pytest.approx([1600.0, 0.25])
 

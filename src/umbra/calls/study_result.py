@@ -13,6 +13,7 @@ import numpy as np
 from umbra.errors import InputError, find_similar
 from umbra.packages import need
 from umbra.registry import take_notes
+from umbra.study.area_table import frame_areas
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
@@ -87,10 +88,7 @@ class ShadowStudy:
         1, of the hours that ``least`` names), hours of sun, ``first_sun`` and ``last_sun`` [UTC].
         Raises InputError without ``areas``.
         """
-        if self.result.areas is None:
-            msg = "the study has no areas; name a file of polygons, or parts, with areas="
-            raise InputError(msg, option="areas")
-        return self.result.areas.to_frame()
+        return frame_areas(self.result.areas)
 
     @cached_property
     def windows(self) -> "pd.DataFrame":

@@ -168,6 +168,8 @@ def study_city(
 ) -> None:
     """Run a study in tiles, and print where its results are."""
     from umbra.writers.city import check_city_formats, write_city_files  # noqa: PLC0415
+    from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
+    from umbra.writers.folder.summary import tell_areas  # noqa: PLC0415
 
     for name, _, default in list_options(outputs):
         if name not in {"formats", "pictures"} and getattr(outputs, name) != default:
@@ -184,6 +186,7 @@ def study_city(
 
         def write(study: "CityStudy") -> None:
             write_options(out / OPTIONS_FILE, click.get_current_context())
+            more.extend(out / name for name in write_area_table(out, study.run.areas))
             names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
             stages.begin("drawing and writing")
             advance = partial(stages.advance, what="drawing and writing", unit="tiles")
@@ -199,6 +202,9 @@ def study_city(
     for note in study.notes:
         say(f"note: {note}")
     from umbra.writers.city.store_window import list_neighbours  # noqa: PLC0415
+
+    for line in tell_areas(study.run.areas):
+        say(line)
 
     neighbours = list_neighbours(study.folder)
     for one in neighbours[:_SHOWN]:

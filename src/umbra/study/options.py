@@ -151,7 +151,8 @@ class StudyOptions(ReceiverOptions):
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
                     raise InputError(msg, option=name)
             return
-        from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+        from umbra.receivers.area_search import check_areas  # noqa: PLC0415
+        from umbra.receivers.areas import AreaLevel  # noqa: PLC0415
         from umbra.receivers.bands import read_bands  # noqa: PLC0415
 
         read_bands(self.band)

@@ -244,7 +244,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
-        areas=outline_areas(study),
+        areas=outline_areas(study.named_areas),
         fills_areas=study.kind.name == "areas",
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )
