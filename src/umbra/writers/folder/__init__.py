@@ -199,6 +199,14 @@ class FolderJob:
     say: "Callable[[str], object]"  # called with each line that the user should read
     only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
     failures: list[InputError] = field(default_factory=list)  # of outputs of packages
+    kept: dict[Any, Any] = field(default_factory=dict, repr=False)  # what several files show
+
+    def keep(self, key: Any, count: "Callable[[], Any]") -> Any:
+        """Return what was counted of the study under a key, counted now if not before."""
+        own = self.kept.setdefault(self.study, {})
+        if key not in own:
+            own[key] = count()
+        return own[key]
 
     @property
     def show(self) -> Literal["shadow", "sun"]:
