@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,10 @@ from umbra.scene.mesh import Mesh, Part
 if TYPE_CHECKING:
     from umbra.scene.scene import Scene
 
-__all__ = ["Exchange"]
+__all__ = ["FOOTPRINT_READERS", "Exchange"]
+
+FOOTPRINT_READERS: list[Callable[..., Scene]] = []
+"""What reads a file of footprints: `umbra.readers`, which stands above, adds `umbra.read`."""
 
 
 class Exchange:
@@ -99,15 +102,16 @@ class Exchange:
         InputError
             If it is no GeoDataFrame, or has no heights.
         """
-        from umbra.readers import read  # noqa: PLC0415
-
         if not hasattr(table, "geometry") or not hasattr(table, "to_json"):
             msg = f"this is no GeoDataFrame but a {type(table).__name__}"
+            raise InputError(msg)
+        if not FOOTPRINT_READERS:
+            msg = "nothing reads footprints yet; call umbra.Scene.from_geopandas"
             raise InputError(msg)
         with TemporaryDirectory() as folder:
             path = Path(folder, "table.geojson")
             path.write_text(table.to_json(drop_id=False), encoding="utf-8")
-            return read(path, height_column=height, **columns)  # type: ignore[arg-type]
+            return FOOTPRINT_READERS[0](path, height_column=height, **columns)
 
     def to_trimesh(self) -> Any:
         """Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m]."""
