@@ -222,7 +222,7 @@ SLIPS = [
     ({"far": shapely.box(0, 9e5, 1, 9e5 + 1)}, "from the model"),
     ([Area("a", HOLED), Area("a", BENT)], "2 areas are called 'a'"),
     ({}, "holds no polygon"),
-    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is no polygon"),
+    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is not a polygon"),
     (7, "areas is a file of polygons"),
     ("Garden*", "matches no part"),
 ]
