@@ -104,7 +104,7 @@ def test_a_plain_study_loads_nothing_of_this():
         "print(*[name for name in sys.modules if name.startswith(('umbra.writers.', 'numpy'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    names = ("folder", "formats", "outputs")
+    names = ("folder", "output_formats", "outputs")
     light = [f"umbra.writers.{name}" for name in names]
     assert sorted(done.stdout.split()) == light
 
