@@ -103,7 +103,7 @@ class Exchange:
             If it is no GeoDataFrame, or has no heights.
         """
         if not hasattr(table, "geometry") or not hasattr(table, "to_json"):
-            msg = f"this is no GeoDataFrame but a {type(table).__name__}"
+            msg = f"this is a {type(table).__name__}, not a GeoDataFrame"
             raise InputError(msg)
         if not FOOTPRINT_READERS:
             msg = "nothing reads footprints yet; call umbra.Scene.from_geopandas"
@@ -172,7 +172,7 @@ def _list_trimesh_parts(mesh: Any) -> list[Part]:
                 found.append(Part(str(node), "", shape, np.array(transform, float)))
         return found
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
-        msg = f"this is no mesh or scene of trimesh but a {type(mesh).__name__}"
+        msg = f"this is a {type(mesh).__name__}, not a mesh or scene of trimesh"
         raise InputError(msg)
     name = str(getattr(mesh, "metadata", {}).get("name", "mesh"))
     return [Part(name, "", Mesh(np.array(mesh.vertices, float), np.array(mesh.faces)))]
@@ -190,7 +190,7 @@ def _list_pyvista_parts(data: Any) -> list[Part]:
             for part in found
         ]
     if not hasattr(data, "extract_surface"):
-        msg = f"this is no dataset of PyVista but a {type(data).__name__}"
+        msg = f"this is a {type(data).__name__}, not a dataset of PyVista"
         raise InputError(msg)
     surface = (data if hasattr(data, "faces") else _find_surface(data)).triangulate()
     faces = np.asarray(surface.faces).reshape(-1, 4)[:, 1:]

@@ -54,8 +54,8 @@ class Outputs(Options):
     )
     subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
     show: Literal["shadow", "sun"] | None = _pictures(
-        "choice", "Hours in pictures and lines of equal hours; default: in shadow of one date, of "
-        "sun of several, as long days have more of both. study.nc has both.",
+        "choice", "Hours in pictures and lines of equal hours; default: in shadow for one date, of "
+        "sun for several, as long days have more of both. study.nc has both.",
         choices=("shadow", "sun"),
     )  # fmt: skip
     at: Sequence[str] = _pictures(
@@ -84,8 +84,8 @@ class Outputs(Options):
     logo: Path | None = _files("any", "A PNG for the title block of sheet=.", metavar="FILE.png")
     formats: Sequence[str] = _files(
         "texts",
-        f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
-        f"picture, with text as text. Of a study in tiles: {', '.join(CITY_FORMATS)}.",
+        f"Also write {', '.join(NAMES)}; several with commas, or repeat. pdf and svg: every "
+        f"picture, with text that can be searched. Of a study in tiles: {', '.join(CITY_FORMATS)}.",
         default=(),
         flag="--write",
         metavar="FORMAT,...",
@@ -102,7 +102,7 @@ class Outputs(Options):
         object.__setattr__(self, "formats", _read_formats(self.formats))
         if len(self.formats) > len(self.files) and not self.endings:
             drawn = ",".join(name for name in self.formats if name in DRAWN)
-            msg = f"write='{drawn}' asks for pictures, which are left out; choose one of both"
+            msg = f"write='{drawn}' asks for pictures, which are left out; choose one of the two"
             raise InputError(msg, option="write", formats=self.formats)
         if self.logo is not None:
             from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
