@@ -226,7 +226,7 @@ class ShadowStudy:
             beside.write_bytes(page.read_bytes())
         return Path(path)
 
-    def write(  # noqa: PLR0913  (each output by its name)
+    def write(
         self,
         folder: str | Path,
         *formats: str,
