@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
+from umbra.cpu.raster_sweep import bound_counts
 from umbra.kernels import borrowing, cross, dot, inlined, kernel, run_shared, take_next
 from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
@@ -120,15 +121,17 @@ def _list_sides(spans, filled, rows):
             load[spans[i, 1]] -= abs(spans[i, 2])
             for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
                 places[stripe + 1] += 1
-    places = np.cumsum(places)
+    cursor = np.zeros(places.size, np.int64)
+    for stripe in range(1, places.size):
+        places[stripe] += places[stripe - 1]
+        cursor[stripe] = places[stripe]
     listed = np.empty(places[-1], np.int32)
-    cursor = places.copy()
     for chunk in range(chunks):
         for i in range(chunk * length, chunk * length + filled[chunk]):
             for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
                 listed[cursor[stripe]] = i
                 cursor[stripe] += 1
-    return places, listed, np.cumsum(load).max()
+    return places, listed, bound_counts(load)
 
 
 @inlined

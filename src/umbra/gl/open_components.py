@@ -142,9 +142,12 @@ def find_opened(
 @kernel
 def _hold(bounds, place):
     """Find the boxes (n, 2, 3) that hold a lamp, about."""
-    found = np.ones(bounds.shape[0], np.bool_)
+    found = np.zeros(bounds.shape[0], np.bool_)
     for i in range(bounds.shape[0]):
-        margin = 1e-6 * (bounds[i, 1] - bounds[i, 0]).max()
+        size = 0.0
+        for axis in range(3):
+            size = max(size, bounds[i, 1, axis] - bounds[i, 0, axis])
+        margin, found[i] = 1e-6 * size, True
         for axis in range(3):
             low, high = bounds[i, 0, axis] - margin, bounds[i, 1, axis] + margin
             found[i] &= low <= place[axis] <= high

@@ -118,14 +118,15 @@ def _fit(bounds, order, starts, nodes):
         below = order.size if level == 0 else starts[level] - starts[level - 1]
         for node in range(starts[level + 1] - starts[level]):
             box = nodes[starts[level] + node]
-            box[0], box[1] = np.inf, -np.inf
+            for axis in range(3):
+                box[0, axis], box[1, axis] = np.inf, -np.inf
             for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
                 mine = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
                 for axis in range(3):
                     box[0, axis] = min(box[0, axis], mine[0, axis])
                     box[1, axis] = max(box[1, axis], mine[1, axis])
             if level == 0:
-                size += (box[1] - box[0]).sum()
+                size += box[1, 0] - box[0, 0] + (box[1, 1] - box[0, 1]) + (box[1, 2] - box[0, 2])
     return size
 
 
@@ -152,7 +153,10 @@ def _find_seen(
         light, planes, reach = lights[k], views[k], reaches[k]
         cone = cones[cone_starts[k] : cone_starts[k + 1]]
         stack[0, 0], stack[0, 1] = starts.size - 2, 0  # level and node; the root is the highest
-        depth = 1 if order.size and planes.any() else 0
+        depth = 0
+        for plane in range(planes.shape[0] if order.size else 0):
+            for axis in range(4):
+                depth = 1 if planes[plane, axis] != 0.0 else depth
         while depth:
             depth -= 1
             level, node = stack[depth, 0], stack[depth, 1]

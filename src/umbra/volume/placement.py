@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.kernels import kernel
+from umbra.kernels import inlined, kernel
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.regions import Regions, make_regions
@@ -282,7 +282,7 @@ def any_meets(
 def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away):
     """Kernel of ``any_meets``; ``away`` of zeros tests the triangles themselves."""
     slack = np.zeros(planes.shape[0])
-    if away.any():  # directions have no length: widen by an angle instead
+    if _is_given(away):  # directions have no length: widen by an angle instead
         for k in range(planes.shape[0]):
             slack[k] = 1e-9 * np.sqrt(planes[k, 0] ** 2 + planes[k, 1] ** 2 + planes[k, 2] ** 2)
     room = 3 + planes.shape[0]
@@ -332,10 +332,15 @@ def _casts(sides, face, light, is_closed):
     return side > 0.0 or (side < 0.0 and not is_closed)
 
 
+@inlined
+def _is_given(light):
+    return light[0] != 0.0 or light[1] != 0.0 or light[2] != 0.0 or light[3] != 0.0
+
+
 @kernel
 def _measure(vertices, corners, planes, away, slack, values):
     """Write a face's distances from planes (3, k); return whether it is beyond none of them."""
-    is_thrown = away.any()
+    is_thrown = _is_given(away)
     for k in range(planes.shape[0]):
         beyond = True
         for corner in range(3):
