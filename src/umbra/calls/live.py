@@ -132,7 +132,7 @@ def _find_study(given: object) -> Study | None:
         return None
     if isinstance(given, ShadowStudy):
         return given.result
-    msg = f"study is no study but a {type(given).__name__}; give what umbra.shadow_study returns"
+    msg = f"study= is a {type(given).__name__}, not a study; give what umbra.shadow_study returns"
     raise InputError(msg, option="study")
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from umbra.errors import InputError, find_similar
 from umbra.packages import need
 from umbra.registry import take_notes
+from umbra.study.area_table import frame_areas
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 
@@ -87,10 +88,7 @@ class ShadowStudy:
         1, of the hours that ``least`` names), hours of sun, ``first_sun`` and ``last_sun`` [UTC].
         Raises InputError without ``areas``.
         """
-        if self.result.areas is None:
-            msg = "the study has no areas; name a file of polygons, or parts, with areas="
-            raise InputError(msg, option="areas")
-        return self.result.areas.to_frame()
+        return frame_areas(self.result.areas)
 
     @cached_property
     def windows(self) -> "pd.DataFrame":
@@ -234,6 +232,8 @@ class ShadowStudy:
         *formats: str,
         report: bool = False,
         sheet: bool = False,
+        paper: Literal["a3", "a1"] = "a3",
+        logo: Path | None = None,
         pictures: bool = True,
         rules: str | Path | None = None,
         show: Literal["shadow", "sun"] | None = None,
@@ -257,6 +257,9 @@ class ShadowStudy:
             Also ``report.html``.
         sheet : bool
             Also ``sheet.png``: plan and four elevations.
+        paper : {'a3', 'a1'}
+        logo : path, optional
+            Paper of the sheet, and a PNG for its title block.
         pictures : bool
             ``hours.png``, ``profile.png`` and other maps.
         rules : path, optional
@@ -281,8 +284,8 @@ class ShadowStudy:
         from umbra.writers.folder.write import note_earlier, raise_failures, write_study  # noqa: PLC0415
 
         outputs = Outputs(
-            formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
-            show=show, at=at, title=title, subtitle=subtitle,
+            formats=formats, report=report, sheet=sheet, paper=paper, logo=logo, pictures=pictures,
+            rules=rules, show=show, at=at, title=title, subtitle=subtitle,
         )  # fmt: skip
         if rules:
             self._tell_panes()

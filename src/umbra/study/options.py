@@ -58,7 +58,7 @@ class StudyOptions(ReceiverOptions):
     )  # fmt: skip
     replace: Sequence[str] = _results(
         "patterns", "Parts that the proposal replaces: they stand before, and are gone after; "
-        "where they stood no cell of a plan was before. Ground and terrain stay.", default=(),
+        "where they stood, a plan has no cell before. Ground and terrain stay.", default=(),
     )  # fmt: skip
     replace_in: str | Path | Sequence[Any] | None = _results(
         "table", "Polygons of a plot, a file as of areas= or WKT: the proposal replaces what "
@@ -151,7 +151,8 @@ class StudyOptions(ReceiverOptions):
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
                     raise InputError(msg, option=name)
             return
-        from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+        from umbra.receivers.area_search import check_areas  # noqa: PLC0415
+        from umbra.receivers.areas import AreaLevel  # noqa: PLC0415
         from umbra.receivers.bands import read_bands  # noqa: PLC0415
 
         read_bands(self.band)

@@ -22,6 +22,7 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
+    from umbra.scene.named_places import Area
     from umbra.study.accumulators.named_hours import GroupDays
     from umbra.study.area_table import AreaTable
 
@@ -112,6 +113,11 @@ class Study:
     def site(self) -> Site:
         """The place of the study; None where it is not known and no measure needs it."""
         return self.period.site
+
+    @property
+    def named_areas(self) -> "Sequence[Area]":
+        """The named areas that were asked for."""
+        return () if self.areas is None else self.areas.areas
 
     @property
     def true_north(self) -> float:

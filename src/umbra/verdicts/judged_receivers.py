@@ -194,7 +194,7 @@ class Gathered:
     def find_plot(self) -> Any:
         """Return the plot's boundary, a polygon in the model's own coordinates."""
         if "plot" not in self._kept:
-            from umbra.receivers.areas import find_areas  # noqa: PLC0415
+            from umbra.receivers.area_search import find_areas  # noqa: PLC0415
 
             shapely = need("shapely", "gis", "plot")
             areas, _ = find_areas(self.model.scene, self.plot)

@@ -21,6 +21,7 @@ from umbra.scene.grid import Grid
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study import Study
 from umbra.study.measures import Quantity
+from umbra.tiles.city_areas import list_judged
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.city_proposal import find_proposal
 from umbra.tiles.job import CityJob, Workplace, read_job
@@ -30,6 +31,7 @@ from umbra.writers.folder.captions import (
     describe_making,
     find_mean,
     join_names,
+    outline_areas,
     tell_place,
     tell_times,
 )
@@ -102,6 +104,7 @@ class CityPlan:
             "date": tell_times(study, options, range(len(study.period.days))),
             "note": " · ".join([describe_making(study, options), *lowest]),
             "roofs_cover": study.kind.lies_under_roofs,
+            "areas": outline_areas(list_judged(options)),
         }
 
     @property

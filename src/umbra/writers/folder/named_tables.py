@@ -1,5 +1,6 @@
 """The tables of named areas and of windows in a study's folder."""
 
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
@@ -7,19 +8,23 @@ from numpy.typing import NDArray
 from umbra.receivers.single import DIMS
 from umbra.receivers.windows import WindowReceivers
 from umbra.study import Study
+from umbra.study.area_table import AreaTable
 from umbra.study.window_table import GROUPS, list_groups, list_windows
 from umbra.sun.clock import Stamps
 from umbra.writers.csv_tables import find_columns, list_texts, write_table
 from umbra.writers.folder import FolderJob
 
-__all__ = ["AREAS", "WINDOWS", "find_window_columns", "write_named_tables"]
+__all__ = ["AREAS", "WINDOWS", "find_window_columns", "write_area_table", "write_named_tables"]
 
 AREAS, WINDOWS = "areas.csv", "windows.csv"
 
 
 def write_named_tables(job: FolderJob) -> list[str]:
     """Write the tables of areas and windows, if there are any; return the names of the files."""
-    return write_area_table(job) + write_window_tables(job)
+    areas = job.study.areas
+    for note in () if areas is None else areas.notes:
+        job.say(f"note: {note}")
+    return write_area_table(job.folder, areas) + write_window_tables(job)
 
 
 def find_window_columns(study: Study) -> dict[str, NDArray[Any]]:
@@ -46,29 +51,26 @@ def write_window_tables(job: FolderJob) -> list[str]:
     return list(tables)
 
 
-def write_area_table(job: FolderJob) -> list[str]:
+def write_area_table(folder: Path, table: AreaTable | None) -> list[str]:
     """
     Write a line for each named area and date, if there are areas; return the names of the files.
 
     Shares are fractions of 1; instants are of the local clock, with their offset.
     """
-    table = job.study.areas
     if table is None:
         return []
-    for note in table.notes:
-        job.say(f"note: {note}")
-    zone = "UTC" if job.study.site is None else job.study.site.zone
 
     def tell(value: Any) -> object:
         if value is None or value != value:  # noqa: PLR0124  (NaN and NaT)
             return ""
         if hasattr(value, "dtype") and value.dtype.kind == "M":
-            (local,) = Stamps(stamps=value.astype("datetime64[us]").reshape(1), zone=zone).local()
+            stamps = value.astype("datetime64[us]").reshape(1)
+            (local,) = Stamps(stamps=stamps, zone=table.zone).local()
             return local.isoformat(timespec="seconds")
         return f"{value:.6g}" if hasattr(value, "dtype") else str(value)
 
     found = table.list_rows()
     columns = list(dict.fromkeys(column for row in found for column in row))
     rows = [[tell(row[column]) for column in columns] for row in found]
-    write_table(job.folder / AREAS, columns, rows)
+    write_table(folder / AREAS, columns, rows)
     return [AREAS]
