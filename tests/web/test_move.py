@@ -143,7 +143,9 @@ def test_the_option_that_one_copies_brings_the_shell_there(live, files, given):
         find_places(page, "new"), sorted(np.unique(expected, axis=0).tolist()), atol=2e-3
     )
     # What the numbers say is where its middle is.
-    x, y = page.ask("[...document.querySelectorAll('.number input')].slice(2, 4).map((e) => +e.value)")
+    x, y = page.ask(
+        "[...document.querySelectorAll('.number input')].slice(2, 4).map((e) => +e.value)"
+    )
     middle = (expected[:, :2].min(0) + expected[:, :2].max(0)) / 2
     assert (x, y) == pytest.approx(middle, abs=2e-3)
 
