@@ -7,15 +7,15 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 from umbra.errors import InputError
 from umbra.ground.level import has_terrain
 from umbra.receivers.areas import AreaKind
-from umbra.receivers.camera import CameraPicture
+from umbra.receivers.camera_pixels import CameraPicture
+from umbra.receivers.gridded import Raster
 from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
+from umbra.receivers.orthographic import ElevationView, ViewFromAbove, find_direction
 from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
 from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
-from umbra.receivers.raster import Raster
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
 from umbra.receivers.surface_samples import Samples
-from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
 from umbra.receivers.windows import WindowKind
 from umbra.registry import Registry
 from umbra.scene import Scene

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from umbra.lights import Lights
 from umbra.receivers.named import NamedReceivers
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.accumulators.step_masks import DayIntervals
 from umbra.study.loop import Accumulator, TileRun
 
 __all__ = ["GroupDays", "NamedDays"]
