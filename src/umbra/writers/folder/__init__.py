@@ -75,9 +75,13 @@ class Outputs(Options):
         default=False,
     )  # fmt: skip
     sheet: bool = _files(
-        "flag", "Also write sheet.png: plan and four elevations at standard scales, on A3.",
-        default=False,
+        "flag", "Also write sheet.png: plan, four elevations, times and the sun's path at a "
+        "standard scale, on A3 or A1.", default=False,
     )  # fmt: skip
+    paper: Literal["a3", "a1"] = _files(
+        "choice", "Paper of sheet=.", default="a3", choices=("a3", "a1")
+    )
+    logo: Path | None = _files("any", "A PNG for the title block of sheet=.", metavar="FILE.png")
     formats: Sequence[str] = _files(
         "texts",
         f"Also write {', '.join(NAMES)}; several with commas, or repeat. pdf and svg: every "
@@ -100,6 +104,11 @@ class Outputs(Options):
             drawn = ",".join(name for name in self.formats if name in DRAWN)
             msg = f"write='{drawn}' asks for pictures, which are left out; choose one of the two"
             raise InputError(msg, option="write", formats=self.formats)
+        if self.logo is not None:
+            from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
+
+            object.__setattr__(self, "logo", Path(self.logo))
+            read_logo(self.logo)
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
         if self.rules is not None:
