@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -203,7 +203,8 @@ def write_overviews(result: CityResult) -> list[Path]:
 def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
     """Draw the hours, and what a proposal takes of them."""
     hours, times, roofs = shrink_hours(result, plan=told)
-    divisor, words, show = 1, "", cast("Show", "shadow")
+    show: Show = "shadow"
+    divisor, words = 1, ""
     if told is not None:
         divisor, words = find_mean(told.study, told.job.options)
         if len(told.study.period.days) > 1:  # long days have more of both: those of sun compare
@@ -211,9 +212,8 @@ def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
     what = f"{name_hours(show)}{words}" if words else ""
     end = result.up_hours / divisor
     drawn = _Drawing(result, told, times, roofs)
-    paths = [
-        drawn.draw(hours / np.float32(divisor), "map.png", what, end, dark_from=end, show=show)
-    ]
+    hours = hours / np.float32(divisor)
+    paths = [drawn.draw(hours, "map.png", what, end, dark_from=end, show=show)]
     if _LOST in result.bands:
         lost, *_ = shrink_hours(result, _LOST, plan=told)
         lost /= np.float32(divisor)
