@@ -252,7 +252,8 @@ def note_cut(job: FolderJob) -> None:
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
     pictures = _draw_points(job) if job.outputs.pictures else []
-    if job.study.samples is None and job.study.has_hours:
+    tells_roofs = job.study.kind.name == "areas"  # with how much of each lies under them
+    if job.study.samples is None and job.study.has_hours and not tells_roofs:
         _note_buried(job)
     return pictures, _write_files(job, describe_points(job))
 
