@@ -65,7 +65,7 @@ _HOMES = {
     "Mesh": "umbra.scene",
     "Part": "umbra.scene",
     "Picture": "umbra.calls.picture",
-    "Scene": "umbra.scene",
+    "Scene": "umbra.readers",  # which reads the files that a scene is made from
     "ShadowStudy": "umbra.calls.study_result",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",

@@ -278,7 +278,7 @@ def read_length(text: str) -> float:
         return float(number) * _UNITS[(unit or "m").lower()]
     except ValueError as error:
         units = "mm, cm, m, km, ft"
-        msg = f"'{text}' is no length; give metres, or one in {units}: 50cm"
+        msg = f"'{text}' is not a length; give metres, or one in {units}: 50cm"
         raise ValueError(msg) from error
 
 

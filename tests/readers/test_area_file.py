@@ -152,7 +152,7 @@ def test_features_without_names_are_numbered(tmp_path):
     [
         ([], "holds no polygon"),
         ([("a", [CORNERS]), ("b", [HOLE]), ("a", [HOLE])], r"called 'a' .*features 1 and 3"),
-        ([("bow", [[(0, 0), (4, 4), (4, 0), (0, 4)]])], r"'bow' is no valid polygon"),
+        ([("bow", [[(0, 0), (4, 4), (4, 0), (0, 4)]])], r"'bow' is not a valid polygon"),
         ([("flat", [[(0, 0), (4, 4)]])], r"'flat' has a ring of fewer than three"),
         ([("far", [shift(CORNERS, (9e6, 9e6))])], r"'far' lies .* km from the model"),
     ],

@@ -218,11 +218,11 @@ def test_names_that_points_have_already_do_not_clash(scene):
 
 
 SLIPS = [
-    ({"bow": shapely.Polygon([(0, 0), (4, 4), (4, 0), (0, 4)])}, "no valid polygon"),
+    ({"bow": shapely.Polygon([(0, 0), (4, 4), (4, 0), (0, 4)])}, "not a valid polygon"),
     ({"far": shapely.box(0, 9e5, 1, 9e5 + 1)}, "from the model"),
     ([Area("a", HOLED), Area("a", BENT)], "2 areas are called 'a'"),
     ({}, "holds no polygon"),
-    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is no polygon"),
+    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is not a polygon"),
     (7, "areas is a file of polygons"),
     ("Garden*", "matches no part"),
 ]

@@ -24,7 +24,7 @@ FLAG = re.compile(r"--[a-z-]+(/--[a-z-]+)?")
 @pytest.mark.parametrize(
     ("python", "shell"),
     [
-        ("take a no_cast= pattern away", "take a --no-cast pattern away"),
+        ("remove a no_cast= pattern", "remove a --no-cast pattern"),
         ("give latitude= and longitude= in degrees", "give --lat and --lon in degrees"),
         ("run it with receivers='top'", "run it with --receivers top"),
         ("the ground lies at z = 3 m (ground=)", "the ground lies at z = 3 m (--ground)"),

@@ -41,6 +41,17 @@ def test_hours_lost_have_a_legible_ramp_that_is_not_the_one_of_shadow(vision):
     assert find_steps(shadow, vision).min() >= 5
 
 
+@pytest.mark.parametrize("vision", VISIONS)
+def test_hours_won_and_lost_darken_from_paper_to_both_sides(vision):
+    change = shade_ramp(17, "change")
+    assert find_steps(change[8:], vision).min() >= 5
+    assert find_steps(change[8::-1], vision).min() >= 5
+    np.testing.assert_allclose(change[8], 0.98, atol=0.02)
+    ends = to_oklab(see(change[[0, -1]], vision))
+    if vision != "grey":  # which is told by its words
+        assert np.linalg.norm(ends[0, 1:] - ends[1, 1:]) > 0.08
+
+
 def test_ramps_share_no_hue_and_sunlit_roofs_are_not_paper():
     lost, shadow = (to_oklab(shade_ramp(9, ramp)[2:]) for ramp in ("loss", "shade"))
     apart = np.linalg.norm(lost[:, None, 1:] - shadow[None, :, 1:], axis=-1)

@@ -97,10 +97,8 @@ class FilmOptions(Options):
 
     def _check(self, name: str, asked: str, frames: int) -> int:
         if not 2 <= frames <= _MOST_FRAMES:
-            msg = (
-                f"{asked} is {frames:,} frames at rate={self.rate}; from 2 to {_MOST_FRAMES:,} "
-                "can be drawn"
-            )
+            many = f"{frames:,} frame{'' if frames == 1 else 's'}"
+            msg = f"{asked} is {many} at rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
             raise InputError(msg, option=name)
         return frames
 

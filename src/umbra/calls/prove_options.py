@@ -64,7 +64,7 @@ class JudgedOptions(Options):
     )  # fmt: skip
     proposed: Sequence[str] = _casters(
         "patterns",
-        "Parts of the proposal: names, kinds or layers; what is there without them is before.",
+        "Parts of the proposal: names, kinds or layers; the model without them is before.",
         default=(),
     )
     replace: Sequence[str] = _study("replace", heading="Casters")

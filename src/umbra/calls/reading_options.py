@@ -69,7 +69,7 @@ class ReadingOptions(Options):
     )  # fmt: skip
     animation: str | None = _reading(
         "text",
-        "The animation that time= is of, or that umbra view plays: its name, its number, or all; "
+        "The animation that time= poses, or that umbra view plays: its name, its number, or all; "
         "default: 0, the first.",
         metavar="NAME",
     )
@@ -106,8 +106,9 @@ class ReadingOptions(Options):
         default=(), metavar="LAYER=M|ground",
     )  # fmt: skip
     move: tuple[str, ...] = _reading(
-        "texts", "Move a layer by these lengths along x, y and z.",
-        default=(), metavar="LAYER=DX,DY[,DZ]",
+        "texts", "Move a layer by these lengths along x, y and z, after it was turned clockwise by "
+        "TURN degrees about the middle of its plan.",
+        default=(), metavar="LAYER=DX,DY[,DZ][,TURN]",
     )  # fmt: skip
     allow_outside: bool = _reading(
         "flag",
@@ -117,7 +118,7 @@ class ReadingOptions(Options):
     )  # fmt: skip
     max_memory: float | None = _reading(
         "number",
-        "Memory that reading may take [GB], for files that are refused as they need more; default: "
+        "Memory that reading may take [GB]; raise it for a file that is refused; default: "
         "128 times their size, at least 0.5 GB, at most half of the memory.",
         unit="GB", metavar="GB", is_kept=False,
     )  # fmt: skip

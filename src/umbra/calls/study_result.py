@@ -232,6 +232,8 @@ class ShadowStudy:
         *formats: str,
         report: bool = False,
         sheet: bool = False,
+        paper: Literal["a3", "a1"] = "a3",
+        logo: Path | None = None,
         pictures: bool = True,
         rules: str | Path | None = None,
         show: Literal["shadow", "sun"] | None = None,
@@ -255,6 +257,9 @@ class ShadowStudy:
             Also ``report.html``.
         sheet : bool
             Also ``sheet.png``: plan and four elevations.
+        paper : {'a3', 'a1'}
+        logo : path, optional
+            Paper of the sheet, and a PNG for its title block.
         pictures : bool
             ``hours.png``, ``profile.png`` and other maps.
         rules : path, optional
@@ -279,8 +284,8 @@ class ShadowStudy:
         from umbra.writers.folder.write import note_earlier, raise_failures, write_study  # noqa: PLC0415
 
         outputs = Outputs(
-            formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
-            show=show, at=at, title=title, subtitle=subtitle,
+            formats=formats, report=report, sheet=sheet, paper=paper, logo=logo, pictures=pictures,
+            rules=rules, show=show, at=at, title=title, subtitle=subtitle,
         )  # fmt: skip
         if rules:
             self._tell_panes()

@@ -145,7 +145,7 @@ def _read_times(times: Any) -> Any:
         msg = "times have no time zone; give it, such as times.tz_localize('Europe/Vienna')"
         raise InputError(msg, option="times")
     if not len(index) or index.hasnans:
-        msg = "times are empty or hold a NaT; give at least one, and no others"
+        msg = "times are empty or hold a NaT; give at least one, and no NaT"
         raise InputError(msg, option="times")
     return index
 

@@ -55,7 +55,7 @@ def command(
     **given: Any,
 ) -> None:
     """
-    Find how high one may build on a plot so that rules of sunlight stay kept around it.
+    Find how high one may build on a plot while rules of sunlight are still met around it.
 
     Writes envelope.png, envelope.tif (heights), envelope.obj and envelope.glb into the folder
     --out. The result is verified by an exact study with the envelope in the model; the volume

@@ -114,7 +114,7 @@ NO_LOCKS = (
     "note: the file system of '{folder}' has no locks, as some network folders; another run into "
     "it at the same time is not noticed, and their files would mix"
 )
-KEPT = "earlier results are as they were"
+KEPT = "earlier results are unchanged"
 
 
 @contextmanager

@@ -25,6 +25,7 @@ from umbra.readers.placing import check_placings, read_placings
 from umbra.readers.region import Region, keep_inside, make_region
 from umbra.readers.sited import assume_crs, check_crs, leave_crs, tell_unused_crs
 from umbra.scene import Scene, Source, make_scene
+from umbra.scene.exchange import FOOTPRINT_READERS
 from umbra.scene.numbers import read_number
 
 __all__ = ["read"]
@@ -107,7 +108,8 @@ def read(  # noqa: PLR0913  (each option by its name)
     lift : sequence of str
         ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
     move : sequence of str
-        ``LAYER=DX,DY[,DZ]``, by which the layer is moved [m].
+        ``LAYER=DX,DY[,DZ][,TURN]``, by which the layer is moved [m], after it was turned clockwise
+        about the middle of its plan [degrees].
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
@@ -207,6 +209,8 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
             choices = replace(choices, region=choices.region.settle(model.crs))
             model = _keep_inside(model, choices.region, path)
         layers.append(FileLayer(name, path, model, placing))
+        if placing is not None:
+            source = replace(source, moved=(*placing.move, placing.turn))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     if unused := tell_unused_crs(named, choices.crs):
         model = layers[0].model
@@ -324,13 +328,6 @@ def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
     return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
 
 
-def _check_triangles(model: FileModel) -> None:
-    if not any(part.triangles for part in model.parts):
-        left_out = f" ({'; '.join(model.notes)})" if model.notes else ""
-        msg = f"has no triangles{left_out}; export the model with its surfaces"
-        raise InputError(msg)
-
-
 def _check_there(path: Path) -> None:
     """Check that a file can be read, without opening it: a pipe can be opened only once."""
     try:
@@ -381,11 +378,16 @@ def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, So
         kind = find_format_kind(content)
         given = content if kind in STREAMED else content.data
         model = load_reader(kind)(given, path, choices)
-        if not model.outside:
-            _check_triangles(model)
+        if not (model.outside or any(part.triangles for part in model.parts)):
+            left_out = f" ({'; '.join(model.notes)})" if model.notes else ""
+            msg = f"has no triangles{left_out}; export the model with its surfaces"
+            raise InputError(msg)
         check_soup(model.parts)
     # A name in a note may hold a line break, and a note is a line.
     name = show_name(path)
     notes = tuple(f"{name}: {' '.join(note.split())}" for note in model.notes)
     source = Source(name, content.digest.hex(), model.format, ground=model.place.ground)
     return replace(model, notes=notes), source
+
+
+FOOTPRINT_READERS.append(read)

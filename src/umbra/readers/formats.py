@@ -7,12 +7,12 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from json import JSONDecodeError
 from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.packages import load_named
 from umbra.readers.added import REGISTRY, read_added
 from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
@@ -32,24 +32,24 @@ Reader = Callable[[Any, Path, ReadChoices], FileModel]
 
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
-    "json": ("umbra.readers.formats", "read_json"),
-    "b3dm": ("umbra.readers.tileset", "read_b3dm"),
-    "citygml": ("umbra.readers.citygml", "read_citygml"),
-    "collada": ("umbra.readers.collada", "read_collada"),
-    "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
-    "glb": ("umbra.readers.gltf", "read_gltf"),
-    "i3dm": ("umbra.readers.tileset", "read_i3dm"),
-    "ifc": ("umbra.readers.ifc", "read_ifc"),
-    "kml": ("umbra.readers.kml", "read_kml"),
-    "obj": ("umbra.readers.obj", "read_obj"),
-    "parquet": ("umbra.readers.parquet", "read_parquet"),
-    "points": ("umbra.readers.point_cloud", "read_cloud_points"),
-    "rhino": ("umbra.readers.rhino", "read_rhino"),
-    "off": ("umbra.readers.triangle_soup", "read_off"),
-    "ply": ("umbra.readers.triangle_soup", "read_ply"),
-    "stl": ("umbra.readers.triangle_soup", "read_stl"),
-    "tiff": ("umbra.readers.height_raster", "read_raster"),
-    "vector": ("umbra.readers.footprint_files", "read_vectors"),
+    "json": "umbra.readers.formats:read_json",
+    "b3dm": "umbra.readers.tileset:read_b3dm",
+    "citygml": "umbra.readers.citygml:read_citygml",
+    "collada": "umbra.readers.collada:read_collada",
+    "fcb": "umbra.readers.flatcitybuf:read_flatcitybuf",
+    "glb": "umbra.readers.gltf:read_gltf",
+    "i3dm": "umbra.readers.tileset:read_i3dm",
+    "ifc": "umbra.readers.ifc:read_ifc",
+    "kml": "umbra.readers.kml:read_kml",
+    "obj": "umbra.readers.obj:read_obj",
+    "parquet": "umbra.readers.parquet:read_parquet",
+    "points": "umbra.readers.point_cloud:read_cloud_points",
+    "rhino": "umbra.readers.rhino:read_rhino",
+    "off": "umbra.readers.triangle_soup:read_off",
+    "ply": "umbra.readers.triangle_soup:read_ply",
+    "stl": "umbra.readers.triangle_soup:read_stl",
+    "tiff": "umbra.readers.height_raster:read_raster",
+    "vector": "umbra.readers.footprint_files:read_vectors",
 }
 
 STREAMED = {"citygml", "fcb", "parquet", "points", "tiff", "vector"}
@@ -112,8 +112,8 @@ def load_reader(kind: str) -> Reader:
     """Import the reader of a kind: (data or content, path, choices) -> FileModel."""
     if kind not in READERS:
         return partial(read_added, kind)
-    module, function = READERS[kind]
-    return getattr(import_module(module), function)
+    reader: Reader = load_named(READERS[kind])
+    return reader
 
 
 def find_format_kind(content: FileContent) -> str:

@@ -1,12 +1,12 @@
 """
 Soft shadows: the share of an area light that each visible point sees.
 
-    __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
-    samples.py  many hard shadows averaged: the reference
-    wedges.py   hard count, corrected along silhouette edges
-    complexity.py  casters counted at spots of the light
-    parts.py    their kernel: part of the light hidden by an edge
-    weng.py     scaled layers of the hard volume, stacked
+    __init__.py       the lights: evenly bright rectangles, balls, discs in the sky as the sun
+    light_samples.py  many hard shadows averaged: the reference
+    wedges.py         hard count, corrected along silhouette edges
+    complexity.py     casters counted at spots of the light
+    parts.py          their kernel: part of the light hidden by an edge
+    weng.py           scaled layers of the hard volume, stacked
 
 A method is a function ``(counter, view, frame, camera, light)`` of its module, which
 returns (rows, cols) float32: 1 is fully lit, 0 umbra, 1 where nothing is seen. The counter is a
@@ -16,13 +16,13 @@ method, write the module and list it in `umbra.methods.SOFT` and ``_FUNCTIONS``.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, check_type
 from umbra.methods import SOFT
+from umbra.packages import load_named
 from umbra.scene.large_lights import spread
 from umbra.scene.lights import Light
 from umbra.scene.numbers import OUTSIDE, check_reach, read_number, read_vector
@@ -60,8 +60,7 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
     if name not in SOFT:
         msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
-    module, _, function = _FUNCTIONS[name].partition(":")
-    method: Callable[..., NDArray[np.float32]] = getattr(import_module(module), function)
+    method: Callable[..., NDArray[np.float32]] = load_named(_FUNCTIONS[name])
     return method
 
 

@@ -58,7 +58,7 @@ class StudyOptions(ReceiverOptions):
     )  # fmt: skip
     replace: Sequence[str] = _results(
         "patterns", "Parts that the proposal replaces: they stand before, and are gone after; "
-        "where they stood no cell of a plan was before. Ground and terrain stay.", default=(),
+        "where they stood, a plan has no cell before. Ground and terrain stay.", default=(),
     )  # fmt: skip
     replace_in: str | Path | Sequence[Any] | None = _results(
         "table", "Polygons of a plot, a file as of areas= or WKT: the proposal replaces what "

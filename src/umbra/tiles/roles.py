@@ -132,7 +132,7 @@ class Roles:
         if (options.cast or options.no_cast or options.replace) and not any(
             self.find_casting(file.number).any() for file in files
         ):
-            msg = "no part is left to cast a shadow; take a no_cast= pattern away"
+            msg = "no part is left to cast a shadow; remove a no_cast= pattern"
             raise InputError(msg, option="no_cast")
 
     def _find_kept(self, file: CityFile) -> NDArray[np.bool_]:
@@ -201,7 +201,7 @@ class CityGroups:
         ):
             msg = (
                 f"{option}='{pattern}' matches only parts that do not cast; "
-                "take a no_cast= pattern away"
+                "remove a no_cast= pattern"
             )
             raise InputError(msg, option=option, pattern=pattern)
 

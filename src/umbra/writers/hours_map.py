@@ -114,14 +114,17 @@ def fill_hours(
     if not has_scale:
         hours = np.full_like(hours, np.nan)
     levels = find_levels(max_hours) if has_lines else []
+    texts = [f"{level} h" for level in levels] * 2 if ramp == "change" else []
+    if ramp == "change":
+        levels += [-level for level in levels]
     # Paint stays; lines and labels count the other way.
     traced = max_hours - hours if show == "sun" else hours
-    shares = [level / max_hours for level in levels]
+    shares = [abs(level) / max_hours for level in levels]
     fill_map(
         panel,
         resample(hours, panel.map_size) / (max_hours if has_scale else 1),
         hours,
-        Lines(traced, levels, [1 - share if show == "sun" else share for share in shares]),
+        Lines(traced, levels, [1 - share if show == "sun" else share for share in shares], texts),
         ramp,
         dark=day.find_dark() if has_scale else None,
         words="no values here" if has_scale else NIGHT,
@@ -241,7 +244,12 @@ def draw_hours_key(
         sheet = _draw_hatch_key(sheet, hatch)
     title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
     colors = shade_ramp(ramp=ramp)[:: -1 if show == "sun" else 1]
-    draw_color_bar(sheet, colors, _find_scale_ticks(max_hours), title, remark, swatches)
+    ticks = _find_scale_ticks(max_hours)
+    if ramp == "change":
+        won = [((1 - at) / 2, f"{name} won") for at, name in ticks[:0:-1]]
+        lost = [((1 + at) / 2, f"{name} lost" if at else name) for at, name in ticks]
+        ticks = won + lost
+    draw_color_bar(sheet, colors, ticks, title, remark, swatches)
 
 
 def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:

@@ -27,6 +27,7 @@ from typing import IO, TYPE_CHECKING, Any, Self
 
 from umbra.errors import UmbraError
 from umbra.machine import HOME, count_cores, make_command
+from umbra.packages import load_named
 
 if TYPE_CHECKING:
     from umbra.writers.picture_content import DayShadows, Plan
@@ -201,9 +202,7 @@ class Painter:
 
 
 def _run(name: str, path: Path, args: tuple, options: dict) -> None:
-    module, _, function = name.partition(":")
-    make = getattr(import_module(module), function)
-    make(*args, **options).save(path)
+    load_named(name)(*args, **options).save(path)
 
 
 def serve() -> None:

@@ -351,7 +351,13 @@ def _list_parts(
     rows = [(name, share, colors[name]) for name, share in shares[:_NAMED]]
     rest = shares[_NAMED:]
     if rest:
-        rows.append((f"{len(rest)} others", sum(share for _, share in rest), _OTHER))
+        rows.append(
+            (
+                f"{len(rest)} other{'s' if len(rest) > 1 else ''}",
+                sum(share for _, share in rest),
+                _OTHER,
+            )
+        )
     chart.write(x, y, "Takes of the open sky component", SMALL, weight="bold")
     wide = (_WIDE if columns == 2 else _LEGEND) / columns
     room = int((wide - 0.72) / _LETTER)

@@ -167,7 +167,7 @@ class MeasureSums(Accumulator):
         values = np.stack([np.asarray(one, np.float64) for one in found])
         wanted = (len(self.measure.quantities), *shape)
         if values.shape != wanted:
-            msg = f"derive returned {values.shape} for {wanted}"
+            msg = f"derive returned an array of shape {values.shape}, not {wanted}"
             raise ValueError(msg)
         return values
 

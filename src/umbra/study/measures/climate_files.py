@@ -73,8 +73,8 @@ def read_sunshine(given: Any) -> tuple[float, ...]:
         missing = [month for month in range(1, _MONTHS + 1) if month not in months]
         if missing:
             msg = (
-                f"{where}{len(missing)} of 12 months lack (first: month {missing[0]}); give a line "
-                "month,share for each of 1 to 12"
+                f"{where}{len(missing)} of 12 months are missing (first: month {missing[0]}); give "
+                "a line month,share for each of 1 to 12"
             )
             raise InputError(msg, option="sunshine")
         shares = np.array([months[month] for month in range(1, _MONTHS + 1)])
@@ -91,7 +91,7 @@ def read_sunshine(given: Any) -> tuple[float, ...]:
     if not np.isfinite(shares).all() or shares.min() < 0 or shares.max() > 1:
         wrong = int(np.flatnonzero(~((shares >= 0) & (shares <= 1)))[0])
         msg = (
-            f"{where}the share of month {wrong + 1} is none; give fractions of 0 to 1, or percents"
+            f"{where}month {wrong + 1} has no valid share; give fractions of 0 to 1, or percentages"
         )
         raise InputError(msg, option="sunshine")
     if not shares.any():

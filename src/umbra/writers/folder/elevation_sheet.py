@@ -9,9 +9,19 @@ from numpy.typing import NDArray
 from umbra.ground.level import has_terrain
 from umbra.receivers.orthographic import COMPASS, Elevation
 from umbra.scene import Scene
-from umbra.study import Study, StudyOptions, count_finer, run, split_dates, tell_dates
+from umbra.study import (
+    Study,
+    StudyOptions,
+    count_finer,
+    make_preview,
+    run,
+    split_dates,
+    tell_dates,
+)
+from umbra.sun import find_sun
+from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.edges import find_grid_appearance
-from umbra.writers.elevations import arrange, find_pixel_side
+from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     Scale,
@@ -22,6 +32,8 @@ from umbra.writers.folder.captions import (
     tell_every,
 )
 from umbra.writers.picture_content import DayMap, Plan
+from umbra.writers.proof.logo import read_logo
+from umbra.writers.title_block import SunPath
 
 __all__ = ["draw_sheet"]
 
@@ -41,7 +53,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     boxes = [_find_box(scene, study, side) for side in _SIDES]
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
     need, most = _find_window(study, plan, options)
-    arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes)
+    arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes, job.outputs.paper)
     half = np.array(arrangement.plan) / 2
     window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
     drawn: dict[str, Any] = {"size": None, "by_day": len(split_dates(study)) > 1}
@@ -52,7 +64,6 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     plan = _redraw(plan, seen)
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
-    cell = find_pixel_side(arrangement, 1)
     for side, box in zip(_SIDES, boxes, strict=True):
         seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
@@ -64,6 +75,8 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             roofs_cover=False,
         )  # fmt: skip
         sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+    model = scene.model_bounds()[:, :2].mean(0) - need.mean(0)
+    logo = None if job.outputs.logo is None else read_logo(job.outputs.logo)
     names = []
     for k in choose_panels(study) if len(plans) > 1 else (0,):
         own, name = plan, "sheet.png"
@@ -91,9 +104,56 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
         job.painter.draw_elevations(
             job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
             show=scale.show, what=scale.what,
+            content=SheetContent(
+                (float(model[0]), float(model[1])), *_find_moments(plans[k], plan),
+                _find_sun_path(plans[k]), logo,
+            ),
         )  # fmt: skip
         names.append(name)
     return names
+
+
+_CLOCK = [f"{hour:02}:00" for hour in range(24)]
+_LONGEST = 400  # cells of the small plans along a side
+
+
+def _find_hours(study: Study) -> Stamps | None:
+    """Return the whole hours of a date within the study's."""
+    days = study.period.days
+    if len(days) != 1:
+        return None
+    stamps = find_stamps(days[0], _CLOCK, study.site.zone)
+    starts, ends = (of.view("datetime64[us]") for of in (study.period.starts, study.period.ends))
+    kept = stamps.stamps[(stamps.stamps >= starts.min()) & (stamps.stamps <= ends.max())]
+    return Stamps(stamps=kept, zone=stamps.zone) if len(kept) else None
+
+
+def _find_moments(
+    study: Study, plan: Plan
+) -> tuple[list[tuple[str, NDArray[np.bool_]]], Plan | None]:
+    """Return the shadows at whole hours with the sun up, and the plan of their cells."""
+    stamps = _find_hours(study)
+    if stamps is None:
+        return [], None
+    preview = make_preview(study, _LONGEST, stamps)
+    up: list[bool] = [not np.isnan(one).any() for one in preview.away]
+    shown = replace(
+        plan, x=preview.x, y=preview.y, building_height=preview.heights.astype(np.float32),
+        appearance=None, canopies=None, nothing=None, proposed=None,
+    )  # fmt: skip
+    pairs = zip(stamps.labels(), preview.shadows, up, strict=True)
+    return [(label, mask) for label, mask, is_up in pairs if is_up], shown
+
+
+def _find_sun_path(study: Study) -> SunPath:
+    """Return the sun's path of a date, and its whole hours."""
+    sun, stamps = study.period.sun, _find_hours(study)
+    path = np.column_stack([sun.azimuth, sun.altitude])[sun.is_up]
+    if stamps is None:
+        return SunPath()
+    found = find_sun(study.site, stamps.stamps, refraction=study.refraction)
+    hours = zip(stamps.labels(), found.azimuth, found.altitude, found.is_up, strict=True)
+    return SunPath(path, [(label[:2], float(a), float(h)) for label, a, h, is_up in hours if is_up])
 
 
 def _find_window(
@@ -109,7 +169,9 @@ def _find_window(
     whole = np.array([[x0, y0], [x1, y1]])
     if options.extent is not None:
         return whole, (x1 - x0, y1 - y0)
-    model = np.clip(study.model.scene.model_bounds()[:, :2], *whole)
+    model = study.model.scene.model_bounds()[:, :2]
+    if has_terrain(study.model.scene):
+        model = np.clip(model, *whole)
     room = 0.03 * float(np.ptp(model, axis=0).max())
     hours = study.shadow_hours
     matters = hours >= max(study.up_hours * MATTERS, 1e-6)

@@ -155,7 +155,7 @@ def _draw_hours(
     job: FolderJob, name: str, plan: Plan, shown: Sequence[Study], what: str = ""
 ) -> None:
     """Draw the hours of some dates, a map each, on the scale of all."""
-    scale, finer = Scale.of(job), count_dates(shown)
+    scale, finer = Scale.of(job), count_dates(shown, job)
     maps = [
         make_map(
             one, shown, fit_hours(scale.read_hours(fine or one), plan.shape),

@@ -62,21 +62,29 @@ def summarise(study: Study) -> dict[str, Any]:
     }
 
 
-def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
+def tell_answers(
+    study: Study, proposed: Sequence[str] = (), *, effect_first: bool = False
+) -> list[str]:
     """
     Tell what a study found: named areas first, then the hours of each date, and each measure.
 
     Each line names the area that its figures are of. ``proposed`` are the patterns of the
-    proposal's parts; what it takes is told before the hours that are left.
+    proposal's parts; what it takes is told before the hours that are left, with ``effect_first``
+    before all else.
     """
     taker = _name_proposal(study, proposed)
-    counted, lines = study.kind.find_counted(study), []
+    counted = study.kind.find_counted(study)
+    lines: list[str] = []
+    effects: list[str] = []
     if study.has_hours and counted is not None:
         dates = split_dates(study)
-        lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one, taker)]
+        for date in dates[:_MOST_DATES]:
+            *effect, left = _tell_hours(date, taker) or [""]
+            (effects if effect_first else lines).extend(effect)
+            lines += [left] if left else []
         if len(dates) > _MOST_DATES:
             lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
-    lines = tell_areas(study.areas) + lines
+    lines = effects + tell_areas(study.areas) + lines
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:
