@@ -95,9 +95,11 @@ def tell_answers(
         if counted is None or figures["mean"] is None:
             continue
         mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
+        of = counted.with_value(study.more[one.name][1])
         lines.append(
-            f"{one.long_name}: {mean} in the mean of {counted.tell_whole()} "
-            f"({counted.name}), from {least} to {most}"
+            f"{one.long_name}: {mean} in the mean of {of.tell_whole()} "
+            f"({counted.name}{' with a value' if of.whole < counted.whole else ''}), "
+            f"from {least} to {most}"
         )
     return lines
 
@@ -203,7 +205,10 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
         names = np.asarray(study.more[one.per][1]).tolist()
         each = {name: counted.average(row) for name, row in zip(names, values, strict=True)}
         return {"unit": one.unit, "of": each}
+    counted = counted.with_value(values)
     known = values[counted.which]
+    if not len(known):
+        return figures
     least, most = float(known.min()), float(known.max())
     return {**figures, "mean": counted.average(values), "least": least, "most": most}
 
