@@ -11,9 +11,9 @@ from umbra.rays.disc_contacts import SEEN, DiscTrack, find_contacts
 from umbra.rays.disc_sides import NO_LAND, LandEdge, make_land_edge
 from umbra.rays.sun_disc import find_free_disc
 from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.sky.land import find_bends
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.hours import HourSums
-from umbra.sky.land import find_bends
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 
