@@ -14,6 +14,7 @@ from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.sky.land_curtain import find_bends
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.step_masks import HourSums
+from umbra.study.light_sums import NO_PARTS, LightParts
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 
@@ -62,7 +63,7 @@ class DiscHours(HourSums):
 
     def _add_groups(
         self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
-        progress: Callable[[int], object],
+        progress: Callable[[int], object], parts: LightParts = NO_PARTS,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
         """Return the hours of hidden parts of the disc; canopies have none."""
         tile, places = run.tiles[0], self._places
