@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.receivers.kind import Variables
+from umbra.receivers.kind import DIMS, Variables
 from umbra.receivers.placed import PlacedReceivers
-from umbra.receivers.single import DIMS
 
 __all__ = ["NamedReceivers"]
 

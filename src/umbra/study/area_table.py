@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.receivers.kind import Variables
-from umbra.receivers.named import NamedReceivers
 from umbra.sun.clock import Stamps
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from umbra.receivers.named import NamedReceivers
     from umbra.study.result import Study
 
 __all__ = ["AreaTable", "name_share", "tabulate"]
@@ -53,7 +53,7 @@ class AreaTable:
     columns: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     @property
-    def laid(self) -> NamedReceivers:
+    def laid(self) -> "NamedReceivers":
         """The areas and their samples."""
         return cast("NamedReceivers", self.study.laid)
 
