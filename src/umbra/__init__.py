@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from umbra.calls.picture import Picture, render
     from umbra.calls.place import place
     from umbra.calls.prove import prove
-    from umbra.calls.result import ShadowStudy
     from umbra.calls.sky import sky_view
     from umbra.calls.study import shadow_study
+    from umbra.calls.study_result import ShadowStudy
     from umbra.calls.sun_access import sun_access
     from umbra.calls.vectors import VectorDrawing, draw_vectors
     from umbra.calls.window import show
@@ -65,8 +65,8 @@ _HOMES = {
     "Mesh": "umbra.scene",
     "Part": "umbra.scene",
     "Picture": "umbra.calls.picture",
-    "Scene": "umbra.scene",
-    "ShadowStudy": "umbra.calls.result",
+    "Scene": "umbra.readers",  # which reads the files that a scene is made from
+    "ShadowStudy": "umbra.calls.study_result",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
     "VectorDrawing": "umbra.calls.vectors",

@@ -1,4 +1,4 @@
-"""Packages of extras: imported where something needs them; errors say how to install them."""
+"""Modules and packages of extras imported where something needs them; how to install those."""
 
 import json
 import shlex
@@ -12,10 +12,18 @@ from urllib.parse import unquote, urlsplit
 
 from umbra.errors import InputError, UmbraError
 
-__all__ = ["NAME", "find_source", "make_folder_error", "need", "require", "write_install"]
+__all__ = [
+    "NAME", "find_source", "load_named", "make_folder_error", "need", "require", "write_install",
+]  # fmt: skip
 
 NAME = "umbra-shadows"
 """The distribution's name in a package index."""
+
+
+def load_named(text: str) -> Any:
+    """Return the object that ``module:name`` names; its module is imported on first use."""
+    module, _, name = text.partition(":")
+    return getattr(import_module(module), name)
 
 
 def need(module: str, extra: str, what: str) -> Any:

@@ -133,7 +133,7 @@ class Registry(Generic[T]):
         """Return the object that an entry point names."""
         found = given() if isinstance(given, type) else given
         if not isinstance(found, self._base):
-            msg = f"it is none; umbra.extending.{self._advice} is the base of one"
+            msg = f"it is not derived from umbra.extending.{self._advice}"
             raise TypeError(msg)
         lacking = [name for name in self._needs if not hasattr(found, name)]
         if lacking:

@@ -15,7 +15,7 @@ from dataclasses import MISSING, fields
 from typing import Any, TypeVar
 
 from umbra.errors import InputError, find_similar, write_for_docs
-from umbra.options import Option, list_options
+from umbra.option_fields import Option, list_options
 
 __all__ = ["check_names", "takes"]
 

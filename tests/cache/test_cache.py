@@ -78,7 +78,7 @@ def test_nothing_of_a_scene_is_forgotten():
     names = {"name", "kind", "mesh", "transform", "material", "binding", "layer", "tags"}
     assert {field.name for field in fields(Part)} == names
     assert {field.name for field in fields(Mesh)} == set(_WIDTHS)
-    names = {"name", "sha256", "format", "is_companion", "path", "layer", "frame"}
+    names = {"name", "sha256", "format", "is_companion", "path", "layer", "frame", "ground"}
     assert {field.name for field in fields(Source)} == names
     assert all(
         isinstance(getattr(Material(), field.name), (str, bool, float, tuple, type(None)))

@@ -15,8 +15,8 @@ from umbra.calls.openness import (
     follow_openness,
     smooth_openness,
 )
-from umbra.calls.options import RenderOptions
 from umbra.calls.picture import draw_picture
+from umbra.calls.picture_options import RenderOptions
 from umbra.devices import find_device
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Material, Mesh, Part, make_scene

@@ -93,7 +93,8 @@ CALLS = {
     "write": (
         lambda study, folder, **options: study.write(folder, **options),
         {"study": None, "folder": "out", "pictures": False, "report": False,
-         "sheet": False, "rules": None, "show": None, "at": (), "title": None, "subtitle": None},
+         "sheet": False, "paper": "a3", "logo": None, "rules": None, "show": None, "at": (),
+         "title": None, "subtitle": None},
     ),
     "city": (
         umbra.city_study,

@@ -415,7 +415,7 @@ def test_ctrl_c_in_any_stage_clears_the_bar(tower, tmp_path, stage):
     status, out, shown = run_on_a_terminal(command, tmp_path, until=stage)
     assert status == 2, shown
     assert not out
-    said = "umbra: interrupted; earlier results are as they were\r\n"
+    said = "umbra: interrupted; earlier results are unchanged\r\n"
     assert shown.endswith(f"\x1b[2K\r\n{said}")
     assert not (tmp_path / "results").exists()
 

@@ -9,7 +9,7 @@ import pytest
 import umbra
 from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
 from umbra.cli import main, render, study, view
-from umbra.options import list_options
+from umbra.option_fields import list_options
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["study", "--help"], ["render", "-h"]])

@@ -87,7 +87,7 @@ def test_a_writer_that_is_deaf_is_ended_and_leaves_the_earlier_results(tmp_path,
     subprocess.run([str(SCRIPT), *map(str, command)], check=True, capture_output=True)
     before = {path.name: path.read_bytes() for path in out.iterdir()}
     patch = """
-    import umbra.writers.formats as formats
+    import umbra.writers.output_formats as formats
     from dataclasses import replace
     formats.FORMATS["csv"] = replace(formats.FORMATS["csv"], write=spin)
     """
@@ -102,7 +102,7 @@ def test_a_writer_that_is_deaf_is_ended_and_leaves_the_earlier_results(tmp_path,
 def test_one_that_listens_cleans_up_by_itself(tmp_path, house):
     out = tmp_path / "out"
     patch = """
-    import time, umbra.writers.formats as formats
+    import time, umbra.writers.output_formats as formats
     from dataclasses import replace
 
     def wait(*_):

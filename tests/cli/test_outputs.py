@@ -94,7 +94,7 @@ def test_a_disk_that_fills_midway_leaves_the_old_results(umbra_alone, tower, tmp
     assert said.status == 1
     assert said.err.count("\n") == 1
     assert "could not write" in said.err
-    assert "earlier results are as they were" in said.err
+    assert "earlier results are unchanged" in said.err
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
@@ -104,7 +104,7 @@ def test_a_plain_study_loads_nothing_of_this():
         "print(*[name for name in sys.modules if name.startswith(('umbra.writers.', 'numpy'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    names = ("folder", "formats", "outputs")
+    names = ("folder", "output_formats", "outputs")
     light = [f"umbra.writers.{name}" for name in names]
     assert sorted(done.stdout.split()) == light
 

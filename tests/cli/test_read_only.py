@@ -58,7 +58,7 @@ def test_pictures_without_any_folder_are_refused_in_a_line(model, tmp_path):
 import umbra, tempfile
 umbra.make_scene
 try:
-    import umbra.writers.hours
+    import umbra.writers.hours_map
 except umbra.UmbraError as error:
     print(error)
 """

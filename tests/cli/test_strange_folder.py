@@ -80,7 +80,9 @@ def test_no_child_runs_what_lies_there(folder):
     try:
         with Painter() as painter:
             child = painter._child
-            painter._submit("hours.make_hours_sheet", folder)  # which lacks its plan
+            painter._submit(
+                "umbra.writers.hours_map:make_hours_sheet", folder
+            )  # which lacks its plan
             with pytest.raises(TypeError):
                 painter.wait()
             assert painter._child is child

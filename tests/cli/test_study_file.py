@@ -74,7 +74,7 @@ def test_what_is_typed_comes_before_the_file(umbra_here, no_pictures, tmp_path):
         ('dates = "2026-03-21"', "did you mean 'date'"),
         ("date = ", "is not TOML"),
         ('[study]\ndate = "2026-03-21"', "without headings"),
-        ('date = "2026-03-21"\ncell = "wide"', "is no length"),
+        ('date = "2026-03-21"\ncell = "wide"', "is not a length"),
         ('date = "2026-03-21"\nextent = [1, 2]', "--extent"),
         ('date = "yesterday"', "is not a date"),
     ],

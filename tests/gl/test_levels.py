@@ -8,8 +8,8 @@ from support.gl_judge import ROUNDING
 from support.shapes import merge
 from support.spheres import make_sphere
 
-from umbra.calls.options import RenderOptions
 from umbra.calls.picture import draw_picture
+from umbra.calls.picture_options import RenderOptions
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
 from umbra.gl.frame_counter import GlFrameCounter

@@ -1,5 +1,7 @@
 """Shaders: what does not compile is named by file and line."""
 
+from dataclasses import replace
+
 import pytest
 
 from umbra.errors import UmbraError
@@ -85,3 +87,11 @@ def test_every_vertex_shader_is_invariant():
             assert "invariant gl_Position;" in "\n".join(
                 line for line, _ in load_source(path.name)
             ), path.name
+
+
+def test_a_driver_that_cannot_number_faces_refuses_in_a_line(device):
+    broken = replace(device, renderer="softpipe")
+    with pytest.raises(UmbraError, match="GALLIUM_DRIVER=llvmpipe") as caught:
+        Program(broken, "surface.vert.glsl", "face.frag.glsl")
+    assert caught.value.option == "device"
+    Program(broken, "surface.vert.glsl", "key.frag.glsl").release()

@@ -143,6 +143,17 @@ def test_where_the_middle_is_just_hidden_half_is_seen(device, shift, method):
         np.testing.assert_allclose(line, 0.5, atol=0.01)
 
 
+@pytest.mark.parametrize("method", ["wedges", "complexity"])
+def test_a_wall_in_whose_plane_the_middle_stands(device, method):
+    # By hand as in tests/soft: the panel's far part is hidden, up to x / 2 beyond its middle.
+    wall = make_scene([part(sheet([(0, -500, 0), (0, 500, 0), (0, 500, 2), (0, -500, 2)]))])
+    camera = Camera((0, 0, 1.9), (0, 0, 0), up=(0, 1, 0), size=(160, 8), height=0.19, near=1e-3)
+    panel = rectangle_light(point_light((0, 0, 3)), (2, 0, 0), (0, 2, 0))
+    _, (found,) = find_on_gl(device, wall, camera, [panel], method)
+    x = np.abs(np.arange(160) - 79.5) * 0.19 / 8
+    np.testing.assert_allclose(found, np.tile(0.5 + x / 4, (8, 1)), atol=2e-3)
+
+
 def test_layers_of_a_plate_are_nested_squares(device):
     plate = make_scene([part(sheet([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]))])
     camera = Camera((0, 0, 0.9), (0, 0, 0), up=(0, 1, 0), size=(160, 160), height=4.0, near=1e-3)

@@ -7,7 +7,7 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.ground import choose_ground, stand_scene
-from umbra.calls.options import RenderOptions, ViewOptions
+from umbra.calls.picture_options import RenderOptions, ViewOptions
 from umbra.calls.styles import STYLES
 from umbra.errors import InputError
 from umbra.ground.choice import find_ground

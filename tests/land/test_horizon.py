@@ -10,9 +10,9 @@ from support.shapes import box
 
 import umbra
 from umbra.errors import InputError
-from umbra.land import view as land_view
+from umbra.land import eye_rays as land_view
+from umbra.land.eye_rays import LandView, LandWork, view_land
 from umbra.land.rays import Eye
-from umbra.land.view import LandView, LandWork, view_land
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
 from rasterio.transform import Affine  # noqa: E402

@@ -99,7 +99,7 @@ def test_gis_files_with_another_crs(tmp_path, ending):
     (area,), _ = read_areas(file, make_model())
     check(area)
     assert area.name == "garden"
-    from umbra.receivers.areas import find_areas  # noqa: PLC0415
+    from umbra.receivers.area_search import find_areas  # noqa: PLC0415
 
     (same,), _ = find_areas(make_model(), frame)
     assert shapely.equals_exact(same.polygon.normalize(), area.polygon.normalize(), 1e-6)
@@ -152,7 +152,7 @@ def test_features_without_names_are_numbered(tmp_path):
     [
         ([], "holds no polygon"),
         ([("a", [CORNERS]), ("b", [HOLE]), ("a", [HOLE])], r"called 'a' .*features 1 and 3"),
-        ([("bow", [[(0, 0), (4, 4), (4, 0), (0, 4)]])], r"'bow' is no valid polygon"),
+        ([("bow", [[(0, 0), (4, 4), (4, 0), (0, 4)]])], r"'bow' is not a valid polygon"),
         ([("flat", [[(0, 0), (4, 4)]])], r"'flat' has a ring of fewer than three"),
         ([("far", [shift(CORNERS, (9e6, 9e6))])], r"'far' lies .* km from the model"),
     ],

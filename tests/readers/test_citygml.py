@@ -372,7 +372,7 @@ def test_a_surface_that_links_to_itself_is_read_once(read):
 
 def test_a_coordinate_that_is_no_number_is_named(read):
     text = city(building()).replace("<gml:posList>0 6", "<gml:posList>abc 6", 1)
-    with pytest.raises(InputError, match="has a coordinate that is no number") as caught:
+    with pytest.raises(InputError, match="has a coordinate that is not a number") as caught:
         read(text)
     assert caught.value.data["object"] == "house-0"
     assert caught.value.data["line"] == 2

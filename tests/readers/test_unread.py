@@ -14,8 +14,8 @@ OLD_GLTF = {"accessors": {"a": {}}, "meshes": {"m": {}}, "nodes": {"n": {}}}
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("a.kml", XML + "<kml>", r"KML .*ogr2ogr FILE\.geojson FILE\.kml"),
-        ("a.kmz", b"PK\x03\x04...", "KML"),
+        ("a.kml", XML + "<kml></kml>", r"KML .*ogr2ogr FILE\.geojson FILE\.kml"),
+        ("a.kmz", b"PK\x03\x04...", "ZIP archive without .* KML"),
         ("a.xml", XML + "<svg>", "XML is not read"),
         ("a.3dm", b"3D Geometry File Format        7", "Rhino"),
         ("a.skp", "\ufeffSketchUp Model".encode("utf-16-le"), "SketchUp"),

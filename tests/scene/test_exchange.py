@@ -125,7 +125,7 @@ def test_geopandas_is_read_as_a_file_of_footprints():
 
 def test_what_is_of_no_such_library_is_told():
     for make in (umbra.Scene.from_trimesh, umbra.Scene.from_pyvista, umbra.Scene.from_geopandas):
-        with pytest.raises(umbra.InputError, match="but a str"):
+        with pytest.raises(umbra.InputError, match="is a str, not a"):
             make("tower")
 
 

@@ -6,8 +6,8 @@ from support.shapes import box, duplicated, merge, rewound, sheet
 
 from umbra.errors import InputError
 from umbra.sky.casters import make_sky_casters
-from umbra.sky.points import measure_sky
 from umbra.sky.tensors import find_open
+from umbra.sky.view_factors import measure_sky
 
 FAR = 1e8
 UP, EAST = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)

@@ -8,10 +8,10 @@ from umbra.sky.casters import make_sky_casters
 from umbra.sky.events import find_events, find_spans
 from umbra.sky.gather import gather_faces
 from umbra.sky.occluders import keep_above, raise_skyline
-from umbra.sky.points import measure_sky
 from umbra.sky.skyline import BINS, find_skyline
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import sum_tensors
+from umbra.sky.view_factors import measure_sky
 
 
 def gabled(seed, n=60):

@@ -11,7 +11,7 @@ from support.weather_files import HOURS, make_values, save_epw
 
 import umbra
 from umbra.sky.casters import make_sky_casters
-from umbra.sky.points import measure_sky
+from umbra.sky.view_factors import measure_sky
 
 SKY = """
 void brightfunc sky_cie 2 overcast sky.cal 0 0

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from umbra.soft.light_edges import make_coverage_planes
 from umbra.soft.parts import find_disc_part, find_square_part
-from umbra.soft.wedges import make_coverage_planes
 
 ROOM = np.zeros((8, 2)), np.zeros((8, 2))
 FAR = 1e6

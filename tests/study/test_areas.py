@@ -75,11 +75,11 @@ def test_the_last_sun_is_that_of_the_sample_that_keeps_it_longest():
 
 def test_a_garden_smaller_than_a_cell_is_sampled(scene):
     areas = {"park": shapely.box(-20, 1, 20, 41), "yard": shapely.box(0, 5, 0.5, 5.5)}
-    study = umbra.shadow_study(scene, SITE, **DAY, areas=areas, cell=2.0)
+    study = umbra.shadow_study(scene, SITE, **DAY, areas=areas, cell=2.0, receivers="areas")
     table = study.result.areas
-    counts = np.bincount(table.laid.owner)
+    counts = np.bincount(study.result.laid.owner)
     assert (counts >= 400).all()
-    assert "1 too small for cells of 2 m" in table.study.facts["areas_sampling"]
+    assert "1 too small for cells of 2 m" in table.notes[-1]
     assert list(study.areas["name"]) == ["park", "yard"]
     assert study.areas["area_m2"].tolist() == pytest.approx([1600.0, 0.25])
 
@@ -218,11 +218,11 @@ def test_names_that_points_have_already_do_not_clash(scene):
 
 
 SLIPS = [
-    ({"bow": shapely.Polygon([(0, 0), (4, 4), (4, 0), (0, 4)])}, "no valid polygon"),
+    ({"bow": shapely.Polygon([(0, 0), (4, 4), (4, 0), (0, 4)])}, "not a valid polygon"),
     ({"far": shapely.box(0, 9e5, 1, 9e5 + 1)}, "from the model"),
     ([Area("a", HOLED), Area("a", BENT)], "2 areas are called 'a'"),
     ({}, "holds no polygon"),
-    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is no polygon"),
+    ({"line": shapely.LineString([(0, 0), (1, 1)])}, "is not a polygon"),
     (7, "areas is a file of polygons"),
     ("Garden*", "matches no part"),
 ]

@@ -7,7 +7,7 @@ from support.shapes import box, moved
 
 import umbra
 from umbra.study import run_study
-from umbra.study.accumulators import hours
+from umbra.study.accumulators import step_masks
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DATES = ("2026-03-21", "2026-06-21", "2026-12-21")
@@ -177,7 +177,7 @@ def test_days_are_added_up_one_at_a_time(street, monkeypatch):
         shapes.append((len(lights), lights.weights.shape[1]))
         return add_up(counter, shape, lights, *rest)
 
-    add_up = hours.add_up
-    monkeypatch.setattr(hours, "add_up", watched)
+    add_up = step_masks.add_up
+    monkeypatch.setattr(step_masks, "add_up", watched)
     study = run(street, date=DATES, by_day=True)
     assert shapes == [(12, 1)] * len(study.day)

@@ -9,7 +9,7 @@ from umbra.study import count_finer, finer, make_preview, refine_preview, run_st
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.folder.captions import describe_smooth
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.sheet import lay_out_sheet
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

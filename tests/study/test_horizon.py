@@ -13,7 +13,7 @@ from support.weather_files import make_values, save_epw
 import umbra
 from umbra.errors import InputError
 from umbra.lights import read_horizon
-from umbra.study.study import run_study
+from umbra.study.shadow_study import run_study
 from umbra.sun import find_sun
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna", elevation=200.0)

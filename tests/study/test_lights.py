@@ -12,7 +12,7 @@ from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Request
 from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, pass_lights
 from umbra.study.options import StudyOptions
-from umbra.study.study import count_lights
+from umbra.study.shadow_study import count_lights
 
 LEANING = np.array([(0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, 0.6, 0.8), (0.0, 0.0, 1.0)])
 

@@ -12,7 +12,7 @@ from support.shapes import box
 
 import umbra
 from umbra.cli import main
-from umbra.options import list_options
+from umbra.option_fields import list_options
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import StudyOptions
 from umbra.study.remarks import tell_panes, tell_request

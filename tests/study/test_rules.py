@@ -19,8 +19,8 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.rules import judge, read_rules
 from umbra.sun import Site
+from umbra.writers.csv_tables import write_samples, write_table
 from umbra.writers.report.tables import make_verdict_table
-from umbra.writers.tables import write_samples, write_table
 
 ROOT = Path(__file__).parents[2]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

@@ -10,7 +10,7 @@ from umbra.receivers import plan as study_module
 from umbra.scene import make_scene
 from umbra.study import result as result_module
 from umbra.study import run_study
-from umbra.study.accumulators.hours import Masks
+from umbra.study.accumulators.step_masks import Masks
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 EQUATOR = umbra.Site(0.0, 0.0, "UTC")

@@ -9,7 +9,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import split_dates
 from umbra.study.loop import Accumulator
 from umbra.study.setup import Setup
-from umbra.writers.tables import write_cells
+from umbra.writers.csv_tables import write_cells
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAYS = ["2026-03-21", "2026-06-21", "2026-12-21"]

@@ -7,7 +7,7 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, sheet, turned
 
 import umbra
-from umbra.receivers.view import Elevation
+from umbra.receivers.orthographic import Elevation
 from umbra.scene import make_scene
 from umbra.study import make_preview, run, run_study
 from umbra.study.options import StudyOptions

@@ -14,7 +14,7 @@ from umbra.cli.render import command as render
 from umbra.cli.study import command as study
 from umbra.cli.view import command as view
 from umbra.errors import FLAGS, InputError, UmbraError, write_for_shell
-from umbra.options import Options, list_options
+from umbra.option_fields import Options, list_options
 
 SOURCE = Path(umbra.__file__).parent
 SHELL = re.compile(r"(?<!\w)--[a-z]")
@@ -24,7 +24,7 @@ FLAG = re.compile(r"--[a-z-]+(/--[a-z-]+)?")
 @pytest.mark.parametrize(
     ("python", "shell"),
     [
-        ("take a no_cast= pattern away", "take a --no-cast pattern away"),
+        ("remove a no_cast= pattern", "remove a --no-cast pattern"),
         ("give latitude= and longitude= in degrees", "give --lat and --lon in degrees"),
         ("run it with receivers='top'", "run it with --receivers top"),
         ("the ground lies at z = 3 m (ground=)", "the ground lies at z = 3 m (--ground)"),

@@ -12,11 +12,11 @@ import umbra
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.city import RunOptions
 from umbra.calls.massing_options import EnvelopeOptions, PartOptions
-from umbra.calls.options import DrawingOptions, RenderOptions, ViewOptions
+from umbra.calls.picture_options import DrawingOptions, RenderOptions, ViewOptions
 from umbra.calls.prove_options import JudgedOptions
-from umbra.cli.options import record_options
+from umbra.cli.click_options import record_options
 from umbra.errors import write_for_shell
-from umbra.options import Given, Options, list_options, needed, option, record
+from umbra.option_fields import Given, Options, list_options, needed, option, record
 from umbra.signatures import takes
 from umbra.study.options import StudyOptions
 from umbra.writers.folder import Outputs

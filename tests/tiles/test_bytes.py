@@ -11,7 +11,7 @@ from umbra.tiles import count, receive
 from umbra.tiles.count import count_window
 from umbra.tiles.receive import LEAST, group_suns
 from umbra.tiles.run import count_serially
-from umbra.writers.city.result import list_neighbours
+from umbra.writers.city.store_window import list_neighbours
 
 EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)

@@ -8,9 +8,9 @@ import umbra
 from umbra.scene.grid import Grid
 from umbra.tiles.city_catalogue import make_catalogue
 from umbra.tiles.city_lattice import Lattice, find_side
+from umbra.tiles.city_options import CityOptions
 from umbra.tiles.file_geometry import find_units
 from umbra.tiles.neighbourhood import find_reaching
-from umbra.tiles.options import CityOptions
 from umbra.tiles.surface_results import turn_outward
 
 

@@ -18,7 +18,7 @@ from umbra.calls.city import run_city
 from umbra.errors import InputError, write_for_shell
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_file import check_reading
-from umbra.tiles.options import CityOptions
+from umbra.tiles.city_options import CityOptions
 from umbra.writers.city import check_city_formats
 
 GIVEN = {**DAY, "receivers": "ground", "cell": 2.0}

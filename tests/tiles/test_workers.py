@@ -15,9 +15,9 @@ from support.sockets import find_doors, find_family, on_linux, run_as_nobody
 
 import umbra
 from umbra.errors import InputError
-from umbra.tiles import options as city_options
+from umbra.tiles import city_options
+from umbra.tiles.city_options import CityOptions
 from umbra.tiles.cluster import open_engine
-from umbra.tiles.options import CityOptions
 
 GIVEN = {**DAY, "receivers": "top", "cell": 2.0, "extent": (84950, 446950, 85520, 447290)}
 LONG = {**GIVEN, "cell": 0.1, "every": "1min"}

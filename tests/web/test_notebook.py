@@ -17,7 +17,7 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.live import make_widget
-from umbra.calls.options import ViewOptions
+from umbra.calls.picture_options import ViewOptions
 
 pytest.importorskip("anywidget")
 pytest.importorskip("jupyterlab")

@@ -21,7 +21,7 @@ from support.shapes import box
 import umbra
 from umbra.errors import InputError
 from umbra.window.view_file import from_json
-from umbra.writers.live import clear_ground
+from umbra.writers.live_study import clear_ground
 from umbra.writers.pixels import NO_SUN, paint_shares
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -470,7 +470,7 @@ def test_hours_of_a_study_lie_on_the_ground_in_its_own_colours(page, quarter, tm
     view = umbra.shadow_study(quarter, VIENNA, date="2026-06-21", receivers="south", cell=2.0)
     with pytest.raises(umbra.InputError, match="receivers='ground', 'top', 'surfaces' or 'points'"):
         umbra.show(quarter, VIENNA, study=view, out=path)
-    with pytest.raises(umbra.InputError, match="study is no study but a str"):
+    with pytest.raises(umbra.InputError, match="study= is a str, not a study"):
         umbra.show(quarter, VIENNA, study="hours", out=path)
 
 

@@ -11,7 +11,7 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.first_view import begin_view
-from umbra.calls.options import ViewOptions
+from umbra.calls.picture_options import ViewOptions
 from umbra.errors import InputError
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import pose

@@ -9,9 +9,9 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.edges import find_grid_appearance
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import DOTS_PER_INCH, SKY, DayMap, Plan, find_map_size
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, SKY, DayMap, Plan, find_map_size
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 NIGHTLESS = {"date": "2026-06-21", "start": "12:00", "end": "14:00", "every": "1h"}

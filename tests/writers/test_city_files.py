@@ -13,7 +13,7 @@ zarr = pytest.importorskip("zarr")
 from umbra.tiles.sealed import write_sealed  # noqa: E402
 from umbra.writers.city import write_city_files  # noqa: E402
 from umbra.writers.city.overview import shrink_hours  # noqa: E402
-from umbra.writers.city.result import CityResult  # noqa: E402
+from umbra.writers.city.store_window import CityResult  # noqa: E402
 from umbra.writers.vectors.gis_files import write_geotiff  # noqa: E402
 
 SIDE = 40

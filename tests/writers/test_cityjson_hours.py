@@ -9,7 +9,7 @@ from support.cities import DAY, FACES, write_city
 
 import umbra
 from umbra.readers.cityjson_choice import flatten, walk_values
-from umbra.writers.formats import Job
+from umbra.writers.output_formats import Job
 from umbra.writers.outputs import write_formats
 
 HOUSES = [

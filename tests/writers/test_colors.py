@@ -14,9 +14,9 @@ from umbra.sun import Site
 from umbra.writers.edges import find_height_appearance
 from umbra.writers.folder import Outputs
 from umbra.writers.folder.write import write_study
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.pixels import NO_SUN, shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.profile import MOST_SWATCHES, find_tints
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -39,6 +39,17 @@ def test_hours_lost_have_a_legible_ramp_that_is_not_the_one_of_shadow(vision):
     lost, shadow = shade_ramp(9, "loss"), shade_ramp(9)
     assert find_steps(lost, vision).min() >= 5
     assert find_steps(shadow, vision).min() >= 5
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+def test_hours_won_and_lost_darken_from_paper_to_both_sides(vision):
+    change = shade_ramp(17, "change")
+    assert find_steps(change[8:], vision).min() >= 5
+    assert find_steps(change[8::-1], vision).min() >= 5
+    np.testing.assert_allclose(change[8], 0.98, atol=0.02)
+    ends = to_oklab(see(change[[0, -1]], vision))
+    if vision != "grey":  # which is told by its words
+        assert np.linalg.norm(ends[0, 1:] - ends[1, 1:]) > 0.08
 
 
 def test_ramps_share_no_hue_and_sunlit_roofs_are_not_paper():

@@ -1,132 +1,129 @@
-"""The sheet of plan and elevations: one true, round scale, and room for all on A3."""
-
-import itertools
+"""The sheet of plan and elevations: one true, round scale, all on the axes of the plan."""
 
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 from umbra.writers.elevations import (
+    AXIS,
     CAPTION,
-    FOOT,
-    HEAD,
-    PAPER,
+    FINER_SCALES,
+    GAP,
+    PAPERS,
+    SheetContent,
     arrange,
     find_pixel_side,
+    find_room,
     make_elevations_sheet,
 )
+from umbra.writers.picture_content import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, MISSING, DayMap, Plan
-from umbra.writers.sheet import KEY_WIDTH, MARGIN
+from umbra.writers.sheet import MARGIN
+from umbra.writers.title_block import BLOCK, SunPath
 
 SIDES = ("South", "East", "North", "West")
 
 
+def fits(scale, need, sizes, paper):
+    inch = 1000 / 25.4 / scale
+    south, east, north, west = sizes
+    wide = max(need[0], south[0], north[0]) * inch + AXIS
+    high = max(need[1], east[0], west[0]) * inch + CAPTION
+    wide += (east[1] + west[1]) * inch + 2 * (CAPTION + GAP)
+    high += (south[1] + north[1]) * inch + 2 * (CAPTION + GAP)
+    room = find_room(paper)
+    return wide <= room[0] and high <= room[1]
+
+
+@pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize(
-    ("plan", "wide", "deep", "high", "scale"),
-    [
-        ((50, 20), 18, 16, 7, 200),
-        ((470, 230), 220, 190, 75, 2000),
-        ((3000, 3600), 2900, 3500, 100, 25000),
-        ((25, 20), 18, 15, 7, 150),
-        ((3, 2), 2, 2, 1, 20),
-        ((20, 400), 10, 380, 12, 2000),
-    ],
+    ("need", "high"), [((50, 20), 7), ((470, 230), 75), ((3000, 3600), 100), ((3, 2), 1)]
 )
-def test_the_largest_round_scale_that_fits_is_taken(plan, wide, deep, high, scale):
-    sizes = [(wide, high), (deep, high)] * 2
-    found = arrange(plan, plan, sizes)
-    assert found.scale == scale
-    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH, PAPER[1] - HEAD - FOOT)
-    boxes = []
-    for k, (w, h) in enumerate([plan, *sizes]):
-        (x, y), inch = found.corners[k], found.per_metre(k)
-        right, low = x + w * inch, y + CAPTION + h * inch
-        assert right < room[0]
-        assert low < room[1]
-        boxes.append((x, y, right, low))
-    for a, b in itertools.combinations(boxes, 2):
-        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
-
-
-@pytest.mark.parametrize("need", [(50, 20), (20, 50), (70, 60), (330, 180)])
-@pytest.mark.parametrize("high", [8, 40])
-def test_the_plan_fills_what_room_is_left(need, high):
+def test_the_largest_round_scale_that_fits_is_taken(need, high, paper):
     sizes = [(0.6 * need[0], high), (0.6 * need[1], high)] * 2
-    found = arrange(need, (np.inf, np.inf), sizes)
-    assert str(found.scale).strip("0") in {"1", "2", "5"}
-    assert min(np.subtract(found.plan, need)) >= 0
-    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT)
-    ends = [
-        (x + w * found.per_metre() + 0.92, y + h * found.per_metre() + 0.5)
-        for (x, y), (w, h) in zip(found.corners, [found.plan, *sizes], strict=True)
-    ]
-    # Both the right and the lower end of the room are reached: no corner is left empty.
-    np.testing.assert_allclose(np.max(ends, axis=0), room, atol=1e-6)
-    shown = found.plan[0] * found.plan[1] * found.per_metre() ** 2
-    assert shown > 0.3 * room[0] * room[1]
-    tight = arrange(need, need, sizes)
-    assert tight.of_elevations <= tight.scale <= found.scale
-    assert tight.plan == pytest.approx(need)
+    found = arrange(need, need, sizes, paper)
+    assert fits(found.scale, need, sizes, paper)
+    larger = [scale for scale in FINER_SCALES if scale < found.scale]
+    assert not larger or not fits(larger[-1], need, sizes, paper)
+    assert found.plan == pytest.approx(need)
+    grown = arrange(need, (np.inf, np.inf), sizes, paper)
+    assert str(grown.scale).strip("0") in {"1", "2", "5"}
+    # The plan reaches both ends of the room.
+    inch = grown.per_metre
+    spans = [grown.plan[k] * inch + 2 * high * inch + 2 * (CAPTION + GAP) for k in (0, 1)]
+    assert np.add(spans, (AXIS, CAPTION)) == pytest.approx(find_room(paper))
+    # Nothing is empty but the corner between the elevations, and what lies beside them.
+    wide, high = (side * inch for side in grown.plan)
+    used = wide * high + sum(w * h * inch**2 for w, h in sizes)
+    corner = (spans[0] - wide) * (spans[1] - high)
+    assert corner < np.prod(PAPERS[paper]) / 4
+    assert used > 0.4 * np.prod(find_room(paper))
 
 
-@pytest.mark.parametrize("plan", [(150, 150), (430, 80), (80, 430)])
-def test_a_stated_extent_of_any_shape_fills_the_paper(plan):
-    sizes = [(31.8, 20.6), (29.7, 20.6)] * 2
-    found = arrange(plan, plan, sizes)
-    used = [
-        (w * found.per_metre(k) + 0.92) * (h * found.per_metre(k) + 0.5)
-        for k, (w, h) in enumerate([plan, *sizes])
-    ]
-    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT)
-    assert sum(used) > 0.65 * room[0] * room[1]  # of one scale of 1, 2, 5: 0.18 to 0.39
-
-
-def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
+def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5, start=0.0):
     x, y = (cell * (np.arange(round(n / cell)) + 0.5) for n in (wide, high))
-    plan = Plan(x, y, None, 0.0 if axes[0] else None, title="house", date="2026", axes=axes)
+    plan = Plan(x + start, y, None, 0.0 if axes[0] else None, title="house", date="2026", axes=axes)
     return plan, DayMap(np.full(plan.shape, hours, np.float32))
 
 
-def test_all_maps_are_of_one_scale_and_named():
+def test_all_maps_are_of_one_scale_and_stand_on_the_axes_of_the_plan():
     sizes = [(18, 7), (16, 7), (18, 7), (16, 7)]
-    arrangement = arrange((50, 20), (np.inf, np.inf), sizes)
+    arrangement = arrange((50, 20), (50, 20), sizes)
     maps = [("Plan", *make_map(50, 20, 0.0))]
     for hours, side, size in zip((0, 4, 8, np.nan), SIDES, sizes, strict=True):
         maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))
-    sheet = make_elevations_sheet(arrangement, maps, 8.0)
-    panels = sheet.panels
+    for _, _, day in maps[2::2]:  # a mark at the left foot of east and west: south, and north
+        day.hours[:4, :4] = 8.0
+    mask = np.zeros((40, 100), bool)
+    content = SheetContent(
+        (3.0, -1.0), [(f"{hour:02}:00", mask) for hour in range(9, 18)], maps[0][1],
+        SunPath(np.array([(120.0, 20.0), (180.0, 40.0)]), [("09", 120.0, 20.0)]),
+        np.full((20, 40, 4), (200, 30, 30, 255), np.uint8),
+    )  # fmt: skip
+    sheet = make_elevations_sheet(arrangement, maps, 8.0, content=content)
+    panels, inch = sheet.panels, arrangement.per_metre
     texts = {text.get_text() for text in sheet.leaf.findobj(Text)}
     named = {"Plan", *(f"{side} elevation" for side in SIDES)}
-    assert {*named, "1:200", "house, plan and elevations", "N", "hours in shadow", "4 h"} <= texts
-    assert any("1:200 on A3 (420 x 297 mm)" in text for text in texts)
-    for panel, (w, h) in zip(panels, [(50, 20), *sizes], strict=True):
-        rows, cols = panel.map_size
-        assert cols * find_pixel_side(arrangement) == pytest.approx(w, abs=0.02)
-        assert rows * find_pixel_side(arrangement) == pytest.approx(h, abs=0.02)
-        np.testing.assert_allclose(panel.map_box[2], w * 1000 / 200 / 25.4, atol=0.01)
+    scale = f"1:{arrangement.scale}"
+    assert {*named, scale, "house", "N", "hours in shadow", "4 h", "09:00", "15:00"} <= texts
+    assert any(f"{scale} on A3 (420 x 297 mm)" in text for text in texts)
+    middle = np.array(panels[0].map_box[:2]) + np.array(panels[0].map_box[2:]) / 2
+    middle += np.array([3.0, -1.0]) * inch
+    for k, (panel, (w, h)) in enumerate(zip(panels, [(50, 20), *sizes], strict=True)):
+        x, y, wide, high = panel.map_box
+        is_turned = k in {2, 4}
+        np.testing.assert_allclose(
+            (wide, high)[:: -1 if is_turned else 1], (w * inch, h * inch), atol=0.01
+        )
+        rows, cols = panel.map_size[:: -1 if is_turned else 1]
+        side = find_pixel_side(arrangement)
+        np.testing.assert_allclose((cols * side, rows * side), (w, h), atol=side)
+        if k in {1, 3}:
+            assert x + wide / 2 == pytest.approx(middle[0], abs=0.01)
+        if is_turned:
+            assert y + high / 2 == pytest.approx(middle[1], abs=0.01)
+    boxes = [panel.map_box for panel in panels]
+    for a in range(5):
+        for b in range(a):
+            (x, y, w, h), (u, v, r, s) = boxes[a], boxes[b]
+            assert x + w < u or u + r < x or y + h < v or v + s < y
+    assert max(x + w for x, _, w, _ in boxes) < sheet.leaf.width - MARGIN - BLOCK
     pixels = sheet.leaf.render()[::-1].astype(float)
     assert pixels.shape[:2] == (round(297 / 25.4 * 150), round(420 / 25.4 * 150 + 0.5))
     ramp = shade_ramp() * 255
+
+    def read(panel, across, up):
+        x, y, w, h = panel.map_box
+        row, col = (round(v * DOTS_PER_INCH) for v in (y + up * h, x + across * w))
+        return pixels[row, col]
+
     for panel, expected in zip(
         panels, (ramp[0], ramp[0], ramp[128], ramp[-1], np.full(3, MISSING * 255)), strict=True
     ):
-        x, y, w, h = panel.map_box
-        row, col = (round(v * DOTS_PER_INCH) for v in (y + 0.2 * h, x + 0.3 * w))
-        np.testing.assert_allclose(pixels[row, col], expected, atol=3)
-
-
-def test_captions_name_scales_that_differ():
-    sizes = [(18, 7), (16, 7)] * 2
-    arrangement = arrange((90, 20), (90, 20), sizes)
-    assert (arrangement.scale, arrangement.of_elevations) == (300, 125)
-    maps = [("Plan", *make_map(90, 20, 0.0))]
-    maps += [(f"{side} elevation", *make_map(*size, 4.0, ("", "z [m]"))) for side, size in
-             zip(SIDES, sizes, strict=True)]  # fmt: skip
-    sheet = make_elevations_sheet(arrangement, maps, 8.0)
-    texts = {text.get_text() for text in sheet.leaf.findobj(Text)}
-    assert {"Plan, 1:300", "East elevation, 1:125", "1:300"} <= texts
-    assert any("plan 1:300, elevations 1:125 on A3" in text for text in texts)
-    widths = [panel.map_box[2] for panel in sheet.panels]
-    np.testing.assert_allclose(widths[0], 90 * 1000 / 300 / 25.4, atol=0.01)
-    np.testing.assert_allclose(widths[1], 18 * 1000 / 125 / 25.4, atol=0.01)
+        np.testing.assert_allclose(read(panel, 0.5, 0.6), expected, atol=3)
+    # The east's left end is south: it lies low; its foot is on the right. The west's is north.
+    dark = read(panels[3], 0.5, 0.6)
+    marked = read(panels[2], 0.9, 0.05), read(panels[4], 0.1, 0.95)
+    for corner in marked:
+        assert np.abs(corner - 255 * 0.075).max() < 8 or np.abs(corner - dark).max() < 8
+    assert (np.abs(pixels - (200, 30, 30)).max(-1) < 2).sum() > 500  # the logo

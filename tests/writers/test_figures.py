@@ -10,7 +10,7 @@ from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.folder.captions import tell_cut
-from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.picture_content import DOTS_PER_INCH, Plan
 from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas
 from umbra.writers.sheet import lay_out_sheet
 

@@ -19,12 +19,12 @@ from umbra.study import run_study
 from umbra.study.preview import make_preview
 from umbra.sun import Site
 from umbra.sun.clock import Stamps
-from umbra.writers import film, tables
-from umbra.writers.formats import FORMATS, Job
+from umbra.writers import csv_tables, day_film
+from umbra.writers.csv_tables import write_cells, write_instants
 from umbra.writers.glb import write_model_glb
+from umbra.writers.output_formats import FORMATS, Job
 from umbra.writers.outputs import write_formats
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.tables import write_cells, write_instants
 
 CLOCK = [f"{hour:02}:00" for hour in range(8, 19)]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -96,10 +96,10 @@ def test_a_large_table_of_cells_is_packed_and_announced(study, tmp_path, monkeyp
     write_cells(tmp_path / "all.csv", study)
     with (tmp_path / "all.csv").open() as file:
         numbers = cells * len(file.readline().split(","))
-    monkeypatch.setattr(tables, "MOST_NUMBERS", numbers)
+    monkeypatch.setattr(csv_tables, "MOST_NUMBERS", numbers)
     names, _ = write(study, tmp_path, "csv")
     assert names[0] == "cells.csv"
-    monkeypatch.setattr(tables, "MOST_NUMBERS", numbers - 1)
+    monkeypatch.setattr(csv_tables, "MOST_NUMBERS", numbers - 1)
     (tmp_path / "packed").mkdir()
     names, said = write(study, tmp_path / "packed", "csv")
     assert names == ["cells.csv.gz", "instants.csv", "areas_by_hours.csv"]
@@ -175,7 +175,7 @@ def test_glb_carries_the_hours_as_colours(tmp_path, receivers):
 
 
 def test_a_film_shows_round_times_as_dense_as_the_steps(study, tmp_path):
-    moments = film.find_frames(study)
+    moments = day_film.find_frames(study)
     assert [f"{moment.local:%H:%M}" for moment in moments] == CLOCK
     assert write(study, tmp_path, "gif") == (["day.gif"], [])
     view = make_preview(study, steps=Stamps(stamps=study.steps.stamps, zone=study.site.zone))
@@ -183,7 +183,7 @@ def test_a_film_shows_round_times_as_dense_as_the_steps(study, tmp_path):
         assert gif.n_frames == len(moments)
         assert gif.info["loop"] == 0
         rows, cols = view.shadows.shape[1:]
-        wide, high = gif.width, gif.height - film.STRIP
+        wide, high = gif.width, gif.height - day_film.STRIP
         assert high / wide == pytest.approx(55 / 70, rel=0.01)
         checked = 0
         for k in (1, 5, 9):
@@ -191,7 +191,7 @@ def test_a_film_shows_round_times_as_dense_as_the_steps(study, tmp_path):
             pixels = np.asarray(gif.convert("RGB")).astype(int)
             mask = view.shadows[k]
             for row, col in np.argwhere(view.heights <= 0)[::97]:
-                y = film.STRIP + high - round((row + 0.5) / rows * high)
+                y = day_film.STRIP + high - round((row + 0.5) / rows * high)
                 around = mask[max(0, row - 1) : row + 2, max(0, col - 1) : col + 2]
                 if around.any() != around.all():
                     continue

@@ -7,9 +7,8 @@ import pytest
 from matplotlib.text import Text
 
 from umbra.writers.contours import find_swatches
-from umbra.writers.hours import make_hours_sheet
-from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import (
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import (
     DOTS_PER_INCH,
     MISSING,
     SKY,
@@ -19,6 +18,7 @@ from umbra.writers.plan import (
     Plan,
     find_map_size,
 )
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, None, title="house")

@@ -12,7 +12,7 @@ from umbra.study import StudyOptions, run
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site
 from umbra.writers.folder import FolderJob, Outputs
-from umbra.writers.folder.losses import draw_lost
+from umbra.writers.folder.loss_maps import draw_lost
 from umbra.writers.folder.pictures import PictureSheets
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")

@@ -15,7 +15,7 @@ import umbra
 from umbra.errors import UmbraError
 from umbra.scene import make_scene
 from umbra.study import run_study
-from umbra.study.accumulators.hours import Masks
+from umbra.study.accumulators.step_masks import Masks
 from umbra.study.result import SunHours
 from umbra.sun import Site
 from umbra.writers import netcdf

@@ -15,9 +15,9 @@ import pytest
 from PIL import Image
 
 import umbra.writers.painter as painting
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.painter import Painter
-from umbra.writers.plan import DayMap, DayShadows, Plan
+from umbra.writers.picture_content import DayMap, DayShadows, Plan
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(30.0), np.arange(20.0), title="Painted", roofs_cover=False)
@@ -228,7 +228,7 @@ def test_neither_side_loads_more_than_it_needs():
     heavy = "{'numba', 'xarray', 'pandas', 'pyproj', 'h5py', 'scipy', 'trimesh'}"
     for modules, more in (
         ("umbra.writers.painter", "{'matplotlib'}"),
-        ("umbra.writers.hours, umbra.writers.profile", "{'matplotlib.pyplot'}"),
+        ("umbra.writers.hours_map, umbra.writers.profile", "{'matplotlib.pyplot'}"),
     ):
         code = f"import sys, {modules}; print(({heavy} | {more}) & set(sys.modules))"
         done = subprocess.run(

@@ -11,7 +11,16 @@ from PIL import Image
 
 from umbra.scene.grid import Places
 from umbra.writers.contours import Tracer, find_levels, trace
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import (
+    DOTS_PER_INCH,
+    MISSING,
+    DayMap,
+    DayShadows,
+    Plan,
+    find_map_size,
+    shade_roofs,
+)
 from umbra.writers.pixels import (
     SHADE_STOPS,
     PackedMasks,
@@ -20,15 +29,6 @@ from umbra.writers.pixels import (
     resample,
     shade_ramp,
     write_png,
-)
-from umbra.writers.plan import (
-    DOTS_PER_INCH,
-    MISSING,
-    DayMap,
-    DayShadows,
-    Plan,
-    find_map_size,
-    shade_roofs,
 )
 from umbra.writers.point_map import make_points_sheet
 from umbra.writers.profile import (

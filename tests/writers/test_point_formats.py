@@ -12,10 +12,10 @@ from support.shapes import box, moved, turned
 import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.writers.formats import Job
+from umbra.writers.coloured_tileset import find_tileset_placement
+from umbra.writers.output_formats import Job
 from umbra.writers.outputs import write_formats
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.tileset import find_tileset_placement
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {

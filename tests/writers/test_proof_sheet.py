@@ -11,8 +11,8 @@ from umbra.writers.proof.column import Brief
 from umbra.writers.proof.drawing import Drawing, Line, group_windows
 from umbra.writers.proof.flow import Flow, TableOf
 from umbra.writers.proof.labels import Labels, list_around
+from umbra.writers.proof.paper_sheets import draw_sheets
 from umbra.writers.proof.pen import draw_plan
-from umbra.writers.proof.sheet import draw_sheets
 
 LONG = "Playground of the kindergarten at the corner of the second courtyard, northern part"
 PAPER = ("a3", "a4")

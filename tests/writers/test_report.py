@@ -13,8 +13,8 @@ from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
+from umbra.writers.picture_content import Plan
 from umbra.writers.pixels import NO_SUN, write_png
-from umbra.writers.plan import Plan
 from umbra.writers.report import Table, write_report
 
 HOUSES = {

@@ -9,7 +9,7 @@ import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.writers.folder.summary import tell_answers
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.report import Table, write_report
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
@@ -45,9 +45,9 @@ def test_the_first_screen_has_outcome_answer_date_and_map(page, study, report, w
     page.resize(width, height, is_phone=width < 800)
     page.open(report, READY)
     answers = page.ask("[...document.querySelectorAll('.answer')].map(a => a.textContent)")
-    assert answers == ["Sun: 1 of 1 fail", *tell_answers(study, ["Tower"])]
+    assert answers == ["Sun: 1 of 1 fail", *tell_answers(study, ["Tower"], effect_first=True)]
     assert page.ask("document.querySelector('.answer').classList.contains('fail')")
-    for what in (".lead", ".answer:last-of-type", "#map"):
+    for what in (".lead", "header .answer:last-of-type", "#map"):
         bottom = page.ask(f"document.querySelector('{what}').getBoundingClientRect().bottom")
         assert bottom <= height, what
     assert page.ask("document.querySelector('input[name=mode]:checked').value") == "lost"
@@ -59,7 +59,7 @@ def test_the_map_has_the_hours_lost_in_their_colours_until_the_sun_is_moved(page
     page.open(report, READY)
     page.ask("document.querySelector('[data-zoom=\"0\"]').click()")
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
-    ramp = page.ask("JSON.parse(document.getElementById('data').textContent).loss_ramp")
+    ramp = page.ask("JSON.parse(document.getElementById('data').textContent).change_ramp.slice(64)")
     newly = np.asarray(study.more["newly_under"][1]) > 0
     tested = set()
     for row, col in np.random.default_rng(2).permutation(np.argwhere(~newly))[:400]:
@@ -75,3 +75,21 @@ def test_the_map_has_the_hours_lost_in_their_colours_until_the_sun_is_moved(page
     assert len(tested) > 3
     page.ask("(s => { s.value = 3; s.dispatchEvent(new Event('input')); })(time)")
     assert page.ask("document.querySelector('input[name=mode]:checked').value") == "shadow"
+
+
+def test_three_moments_of_the_day_lead_to_their_shadows(page, report):
+    page.open(report, READY)
+    names = page.ask("[...moments.children].map((one) => one.textContent)")
+    assert names == ["09:00\u201310:00", "12:00\u201313:00", "15:00\u201316:00"]
+    pixels = page.ask(
+        "Promise.all([...moments.querySelectorAll('img')].map((one) => one.decode().then(() => {"
+        "const c = document.createElement('canvas'); c.width = 48; c.height = 32;"
+        "const p = c.getContext('2d'); p.drawImage(one, 0, 0, 48, 32);"
+        "return [...p.getImageData(0, 0, 48, 32).data].join(); })))"
+    )
+    assert len(set(pixels)) == 3
+    page.ask("moments.children[2].click()")
+    assert page.ask("document.querySelector('input[name=mode]:checked').value") == "shadow"
+    assert page.ask("clock.textContent").startswith("15:00")
+    pressed = "[...moments.children].map((one) => one.getAttribute('aria-pressed'))"
+    assert page.ask(pressed) == ["false", "false", "true"]

@@ -9,7 +9,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline, make_timeline
 from umbra.sun import Site
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.report import write_report
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

@@ -10,11 +10,11 @@ from support.shapes import box, moved
 
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.formats import Job
+from umbra.writers.csv_tables import write_cells, write_samples
+from umbra.writers.output_formats import Job
 from umbra.writers.outputs import write_formats
 from umbra.writers.report.sample_tables import list_receivers
 from umbra.writers.report.tables import find_comparisons, find_sun_areas, list_dates
-from umbra.writers.tables import write_cells, write_samples
 from umbra.writers.vectors import find_hour_lines, make_line_layer
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

@@ -23,7 +23,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline
 from umbra.sun import Site
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 from umbra.writers.report import Table, write_report
 from umbra.writers.surfaces_glb import lay_out_facades
 

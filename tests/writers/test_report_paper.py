@@ -12,8 +12,8 @@ from support.shapes import box, moved
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
+from umbra.writers.picture_content import Plan
 from umbra.writers.pixels import write_png
-from umbra.writers.plan import Plan
 from umbra.writers.report import Table, write_report
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")

@@ -17,9 +17,9 @@ from umbra.study.timeline import make_timeline
 from umbra.sun import Site
 from umbra.writers.edges import find_breaks, find_grid_appearance
 from umbra.writers.glb import Glb, write_model_glb
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.picture_content import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.pixels import paint_shares, shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.report.data import make_plan_data
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

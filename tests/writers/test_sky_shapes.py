@@ -6,7 +6,7 @@ from support.shapes import box
 
 import umbra
 from umbra.sky.projections import find_projection
-from umbra.writers.sky import _cut_name
+from umbra.writers.sky_pictures import _cut_name
 from umbra.writers.sky_shapes import join_bands
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna", true_north=12.0)

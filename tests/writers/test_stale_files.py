@@ -6,7 +6,7 @@ import pytest
 from support.shapes import box
 
 import umbra
-from umbra.writers import formats
+from umbra.writers import output_formats
 from umbra.writers.folder import write
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -19,7 +19,7 @@ def write_own(job):
 
 @pytest.fixture
 def study(monkeypatch):
-    monkeypatch.setitem(formats.FORMATS, "own", formats.Format(write_own))
+    monkeypatch.setitem(output_formats.FORMATS, "own", output_formats.Format(write_own))
     monkeypatch.setattr(umbra.receivers.plan.PlanKind, "formats", ("own", "csv"))
     scene = umbra.make_scene(*box((-1, -1, 0), (1, 1, 3)), name="tower")
     return umbra.shadow_study(

@@ -10,8 +10,8 @@ from support.shapes import box, moved
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
+from umbra.writers.csv_tables import write_samples, write_table
 from umbra.writers.folder.write import note_cut
-from umbra.writers.tables import write_samples, write_table
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 FORMULAS = [

@@ -13,7 +13,7 @@ from support.vision import VISIONS, contrast, see
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
 from umbra.sun import Site, find_sun
-from umbra.writers.plan import DOTS_PER_INCH, DayShadows, Plan
+from umbra.writers.picture_content import DOTS_PER_INCH, DayShadows, Plan
 from umbra.writers.profile import SHADE, compose_profile, make_profile_sheet
 from umbra.writers.tips import SHADOW_OUTLINE
 

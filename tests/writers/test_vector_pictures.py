@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from umbra.writers.hours import make_hours_sheet
+from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.painter import Painter
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, DayShadows, Plan
+from umbra.writers.picture_content import DOTS_PER_INCH, DayMap, DayShadows, Plan
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(

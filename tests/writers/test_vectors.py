@@ -20,7 +20,7 @@ from umbra.study import count_finer, run_study
 from umbra.study.preview import Moment, find_moments
 from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
-from umbra.writers.formats import Job
+from umbra.writers.output_formats import Job
 from umbra.writers.outputs import write_formats
 from umbra.writers.vectors import find_hour_lines
 from umbra.writers.vectors.outlines import trace_loops

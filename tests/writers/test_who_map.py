@@ -10,7 +10,7 @@ import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.writers.caster_map import HUES, OTHERS, WhoMap, make_who_sheet
 from umbra.writers.folder.who import _find_main, _rank
-from umbra.writers.plan import Plan
+from umbra.writers.picture_content import Plan
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 # Machado, Oliveira and Fernandes (2009), deuteranopia, severity 1, on linear sRGB.

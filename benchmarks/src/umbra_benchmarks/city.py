@@ -13,9 +13,9 @@ import numpy as np
 from scipy.optimize import nnls
 
 from umbra.study.options import StudyOptions
+from umbra.tiles.city_options import CityOptions
 from umbra.tiles.count import count_tile
 from umbra.tiles.job import CATALOGUE, CityJob
-from umbra.tiles.options import CityOptions
 from umbra.tiles.prepare import prepare_city
 from umbra.tiles.store import CityStore
 from umbra_benchmarks.city_files import Written, write_city

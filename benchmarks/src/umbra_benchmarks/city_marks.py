@@ -13,10 +13,10 @@ import numpy as np
 from umbra.calls.openness import find_sky_directions
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_options import CityOptions
 from umbra.tiles.cluster import open_engine
 from umbra.tiles.count import count_tile
 from umbra.tiles.job import CATALOGUE, CityJob
-from umbra.tiles.options import CityOptions
 from umbra.tiles.prepare import prepare_city
 from umbra.tiles.run import Engine
 from umbra.tiles.store import CityStore

@@ -18,7 +18,7 @@ from umbra.cpu.frame import FrameCounter
 from umbra.methods import Softness
 from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, Scene, make_scene, point_light
-from umbra.soft import ball_light, complexity, samples, wedges, weng
+from umbra.soft import ball_light, complexity, light_samples, wedges, weng
 from umbra.volume.silhouette import find_silhouette_edges
 from umbra_benchmarks.measure import repeat_work
 from umbra_benchmarks.report import (
@@ -316,7 +316,9 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
         "wedges": lambda: wedges.find_visibility_by_wedges(*seen, _LIGHT),
         "complexity": lambda: complexity.find_visibility_by_complexity(*seen, _LIGHT),
         "weng": lambda: weng.find_visibility_by_layers(*seen, _LIGHT, length=LENGTH, gap=GAP),
-        "samples": lambda: samples.find_visibility_by_samples(*seen, _LIGHT, samples=REFERENCE),
+        "samples": lambda: light_samples.find_visibility_by_samples(
+            *seen, _LIGHT, samples=REFERENCE
+        ),
     }
     for name, work in works.items():
         if name != "samples":

@@ -6,7 +6,7 @@ Python API calls that span several packages; commands call them, too.
     window.py    the window of `umbra view`, or a picture       show
     counts.py    given points and lights                        count
                  shadows on a plane as polygons                 shadow_polygons
-    options.py   options of pictures and windows, also for the commands
+    option_fields.py   options of pictures and windows, also for the commands
     arguments.py checks of scenes, cameras and lights
 
 Importing this package, or the options, loads no numpy: the commands' help needs none.

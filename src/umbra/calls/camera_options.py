@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from umbra.errors import InputError
-from umbra.options import Given, Options, check_types, option, record
+from umbra.option_fields import Given, Options, check_types, option, record
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 from umbra.errors import InputError, UmbraError, show_value
-from umbra.options import Given, again, needed, option, read_names, read_path, record
+from umbra.option_fields import Given, again, needed, option, read_names, read_path, record
 from umbra.readers import read
 from umbra.signatures import takes
+from umbra.study.area_table import frame_areas
 from umbra.study.options import StudyOptions
 from umbra.sun.site import Site, find_site
-from umbra.tiles.options import CityOptions
+from umbra.tiles.city_options import CityOptions
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from umbra.tiles.job import CityJob
@@ -76,9 +78,20 @@ class CityStudy:
         """The result as a dataset of the store, whose arrays are read where they are used."""
         return self.run.dataset
 
+    @property
+    def areas(self) -> pd.DataFrame:
+        """
+        Named areas as a pandas frame, as those of ``umbra.shadow_study``.
+
+        Raises InputError without ``areas``.
+        """
+        return frame_areas(self.run.areas)
+
     def write(self, *formats: str) -> list[Path]:
         """
         Write further files beside the store, with one tile in memory at a time.
+
+        Named areas are in ``areas.csv``.
 
         Parameters
         ----------
@@ -100,9 +113,12 @@ class CityStudy:
         """
         from umbra.tiles.run import lock_run  # noqa: PLC0415
         from umbra.writers.city import write_city_files  # noqa: PLC0415
+        from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
 
         with lock_run(self.folder):
-            return write_city_files(self.folder, formats)
+            tables = write_area_table(self.folder, self.run.areas)
+            written = write_city_files(self.folder, formats)
+            return [*(self.folder / name for name in tables), *written]
 
 
 @record
@@ -249,7 +265,8 @@ def run_city(
             run = run_job(found.job, found.describe, engine or own, progress)
             assumed = [str(run.facts["assumption"])] if "assumption" in run.facts else []
             cut = _tell_cut(run)
-            study = CityStudy(run, (*said, *found.notes, *assumed, *cut, *run.notes))
+            areas = () if run.areas is None else run.areas.notes
+            study = CityStudy(run, (*said, *found.notes, *assumed, *cut, *run.notes, *areas))
             write(study)
             return study
     except OSError as error:
@@ -265,7 +282,7 @@ def run_city(
 def _tell_cut(run: CityRun) -> list[str]:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     from umbra.study.remarks import tell_long_shadows  # noqa: PLC0415
-    from umbra.writers.city.result import CityResult  # noqa: PLC0415
+    from umbra.writers.city.store_window import CityResult  # noqa: PLC0415
 
     options = run.job.options
     is_open = options.kind.is_plan and options.extent is None and not run.job.frame.has_end

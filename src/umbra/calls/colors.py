@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.openness import find_openness
-from umbra.calls.options import DrawingOptions
+from umbra.calls.picture_options import DrawingOptions
 from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device

@@ -19,7 +19,7 @@ from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device, find_device
 from umbra.devices.by_points import PointDevice
 from umbra.errors import InputError, check_type, show_value
-from umbra.options import read_texts
+from umbra.option_fields import read_texts
 from umbra.packages import require
 from umbra.rays.hidden import find_hidden
 from umbra.registry import take_notes
@@ -157,7 +157,7 @@ def _count_named(
 
     from umbra.lights import Lights  # noqa: PLC0415
     from umbra.study.options import StudyOptions  # noqa: PLC0415
-    from umbra.study.study import count_lights  # noqa: PLC0415
+    from umbra.study.shadow_study import count_lights  # noqa: PLC0415
 
     columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
     options = StudyOptions(date=_NO_DATE, **asked)

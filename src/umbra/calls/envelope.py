@@ -46,7 +46,7 @@ class Envelope(HeightEnvelope):
 
     def plot_sheet(self) -> Any:
         """Draw the sheet: heights in plan, and in axonometry; it has ``save(path)``."""
-        from umbra.writers.massing.picture import draw_envelope  # noqa: PLC0415
+        from umbra.writers.massing.envelope_sheet import draw_envelope  # noqa: PLC0415
 
         return draw_envelope(self)
 

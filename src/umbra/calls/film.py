@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from umbra.calls.options import RenderOptions
+from umbra.calls.picture_options import RenderOptions
 from umbra.errors import InputError, check_type, show_value
-from umbra.options import Given, Options, check_types, option, read_path, record
+from umbra.option_fields import Given, Options, check_types, option, read_path, record
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
@@ -97,10 +97,8 @@ class FilmOptions(Options):
 
     def _check(self, name: str, asked: str, frames: int) -> int:
         if not 2 <= frames <= _MOST_FRAMES:
-            msg = (
-                f"{asked} is {frames:,} frames at rate={self.rate}; from 2 to {_MOST_FRAMES:,} "
-                "can be drawn"
-            )
+            many = f"{frames:,} frame{'' if frames == 1 else 's'}"
+            msg = f"{asked} is {many} at rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
             raise InputError(msg, option=name)
         return frames
 
@@ -242,7 +240,7 @@ def write_film(
     from PIL import Image  # noqa: PLC0415
 
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
-    from umbra.writers import film  # noqa: PLC0415
+    from umbra.writers import day_film  # noqa: PLC0415
 
     warn, tell = _Once(warn), _Once(tell)
     if options.transparent:
@@ -261,9 +259,9 @@ def write_film(
             advance(done, len(shots))
 
     if kind == "mp4":
-        film.write_mp4(out, frames(), len(shots), 1 / rate)
+        day_film.write_mp4(out, frames(), len(shots), 1 / rate)
     else:
-        film.write_smooth_gif(out, frames(), len(shots), rate)
+        day_film.write_smooth_gif(out, frames(), len(shots), rate)
 
 
 class _Once:

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from umbra.calls.antialiasing import Averages
 from umbra.calls.lines import draw_lines
-from umbra.calls.options import DrawingOptions
-from umbra.calls.samples import Averages
+from umbra.calls.picture_options import DrawingOptions
 from umbra.calls.styles import Style
 from umbra.cpu.shade import encode_srgb
 from umbra.writers.typeface import fit_caption, load_font

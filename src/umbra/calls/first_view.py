@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from umbra.calls.ground import stand_scene
-from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.picture import Picture, draw_picture
+from umbra.calls.picture_options import RenderOptions, ViewOptions
 from umbra.devices import DEFAULT
 from umbra.methods import Softness
 from umbra.scene import Scene

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from umbra.calls.options import DrawingOptions, ViewOptions
+from umbra.calls.picture_options import DrawingOptions, ViewOptions
 from umbra.calls.styles import Style
 from umbra.ground.choice import find_ground, tell_feet
 from umbra.ground.level import has_terrain

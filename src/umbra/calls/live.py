@@ -11,8 +11,8 @@ from PIL import Image
 
 from umbra.calls.first_view import begin_view, draw_view
 from umbra.calls.ground import stand_scene
-from umbra.calls.options import ViewOptions
-from umbra.calls.result import ShadowStudy
+from umbra.calls.picture_options import ViewOptions
+from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.lights import Horizon
@@ -20,7 +20,7 @@ from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site
-from umbra.writers.live import clear_ground, find_face_surfaces, make_hours, make_palette
+from umbra.writers.live_study import clear_ground, find_face_surfaces, make_hours, make_palette
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -129,7 +129,7 @@ def _find_study(given: object) -> Study | None:
         return None
     if isinstance(given, ShadowStudy):
         return given.result
-    msg = f"study is no study but a {type(given).__name__}; give what umbra.shadow_study returns"
+    msg = f"study= is a {type(given).__name__}, not a study; give what umbra.shadow_study returns"
     raise InputError(msg, option="study")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
-from umbra.options import Given, Options, again, check_types, needed, option, record
+from umbra.option_fields import Given, Options, again, check_types, needed, option, record
 from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
@@ -63,13 +63,13 @@ class HeightOptions(Options):
     )  # fmt: skip
     names: Sequence[str] = _rules("any", "Names of the points.", default=(), flag=None)
     year: int | None = _rules(
-        "whole", "Of dates without a year; default: this year.", metavar="YYYY"
+        "whole", "Year of dates that name none; default: this year.", metavar="YYYY"
     )
     cast: Sequence[str] = _study("cast")
     no_cast: Sequence[str] = _study("no_cast")
     ground: Given[float | str | Path | None, float | str | None] = _casters(
-        "ground", "Ground from which heights count: that of a study, if not given.", unit="m",
-        metavar="feet|level|Z|FILE",
+        "ground", "Ground from which heights are measured; default: as umbra study assumes.",
+        unit="m", metavar="feet|level|Z|FILE",
     )  # fmt: skip
     horizon: Any = _study("horizon", heading="Casters")
     horizon_from: Given[float | str | None, float | None] = _study(
@@ -96,8 +96,8 @@ class EnvelopeOptions(HeightOptions):
     )
     replace: Sequence[str] = _plot("patterns", "Parts elsewhere that make way, too.", default=())
     replace_in: str | Path | Sequence[Any] | None = _plot(
-        "path", "Polygons in which all parts make way that lie in them with half of their plan or "
-        "more.", more="Or shapely's polygons.", metavar="FILE",
+        "path", "Polygons: parts with half of their plan or more inside them make way.",
+        more="Or shapely's polygons.", metavar="FILE",
     )  # fmt: skip
     progress: Callable[[str], object] = option(
         "any", "Called with the name of each stage.", default=lambda _stage: None, flag=None

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from umbra.calls.arguments import check_picture_memory, make_camera, tell_moved_parts
 from umbra.calls.ground import choose_ground
-from umbra.calls.options import RenderOptions
+from umbra.calls.picture_options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import check_type
 from umbra.machine import choose_threads
-from umbra.options import needed, option, record
+from umbra.option_fields import needed, option, record
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.registry import take_notes
 from umbra.scene import Camera, Light, Scene, directional_light
@@ -233,9 +233,9 @@ def draw_picture(
     advance : callable
         Called with the number of samples of each pixel that are drawn, and of all.
     """
+    from umbra.calls.antialiasing import PictureLights, average_colors  # noqa: PLC0415
     from umbra.calls.finish import finish  # noqa: PLC0415
     from umbra.calls.lines import LineFinder  # noqa: PLC0415
-    from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
     from umbra.calls.styles import Backdrop, choose_style, find_sky, make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, check_type
-from umbra.options import read_text
+from umbra.option_fields import read_text
 from umbra.readers.placing import Placing, check_placings, move_parts_by, place_parts
 from umbra.scene import Scene, make_scene
 from umbra.scene.numbers import OUTSIDE, read_number
@@ -27,8 +27,8 @@ def place(scene: Scene, layer: str, at: Sequence[float], azimuth: float = 0) -> 
     at : (2,) or (3,) float
         Where the layer's own origin comes: x, y, z [m] in the scene's coordinates, or latitude,
         longitude [degrees] if the scene has a CRS and the first two numbers can be. Without z the
-        lowest point of the layer stands on the ground of the others there; if they have none, it
-        keeps its height.
+        ground that the layer's file states (IFC: a storey's or the site's), else its lowest point,
+        comes to the ground of the others there; if they have none, it keeps its height.
     azimuth : float
         Of the layer's y axis, clockwise from the plan's north [degrees].
 
@@ -61,10 +61,12 @@ def place(scene: Scene, layer: str, at: Sequence[float], azimuth: float = 0) -> 
     parts = move_parts_by(scene.parts, shift)
     chosen = [k for k, part in enumerate(parts) if part.layer == name]
     others = [part for part in parts if part.layer != name]
-    frame = next((s.frame for s in scene.sources if s.layer == name and s.frame), None)
+    files = [one for one in scene.sources if one.layer == name]
+    frame = next((np.reshape(one.frame, (4, 4)) for one in files if one.frame), np.eye(4))
+    own_ground = next((one.ground for one in files if one.ground is not None), None)
     placed = place_parts(
-        [parts[k] for k in chosen], others, scene.crs, Placing(name, numbers, turn),
-        None if frame is None else np.reshape(frame, (4, 4)),
+        [parts[k] for k in chosen], others, scene.crs, Placing(name, numbers, turn), frame,
+        own_ground=None if own_ground is None else own_ground + float(frame[2, 3]),
     )  # fmt: skip
     moved = list(parts)
     for k, part in zip(chosen, placed.parts, strict=True):

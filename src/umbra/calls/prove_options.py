@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import Given, Options, again, check_types, option, record
+from umbra.option_fields import Given, Options, again, check_types, option, record
 from umbra.study.options import StudyOptions
 from umbra.verdicts.sunlight import check_year
 
@@ -64,7 +64,7 @@ class JudgedOptions(Options):
     )  # fmt: skip
     proposed: Sequence[str] = _casters(
         "patterns",
-        "Parts of the proposal: names, kinds or layers; what is there without them is before.",
+        "Parts of the proposal: names, kinds or layers; the model without them is before.",
         default=(),
     )
     replace: Sequence[str] = _study("replace", heading="Casters")

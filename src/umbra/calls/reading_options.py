@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from umbra.options import Options, option, record
+from umbra.option_fields import Options, option, record
 
 __all__ = ["CanopyOptions", "ReadingOptions", "SiteOptions"]
 
@@ -69,7 +69,7 @@ class ReadingOptions(Options):
     )  # fmt: skip
     animation: str | None = _reading(
         "text",
-        "The animation that time= is of, or that umbra view plays: its name, its number, or all; "
+        "The animation that time= poses, or that umbra view plays: its name, its number, or all; "
         "default: 0, the first.",
         metavar="NAME",
     )
@@ -117,7 +117,7 @@ class ReadingOptions(Options):
     )  # fmt: skip
     max_memory: float | None = _reading(
         "number",
-        "Memory that reading may take [GB], for files that are refused as they need more; default: "
+        "Memory that reading may take [GB]; raise it for a file that is refused; default: "
         "128 times their size, at least 0.5 GB, at most half of the memory.",
         unit="GB", metavar="GB", is_kept=False,
     )  # fmt: skip

@@ -16,8 +16,8 @@ from umbra.lights import Horizon
 from umbra.receivers.points import check_points
 from umbra.scene import Scene
 from umbra.sky.casters import find_sky_casters
-from umbra.sky.land import add_land
-from umbra.sky.view import ExactSky
+from umbra.sky.free_sky import ExactSky
+from umbra.sky.land_curtain import add_land
 from umbra.sun import Site, find_site, parse_dates
 from umbra.sun.date_words import Date
 
@@ -25,7 +25,7 @@ __all__ = ["SkyView", "find_known_site", "find_land", "sky_view", "view_skies"]
 
 
 class SkyView(ExactSky):
-    """The sky above a place, which can be drawn; see `umbra.sky.view.ExactSky`."""
+    """The sky above a place, which can be drawn; see `umbra.sky.free_sky.ExactSky`."""
 
     def plot(self, projection: str = "stereographic", dates: Date | Sequence[Date] = ()) -> Any:
         """
@@ -42,7 +42,7 @@ class SkyView(ExactSky):
         picture : SkyPicture
             With ``save(path)`` as PNG, SVG or PDF.
         """
-        from umbra.writers.sky import draw_sky  # noqa: PLC0415
+        from umbra.writers.sky_pictures import draw_sky  # noqa: PLC0415
 
         return draw_sky(self, projection, parse_dates(dates) if dates else ())
 

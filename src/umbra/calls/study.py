@@ -3,25 +3,70 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from typing import Any, ParamSpec, Protocol
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
-from umbra.calls.chunked import ChunkedStudy, Chunks
-from umbra.calls.result import ShadowStudy
+from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError, check_type
-from umbra.options import option, record
+from umbra.option_fields import option, record
 from umbra.scene import Scene
 from umbra.signatures import takes
 from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_request
-from umbra.study.study import run
+from umbra.study.result import Study
+from umbra.study.shadow_study import run
 from umbra.sun import Site
 from umbra.sun.site import tell_moved
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["shadow_study"]
 
 P = ParamSpec("P")
+
+Chunks = int | str | tuple[Any, ...] | Mapping[str, Any]
+"""Sides of chunks [cell]: one number, rows and columns, by name, or 'auto'."""
+
+
+class ChunkedStudy(ShadowStudy):
+    """
+    A study whose dataset holds Dask arrays.
+
+    Pictures, files and verdicts are of the whole: the first of them counts it in this process.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    options : StudyOptions
+    chunks : Chunks
+    """
+
+    def __init__(self, scene: Scene, site: Site, options: StudyOptions, chunks: Chunks) -> None:
+        from umbra.study.chunked import make_lazy_dataset  # noqa: PLC0415  (loads Dask)
+
+        self.options = options
+        self._scene, self._site = scene, site
+        self._lazy = make_lazy_dataset(scene, site, options, chunks)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All variables with coordinates, units and attributes; nothing is counted yet."""
+        return self._lazy
+
+    @cached_property
+    def result(self) -> Study:  # type: ignore[override]
+        """The whole study, counted in this process on first use."""
+        return run(self._scene, self._site, self.options)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *map(str, self._lazy.variables)})
+
+    def __repr__(self) -> str:
+        return f"ShadowStudy in chunks, not counted yet\n{self._lazy!r}"
 
 
 @record

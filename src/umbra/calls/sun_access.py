@@ -17,9 +17,9 @@ from umbra.receivers.points import check_points
 from umbra.scene import Scene
 from umbra.sky.casters import SkyCasters, find_sky_casters
 from umbra.sky.heights import find_heights
-from umbra.sky.land import add_land
-from umbra.sky.points import find_seen, measure_sky
+from umbra.sky.land_curtain import add_land
 from umbra.sky.tensors import find_open
+from umbra.sky.view_factors import find_seen, measure_sky
 from umbra.sun import Site, find_sun
 
 __all__ = ["sun_access"]
@@ -145,7 +145,7 @@ def _read_times(times: Any) -> Any:
         msg = "times have no time zone; give it, such as times.tz_localize('Europe/Vienna')"
         raise InputError(msg, option="times")
     if not len(index) or index.hasnans:
-        msg = "times are empty or hold a NaT; give at least one, and no others"
+        msg = "times are empty or hold a NaT; give at least one, and no NaT"
         raise InputError(msg, option="times")
     return index
 

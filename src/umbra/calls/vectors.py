@@ -12,12 +12,12 @@ import numpy as np
 
 from umbra.calls.arguments import make_camera
 from umbra.calls.ground import choose_ground
-from umbra.calls.options import VECTORS, DrawingOptions, ShadowOptions
 from umbra.calls.picture import find_own_lights, tell_near_cut
+from umbra.calls.picture_options import VECTORS, DrawingOptions, ShadowOptions
 from umbra.drawing import SeenModel, see_model
 from umbra.drawing.drawn_page import Page, list_losses
 from umbra.errors import InputError, check_type
-from umbra.options import record
+from umbra.option_fields import record
 from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import DAY

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeGuard
 
 from umbra.calls.first_view import begin_view, draw_view
 from umbra.calls.ground import stand_scene
-from umbra.calls.options import ViewOptions
+from umbra.calls.picture_options import ViewOptions
 from umbra.errors import check_type
 from umbra.machine import choose_threads
 from umbra.scene import Scene

@@ -119,7 +119,7 @@ class Canopy:
             if not known.intersection(whole.select([pattern], option="canopy")):
                 msg = (
                     f"canopy='{pattern}' matches only parts that do not cast; "
-                    "take a no_cast= pattern away"
+                    "remove a no_cast= pattern"
                 )
                 raise InputError(msg, option="canopy", pattern=pattern)
         mine = set(whole.select(patterns))
@@ -141,7 +141,7 @@ class Canopy:
         left = sorted(set(scene.select(on, option="on")) - set(self.parts))
         if not left:
             msg = (
-                "nothing is left to receive but canopies, which are looked through; choose "
+                "nothing is left to receive but canopies, which are no receivers; choose "
                 "others with on=, or receivers='ground'"
             )
             raise InputError(msg, option="on")

@@ -136,7 +136,7 @@ def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) ->
     """Return the indices of the parts that cast; there must be one."""
     casters = [part for part in scene.whole.select(cast, no_cast) if part < len(scene.parts)]
     if not casters:
-        msg = "no part is left to cast a shadow; take a no_cast= pattern away"
+        msg = "no part is left to cast a shadow; remove a no_cast= pattern"
         raise InputError(msg, option="no_cast")
     return casters
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.calls.massing_options import EnvelopeOptions
-from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options
+from umbra.cli.click_options import HeadedOption, NewPath, SectionedCommand, record_options
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
@@ -55,7 +55,7 @@ def command(
     **given: Any,
 ) -> None:
     """
-    Find how high one may build on a plot so that rules of sunlight stay kept around it.
+    Find how high one may build on a plot while rules of sunlight are still met around it.
 
     Writes envelope.png, envelope.tif (heights), envelope.obj and envelope.glb into the folder
     --out. The result is verified by an exact study with the envelope in the model; the volume

@@ -23,7 +23,7 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     """
     Show what a file contains: parts, size, location, and whether its meshes are closed.
 
-    Shadows are exact of any mesh; those of closed ones are counted faster.
+    Shadows are exact for any mesh; those of closed meshes are counted faster.
     """
     load_compiler()
     from umbra.readers.georeference import show_crs  # noqa: PLC0415

@@ -14,11 +14,11 @@ from typing import Any
 
 import click
 
-from umbra.cli.options import HeadedOption
+from umbra.cli.click_options import HeadedOption
 from umbra.cli.reading import read_values
 from umbra.errors import InputError, find_similar
 from umbra.ground_option import is_file
-from umbra.options import is_area_file, read_length
+from umbra.option_fields import is_area_file, read_length
 from umbra.version import __version__
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]

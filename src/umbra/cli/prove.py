@@ -6,7 +6,13 @@ from typing import Any
 import click
 
 from umbra.calls.prove_options import ProofOptions
-from umbra.cli.options import HeadedOption, NewPath, SectionedCommand, record_options, take_record
+from umbra.cli.click_options import (
+    HeadedOption,
+    NewPath,
+    SectionedCommand,
+    record_options,
+    take_record,
+)
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import write_for_shell

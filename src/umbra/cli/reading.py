@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
-from umbra.cli.options import record_options
+from umbra.cli.click_options import record_options
 from umbra.cli.terminal import echo
 from umbra.errors import InputError, write_for_shell
-from umbra.options import list_options
+from umbra.option_fields import list_options
 
 if TYPE_CHECKING:
     from umbra.lights import Weather

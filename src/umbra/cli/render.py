@@ -11,8 +11,8 @@ import click
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.film import FILMS, FilmOptions, check_film, plan_shots, write_film
-from umbra.calls.options import VECTORS, LightOptions, RenderOptions, ShadowOptions
-from umbra.cli.options import NewPath, SectionedCommand, record_options, take_record
+from umbra.calls.picture_options import VECTORS, LightOptions, RenderOptions, ShadowOptions
+from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,
     read_model,
@@ -225,7 +225,8 @@ def _check_site(lights: LightOptions) -> None:
     """Refuse a site without the sun that it places, before anything is read."""
     given = [f"{name}=" for name, value in take_site().items() if value is not None]
     if lights.date is None and given:
-        msg = f"{' and '.join(given)} places the sun; give date= and at=, too, or leave it out"
+        verb, them = ("places", "it") if len(given) == 1 else ("place", "them")
+        msg = f"{' and '.join(given)} {verb} the sun; give date= and at=, too, or leave {them} out"
         raise InputError(msg, option="date")
     if lights.date is None and lights.horizon is not None:
         msg = "horizon= hides the sun; give date= and at=, too, or leave it out"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.cli.options import HeadedOption, NewPath, SectionedCommand
+from umbra.cli.click_options import HeadedOption, NewPath, SectionedCommand
 from umbra.cli.reading import find_model_site, read_model, reading_options, site_options, take_site
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import FLAGS, InputError, find_similar, write_for_shell

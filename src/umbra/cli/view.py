@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from umbra.calls.options import ViewOptions
-from umbra.cli.options import HeadedOption, SectionedCommand, record_options, take_record
+from umbra.calls.picture_options import ViewOptions
+from umbra.cli.click_options import HeadedOption, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,
     read_model,

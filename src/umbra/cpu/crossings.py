@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from umbra.cpu.lanes import FEW_LANES, write_crossings
 from umbra.cpu.raster_sweep import bound_counts
+from umbra.cpu.simd_loops import FEW_LANES, write_crossings
 from umbra.kernels import borrowing, inner, take_next
 
 __all__ = ["sweep"]

@@ -15,8 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.lanes import FEW_LANES, add_below
 from umbra.cpu.raster_sweep import Sweep, bound_counts
+from umbra.cpu.simd_loops import FEW_LANES, add_below
 from umbra.kernels import borrowing, copy_rows, inner, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid

@@ -78,7 +78,9 @@ class PointDevice(CountingDevice):
             raise blame(self.name, error) from error
         wanted = len(lights), len(points)
         if found.shape != wanted:
-            raise blame(self.name, ValueError(f"{found.shape} masks for {wanted}"))
+            raise blame(
+                self.name, ValueError(f"its masks have the shape {found.shape}, not {wanted}")
+            )
         return (found != 0).astype(np.uint8)
 
     def open_tiles(self, casters: list[int]) -> TileCounters:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
 from umbra.folders.unfinished_folder import UnfinishedFolder, lock_folder
-from umbra.options import read_path
+from umbra.option_fields import read_path
 
 __all__ = [
     "NO_LOCKS",
@@ -114,7 +114,7 @@ NO_LOCKS = (
     "note: the file system of '{folder}' has no locks, as some network folders; another run into "
     "it at the same time is not noticed, and their files would mix"
 )
-KEPT = "earlier results are as they were"
+KEPT = "earlier results are unchanged"
 
 
 @contextmanager

@@ -90,7 +90,7 @@ class UnfinishedFolder:
             for folder in place.relative_to(self.path.parent).parents[:-1]:
                 there = self.path.parent / folder
                 if there.is_symlink() or (there.exists() and not there.is_dir()):
-                    msg = f"'{there}' is no folder, and results go into it; remove or rename it"
+                    msg = f"'{there}' is not a folder, and results go into it; remove or rename it"
                     raise InputError(msg, path=there)
 
     def move(self) -> None:

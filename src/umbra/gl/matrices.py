@@ -118,7 +118,7 @@ def _find_camera(
         skews += [(across - right), (upward - up)]
     sizes = [max(abs(deepness), 1e-300), *scale]
     if not (scale > 0).all() or not (is_perspective or deepness > 0):
-        msg = "projection @ view is no view: a row of it is 0 or depends on another"
+        msg = "projection @ view is not a view: a row of it is 0 or depends on another"
         raise InputError(msg, option="projection")
     right, up = right / scale[0], up / scale[1]
     is_skewed = abs(float(right @ up)) > _SKEW or any(

@@ -69,6 +69,7 @@ def _find_flat(kind: str) -> str:
 
 
 TRIANGLES = 4
+_NUMBERLESS = "softpipe"  # draws nothing by gl_PrimitiveID: docs/gl.md, pitfall 10
 _VERSION = "#version 330 core\n"
 # Mesa "0:12(3): error: ...", NVIDIA "0(12) : error ...", AMD and Apple "ERROR: 0:12: ...".
 _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.I)
@@ -117,7 +118,7 @@ class Program:
     Raises
     ------
     UmbraError
-        If a shader does not compile or the two do not link.
+        If a shader does not compile or the two do not link, or the driver cannot number faces.
     """
 
     def __init__(
@@ -138,6 +139,12 @@ class Program:
             "fragment_shader": [*head, *sources[1]],
         }
         self._device = device
+        if device.renderer == _NUMBERLESS and any("gl_PrimitiveID" in s for s, _ in sources[1]):
+            msg = (
+                f"{device.renderer} draws nothing where a shader reads a face's number "
+                f"({fragment}); use another driver (GALLIUM_DRIVER=llvmpipe), or device='cpu'"
+            )
+            raise UmbraError(msg, option="device")
         texts = {
             stage: _VERSION + "".join(f"{line}\n" for line, _ in lines)
             for stage, lines in self._sources.items()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.lights import Horizon, LandRaster, read_horizon
-from umbra.options import read_length
+from umbra.option_fields import read_length
 from umbra.scene import Scene
 from umbra.sun import Site
 
@@ -110,7 +110,7 @@ def settle_horizon(
     """
     if not isinstance(horizon, LandRaster):
         return horizon
-    from umbra.land.horizon import REFRACTION, find_horizon  # noqa: PLC0415  (loads kernels)
+    from umbra.land.raster_horizon import REFRACTION, find_horizon  # noqa: PLC0415  (loads kernels)
 
     if site is None:
         msg = (

@@ -17,9 +17,9 @@ from umbra.lights.horizon import Horizon, LandRaster
 from umbra.lights.horizon_file import read_horizon
 from umbra.lights.perez import find_shape, sum_sky
 from umbra.lights.period import Period, Refraction, make_no_period, make_period
-from umbra.lights.sky import find_directions, spread_directions
-from umbra.lights.weather import Weather, WeatherSuns
+from umbra.lights.sky_directions import find_directions, spread_directions
 from umbra.lights.weather_file import read_weather
+from umbra.lights.weather_year import Weather, WeatherSuns
 from umbra.lights.weighted import Lights
 
 __all__ = [

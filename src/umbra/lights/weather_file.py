@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, make_printable, shorten, show_value
-from umbra.lights.weather import Weather
+from umbra.lights.weather_year import Weather
 
 __all__ = ["read_weather"]
 
@@ -121,7 +121,7 @@ def read_weather(path: Any) -> Weather:
     is_place = abs(latitude) <= 90 and abs(longitude) <= 180 and -500 <= elevation <= 9000
     if not is_place or abs(read.utc_offset) > 14:
         told = f"{latitude:g}°, {longitude:g}°, {elevation:g} m, UTC{read.utc_offset:+g}"
-        lines.refuse(f"its place ({told}) is none on earth", "correct its head")
+        lines.refuse(f"its place ({told}) is not on earth", "correct its head")
     values, years = _order(lines, read.rows)
     is_leap = len(values) > 365 * 24
     year = years.pop() if len(years) == 1 else 2000 if is_leap else _TYPICAL
@@ -155,7 +155,7 @@ def _find_format(lines: _Lines) -> Any:
     if second.startswith("date (mm/dd/yyyy),time (hh:mm)"):
         return _read_tmy3
     if not first.startswith("latitude (decimal degrees)"):
-        lines.refuse("is no weather file that umbra reads", "give EPW, TMY3 or PVGIS (csv)")
+        lines.refuse("is not a weather file that umbra reads", "give EPW, TMY3 or PVGIS (csv)")
     return _read_pvgis
 
 
@@ -198,7 +198,9 @@ def _read_pvgis(lines: _Lines) -> _Read:
     told = next((found for line in lines.lines[:begin] if (found := _OFFSET.search(line))), None)
     sun_at = 0.0 if told is None else lines.read_numbers(0, [told[1]], (0,))[0]
     if not -1 <= sun_at <= 1:
-        lines.refuse(f"its irradiance time offset ({sun_at:g} h) is none", "correct its head")
+        lines.refuse(
+            f"its irradiance time offset ({sun_at:g} h) is over an hour", "correct its head"
+        )
     _, names = next(lines.split(begin))
     where = _find_columns(lines, names, ("g(h)", "gb(n)", "gd(h)"))
     rows: list[_Row] = []

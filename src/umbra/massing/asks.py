@@ -18,8 +18,8 @@ from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.exact import ExactIntervals, follow_sun
-from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.accumulators.step_masks import IntervalCount
 from umbra.study.loop import make_tile_run, pass_lights
 
 __all__ = ["Ask", "measure_pieces"]

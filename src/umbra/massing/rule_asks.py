@@ -24,8 +24,8 @@ from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
 from umbra.study.setup import find_period
 from umbra.verdicts.dates import settle_dates
-from umbra.verdicts.gather import Gathered, Lacking
 from umbra.verdicts.judge import choose_asked
+from umbra.verdicts.judged_receivers import Gathered, Lacking
 from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import SunlightOf
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, show_value
-from umbra.options import read_flag, read_texts
-from umbra.readers.budget import GIGABYTE, Budget
+from umbra.option_fields import read_flag, read_texts
+from umbra.readers.budget import make_budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.file_layers import FileLayer, combine, name_layers, show_name
@@ -25,6 +25,7 @@ from umbra.readers.placing import check_placings, read_placings
 from umbra.readers.region import Region, keep_inside, make_region
 from umbra.readers.sited import assume_crs, check_crs, leave_crs, tell_unused_crs
 from umbra.scene import Scene, Source, make_scene
+from umbra.scene.exchange import FOOTPRINT_READERS
 from umbra.scene.numbers import read_number
 
 __all__ = ["read"]
@@ -68,10 +69,10 @@ def read(  # noqa: PLR0913  (each option by its name)
     ----------
     *paths : str or path
         CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, FlatCityBuf, glTF
-        and GLB, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage,
-        Shapefile, GeoParquet), height rasters (GeoTIFF).
-        Several become one scene in the first file's CRS, each a layer, named after
-        its file or as in ``"proposed=tower.glb"``.
+        and GLB, Rhino, COLLADA, KMZ, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON,
+        GeoPackage, Shapefile, GeoParquet), height rasters (GeoTIFF).
+        Several become one scene in the first file's CRS, each a layer, named after its file or as
+        in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional
         The file's axis that points up: z by default, y in glTF. Footprints and
         rasters have heights and no other axis.
@@ -102,8 +103,8 @@ def read(  # noqa: PLR0913  (each option by its name)
         ``LAYER=X,Y[,Z][,AZIMUTH]``: the layer's own origin comes to x, y, z [m] of the other
         layers' coordinates, its y axis at this azimuth [degrees, clockwise from the plan's north].
         Where these are in a CRS, two numbers that can be are latitude and longitude. Without Z
-        (``X,Y,,AZIMUTH``) its lowest point stands on the ground of the others. A layer whose file
-        states a site that lies among layers in a CRS is placed by it without being asked.
+        (``X,Y,,AZIMUTH``) its own ground, else its lowest point, comes to the others' ground. A
+        layer whose file states a site among the others is placed by it without being asked.
     lift : sequence of str
         ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
     move : sequence of str
@@ -154,7 +155,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         placings=read_placings(place, lift, move),
         region=make_region(bbox, area, named_crs),
         allow_outside=read_flag("allow_outside", allow_outside),
-        budget=_make_budget(max_memory),
+        budget=make_budget(max_memory),
     )
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
@@ -260,16 +261,6 @@ def _check_error(error: float | None) -> float | None:
     return length
 
 
-def _make_budget(most: float | None) -> Budget:
-    if most is None:
-        return Budget(None)
-    number = read_number("max_memory=", most)
-    if not number > 0:
-        msg = f"max_memory= is a number of gigabytes above 0; got {most!r}"
-        raise InputError(msg, option="max_memory")
-    return Budget(number * GIGABYTE)
-
-
 def _find_crowns(
     named: Sequence[tuple[str, Path]],
     canopy: Sequence[str],
@@ -334,13 +325,6 @@ def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
     return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
 
 
-def _check_triangles(model: FileModel) -> None:
-    if not any(part.triangles for part in model.parts):
-        left_out = f" ({'; '.join(model.notes)})" if model.notes else ""
-        msg = f"has no triangles{left_out}; export the model with its surfaces"
-        raise InputError(msg)
-
-
 def _check_there(path: Path) -> None:
     """Check that a file can be read, without opening it: a pipe can be opened only once."""
     try:
@@ -391,10 +375,16 @@ def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, So
         kind = find_format_kind(content)
         given = content if kind in STREAMED else content.data
         model = load_reader(kind)(given, path, choices)
-        if not model.outside:
-            _check_triangles(model)
+        if not (model.outside or any(part.triangles for part in model.parts)):
+            left_out = f" ({'; '.join(model.notes)})" if model.notes else ""
+            msg = f"has no triangles{left_out}; export the model with its surfaces"
+            raise InputError(msg)
         check_soup(model.parts)
     # A name in a note may hold a line break, and a note is a line.
-    notes = tuple(f"{show_name(path)}: {' '.join(note.split())}" for note in model.notes)
-    source = Source(show_name(path), content.digest.hex(), model.format)
+    name = show_name(path)
+    notes = tuple(f"{name}: {' '.join(note.split())}" for note in model.notes)
+    source = Source(name, content.digest.hex(), model.format, ground=model.place.ground)
     return replace(model, notes=notes), source
+
+
+FOOTPRINT_READERS.append(read)

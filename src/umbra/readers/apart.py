@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.georeference import find_on_plan, is_in_degrees, show_crs, swap_on_plan
 
-__all__ = ["BESIDE", "FilePlan", "check_apart", "find_site_among", "make_crs_error"]
+__all__ = [
+    "BESIDE", "FilePlan", "check_apart", "find_offset", "find_site_among", "make_crs_error",
+]  # fmt: skip
 
 FAR = 10_000.0
 """A file without a CRS that lies farther from all others is in other coordinates [m]."""
@@ -39,6 +41,12 @@ class FilePlan:
         That the file names.
     latitude, longitude : float, optional
         Of the site that the file states [degrees].
+    true_north : float
+        Azimuth in the file's plan, clockwise from +y [degrees].
+    altitude : float, optional
+        Of its origin, if the file states it [m].
+    is_ellipsoidal : bool
+        Whether its heights are above the ellipsoid.
     layer : str
     is_placed : bool
         Whether the caller placed it.
@@ -49,8 +57,18 @@ class FilePlan:
     crs: str | None = None
     latitude: float | None = None
     longitude: float | None = None
+    true_north: float = 0.0
+    altitude: float | None = None
+    is_ellipsoidal: bool = False
     layer: str = ""
     is_placed: bool = False
+
+    @property
+    def site(self) -> tuple[float, float] | None:
+        """Latitude, longitude; None if the file states none."""
+        if self.latitude is None or self.longitude is None:
+            return None
+        return self.latitude, self.longitude
 
 
 def make_crs_error(one: str | Path, other: str | Path, crs: tuple[str, str]) -> InputError:
@@ -60,6 +78,22 @@ def make_crs_error(one: str | Path, other: str | Path, crs: tuple[str, str]) -> 
         "coordinate reference system, or place one of them by hand: place='LAYER=X,Y'"
     )
     return InputError(msg, option="place", crs=crs)
+
+
+def find_offset(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    """
+    Return the way from one place to another along the ellipsoid, east and north [m].
+
+    Parameters
+    ----------
+    one, other : (2,) float
+        Latitude, longitude (WGS 84) [degrees].
+    """
+    from pyproj import Geod  # noqa: PLC0415 - 0.1 s, only with a site
+
+    azimuth, _, length = Geod(ellps="WGS84").inv(one[1], one[0], other[1], other[0])
+    turn = np.radians(azimuth)
+    return float(length * np.sin(turn)), float(length * np.cos(turn))
 
 
 def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
@@ -101,13 +135,20 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     neighbour = int(np.argmin(np.where(near, nearest, np.inf)))
     distance = float(nearest[neighbour])
     place = find_site_among(other, low[near], high[near], crs)
+    by = ""
+    if place is None and other.site is not None and crs is not None:
+        there = find_on_plan(crs, *other.site)
+        if there is not None and np.isfinite(there).all():
+            gap = np.maximum(low[neighbour] - there, there - high[neighbour])
+            distance = float(np.hypot(*np.maximum(gap, 0.0)))
+            by = f" by its site, {_tell_site(other.site)}"
     middle = other.bounds.mean(0)
     swapped = swap_on_plan(crs, middle) if crs and is_in_degrees(other.crs or "") else None
     is_swapped = _lies_among(swapped, low[near], high[near])
     names = [files[k].name for k in apart.tolist()]
     msg = (
-        f"{_name(names)} {_show(distance)} from {files[neighbour].name}, too far for one study "
-        f"({'; '.join(_tell_crs(one) for one in (other, files[neighbour]))}); "
+        f"{_name(names)} {_show(distance)} from {files[neighbour].name}{by}, too far for one "
+        f"study ({'; '.join(_tell_crs(one) for one in (other, files[neighbour]))}); "
         f"{SWAPPED if is_swapped else _advise(other, files[neighbour], place)}"
     )
     raise InputError(msg, distance=distance, files=names, site=place, is_swapped=is_swapped)
@@ -176,20 +217,21 @@ def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | No
             f"it was placed there: {by_hand} takes x and y of the other layers, which lie at "
             f"x {x:.0f} to {right:.0f}, y {y:.0f} to {top:.0f}, or latitude, longitude"
         )
-    if place is not None and file.latitude is not None and file.longitude is not None:
+    if place is not None and file.site is not None:
+        x, y = place
         return (
-            f"its site, latitude {file.latitude:.5f}°, longitude {file.longitude:.5f}°, lies "
-            f"there, at x {place[0]:.0f}, y {place[1]:.0f}: place it with {by_hand}"
+            f"its site, {_tell_site(file.site)}, lies there, at x {x:.0f}, y {y:.0f}: place it "
+            f"with {by_hand}"
         )
     if file.crs is not None and neighbour.crs is not None:
         return "read one place with bbox=, or study each alone"
     remedy = f"export it in the coordinates of {neighbour.name}"
     own = "name the CRS that it is in with crs="
-    site = ""
-    if file.latitude is not None and file.longitude is not None:
-        stated = f"latitude {file.latitude:.5f}°, longitude {file.longitude:.5f}°"
-        site = f"its site, {stated}, is not there; "
-    return f"{site}place it with {by_hand}, {remedy}, {own}, or study each alone"
+    return f"place it with {by_hand}, {remedy}, {own}, or study each alone"
+
+
+def _tell_site(site: tuple[float, float]) -> str:
+    return "latitude {:.5f}°, longitude {:.5f}°".format(*site)
 
 
 def _tell_crs(file: FilePlan) -> str:

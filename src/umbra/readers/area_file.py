@@ -144,7 +144,7 @@ def _tabulate(content: FileContent, path: Path) -> tuple[FootprintTable, bool]:
             error = child.make_error(_DRAWING, "save it again")
             raise error
         return tables[0], False
-    msg = f"is no file of areas; give polygons as {_FORMS}"
+    msg = f"is not a file of areas; give polygons as {_FORMS}"
     raise InputError(msg)
 
 
@@ -184,13 +184,13 @@ def make_areas(shapely: Any, table: FootprintTable, stem: str = "") -> tuple[Are
 def check_polygon(shapely: Any, name: str, polygon: Any) -> None:
     """Refuse what is no polygon, one that crosses itself, or has no area."""
     if getattr(polygon, "geom_type", None) not in ("Polygon", "MultiPolygon"):
-        msg = f"the area '{name}' is no polygon; give shapely's Polygon or MultiPolygon"
+        msg = f"the area '{name}' is not a polygon; give shapely's Polygon or MultiPolygon"
         raise InputError(msg, option="areas", area=name)
     if not shapely.is_valid(polygon):
         reason = find_reason(Exception(shapely.is_valid_reason(polygon)))
         msg = (
-            f"the area '{name}' is no valid polygon ({reason}); repair it (QGIS: Fix geometries, "
-            "shapely.make_valid)"
+            f"the area '{name}' is not a valid polygon ({reason}); repair it (QGIS: Fix "
+            "geometries, shapely.make_valid)"
         )
         raise InputError(msg, option="areas", area=name, reason=reason)
     if not polygon.area > 0:

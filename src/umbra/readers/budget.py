@@ -3,8 +3,9 @@
 from umbra.errors import InputError
 from umbra.machine import find_memory
 from umbra.readers.child import ChildLimits
+from umbra.scene.numbers import read_number
 
-__all__ = ["GIGABYTE", "Budget", "TooLargeError"]
+__all__ = ["GIGABYTE", "Budget", "TooLargeError", "make_budget"]
 
 LEAST = 512e6  # [byte] of memory that any files may take
 FACTOR = 128  # memory per byte of the files
@@ -103,3 +104,14 @@ class Budget:
             "that large, say how much it may take (max_memory=)"
         )
         return TooLargeError(msg, option="max_memory", needed=needed, limit=limit)
+
+
+def make_budget(most: float | None) -> Budget:
+    """Return the budget of a call whose caller may allow so much memory [GB]."""
+    if most is None:
+        return Budget(None)
+    number = read_number("max_memory=", most)
+    if not number > 0:
+        msg = f"max_memory= is a number of gigabytes above 0; got {most!r}"
+        raise InputError(msg, option="max_memory")
+    return Budget(number * GIGABYTE)

@@ -117,7 +117,7 @@ def read_numbers(element: Any, ring: Any) -> list[float]:
     except ValueError as error:
         owner, line = name_owner(ring), element.sourceline
         msg = (
-            f"a ring of '{owner}' has a coordinate that is no number (line {line}: {error}); "
+            f"a ring of '{owner}' has a coordinate that is not a number (line {line}: {error}); "
             "repair it or export the file again"
         )
         raise InputError(msg, object=owner, line=line) from error

@@ -1,4 +1,4 @@
-"""COLLADA, alone or packed (.zae, .kmz): nodes with their matrices, instances sharing one mesh."""
+"""COLLADA, alone or packed (.zae): nodes with their matrices, instances sharing one mesh."""
 
 import io
 import re
@@ -15,7 +15,7 @@ from umbra.packages import need
 from umbra.readers.budget import Budget
 from umbra.readers.checks import Losses, find_reason, list_counts
 from umbra.readers.content import ZIP, BoundedStream, open_archive
-from umbra.readers.model import FileModel, FilePlace, ReadChoices, UniqueNames, turn_up
+from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import cut_faces
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
@@ -25,11 +25,9 @@ __all__ = ["read_collada"]
 _TREE = 8  # memory of the tree for each byte of XML
 _DEEPEST = 200  # nodes in nodes; instances may lead back to themselves
 _UPS = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
-_LARGEST = 1 << 20  # [byte] of a KML file
 _BLANK = b"\xef\xbb\xbf\xff\xfe \t\r\n"
 _ENCODING = re.compile(rb"<\?xml[^>]*?\bencoding\s*=\s*[\"']([^\"']*)")
 _KNOWN = re.compile(r"utf-?8|utf-?16([lb]e)?|us-ascii", re.IGNORECASE)
-_NUMBER = r"\s*>\s*([-+\d.eE]+)\s*<"
 
 Matrix = NDArray[np.float64]
 
@@ -37,10 +35,9 @@ Matrix = NDArray[np.float64]
 def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     """Read COLLADA 1.4 and 1.5; y is up and lengths are metres unless the file says otherwise."""
     library = need("collada", "cad", "COLLADA")
-    place = FilePlace()
     budget = choices.budget
     if data.startswith(ZIP):
-        data, place = _unpack(data, budget)
+        data = _unpack(data, budget)
     # The parser would follow entities, also in encodings in which these bytes are others.
     _check_encoding(data)
     if b"<!DOCTYPE" in data.replace(b"\x00", b""):
@@ -69,7 +66,7 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     up = choices.up or _UPS.get(str(document.assetInfo.upaxis), "y")
     unit = _find_unit(document.assetInfo)
     parts = tuple(_scale(part, unit) for part in reader.parts)
-    return FileModel("COLLADA", turn_up(parts, up), notes=list_counts(reader.counts), place=place)
+    return FileModel("COLLADA", turn_up(parts, up), notes=list_counts(reader.counts))
 
 
 def _check_encoding(data: bytes) -> None:
@@ -182,26 +179,11 @@ def _scale(part: Part, unit: float) -> Part:
     return Part(part.name, part.kind, part.mesh, matrix, part.material)
 
 
-def _unpack(data: bytes, budget: Budget) -> tuple[bytes, FilePlace]:
-    """Return the first COLLADA file of an archive, and the place that a KML file gives it."""
+def _unpack(data: bytes, budget: Budget) -> bytes:
+    """Return the first COLLADA file of an archive."""
     archive, models = open_archive(io.BytesIO(data), budget, _find_model)
-    with archive:
-        notes = [name for name in archive.namelist() if name.lower().endswith(".kml")]
-        with BoundedStream(archive.open(models[0]), budget) as file:
-            found = file.readall()
-        if not notes:
-            return found, FilePlace()
-        with archive.open(notes[0]) as file:
-            text = file.read(_LARGEST).decode("utf-8", "replace")
-    words = ("latitude", "longitude", "altitude", "heading")
-    told = {word: re.search(rf"<(?:\w+:)?{word}{_NUMBER}", text) for word in words}
-    numbers = {word: float(one[1]) for word, one in told.items() if one}
-    return found, FilePlace(
-        numbers.get("latitude"),
-        numbers.get("longitude"),
-        numbers.get("altitude"),
-        -numbers["heading"] % 360 if "heading" in numbers else None,
-    )
+    with archive, BoundedStream(archive.open(models[0]), budget) as file:
+        return file.readall()
 
 
 def _find_model(archive: ZipFile) -> list[str]:

@@ -143,13 +143,7 @@ def _place(
     layers: Sequence[FileLayer], moved: list[tuple[Part, ...]], crs: str | None, notes: list[str]
 ) -> dict[str, NDArray[np.float64]]:
     """Place layers as the caller or their site says; return how, by the name of the file."""
-    wanted = [layer.placing for layer in layers]
-    if len(layers) > 1 and crs is not None:
-        plans = [_lay_out(*one) for one in zip(layers, moved)]
-        for k, layer in enumerate(layers):
-            if wanted[k] is None:
-                rest = [plan for i, plan in enumerate(plans) if i != k and wanted[i] is None]
-                wanted[k] = find_by_site(layer.name, plans[k], layer.model.place, rest, crs)
+    wanted = _find_placings(layers, moved, crs)
     frames = {}
     named = {one.layer for one in wanted if one}
     has_raster = any(layer.model.is_terrain for layer in layers)
@@ -168,6 +162,25 @@ def _place(
                 notes.append(placed.note)
             frames[show_name(layer.path)] = placed.matrix
     return frames
+
+
+def _find_placings(
+    layers: Sequence[FileLayer], moved: Sequence[tuple[Part, ...]], crs: str | None
+) -> list[Placing | None]:
+    """Return how the caller, or the site that its file states, places each layer."""
+    wanted = [layer.placing for layer in layers]
+    is_free = [one is None or one.at is None for one in wanted]
+    sited = [k for k, one in enumerate(layers) if one.model.is_sited and is_free[k]]
+    if len(layers) > 1 and sited:
+        plans = [_lay_out(*one) for one in zip(layers, moved)]
+        for k in sited:
+            layer, asked = layers[k], wanted[k]
+            rest = [plan for i, plan in enumerate(plans) if i != k and wanted[i] is None]
+            found = find_by_site(layer.name, plans[k], rest, crs, plans[sited[0]])
+            if found is not None and asked is not None:  # moved or lifted from there
+                found = replace(found, move=asked.move, lift=asked.lift)
+            wanted[k] = found or asked
+    return wanted
 
 
 def _list_others(
@@ -221,10 +234,11 @@ def _tell_conversion(crs: str, target: str, is_high_in_metres: bool) -> list[str
 
 def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
     """Return where a file lies in the plan of all."""
-    model = layer.model
+    crs, place = layer.model.crs, layer.model.place
     bounds = Scene(tuple(parts), np.zeros(3)).bounds()[:, :2]
     return FilePlan(
-        show_name(layer.path), bounds, model.crs, model.place.latitude, model.place.longitude,
+        show_name(layer.path), bounds, crs, place.latitude, place.longitude,
+        place.true_north or 0.0, place.altitude, place.is_ellipsoidal,
         layer=layer.name, is_placed=layer.is_placed,
     )  # fmt: skip
 

@@ -7,12 +7,12 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from json import JSONDecodeError
 from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.packages import load_named
 from umbra.readers.added import REGISTRY, read_added
 from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
@@ -24,7 +24,7 @@ __all__ = [
 
 FORMATS = (
     "CityJSON (.json, .jsonl), CityGML (.gml, .zip), FlatCityBuf, glTF (.gltf, .glb), 3D Tiles "
-    "(tileset.json), IFC, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, footprints (.geojson, "
+    "(tileset.json), IFC, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, KMZ, footprints (.geojson, "
     ".gpkg, .shp, .parquet), height rasters (.tif), LAZ"
 )
 
@@ -32,23 +32,24 @@ Reader = Callable[[Any, Path, ReadChoices], FileModel]
 
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
-    "json": ("umbra.readers.formats", "read_json"),
-    "b3dm": ("umbra.readers.tileset", "read_b3dm"),
-    "citygml": ("umbra.readers.citygml", "read_citygml"),
-    "collada": ("umbra.readers.collada", "read_collada"),
-    "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
-    "glb": ("umbra.readers.gltf", "read_gltf"),
-    "i3dm": ("umbra.readers.tileset", "read_i3dm"),
-    "ifc": ("umbra.readers.ifc", "read_ifc"),
-    "obj": ("umbra.readers.obj", "read_obj"),
-    "parquet": ("umbra.readers.parquet", "read_parquet"),
-    "points": ("umbra.readers.point_cloud", "read_cloud_points"),
-    "rhino": ("umbra.readers.rhino", "read_rhino"),
-    "off": ("umbra.readers.triangle_soup", "read_off"),
-    "ply": ("umbra.readers.triangle_soup", "read_ply"),
-    "stl": ("umbra.readers.triangle_soup", "read_stl"),
-    "tiff": ("umbra.readers.height_raster", "read_raster"),
-    "vector": ("umbra.readers.footprint_files", "read_vectors"),
+    "json": "umbra.readers.formats:read_json",
+    "b3dm": "umbra.readers.tileset:read_b3dm",
+    "citygml": "umbra.readers.citygml:read_citygml",
+    "collada": "umbra.readers.collada:read_collada",
+    "fcb": "umbra.readers.flatcitybuf:read_flatcitybuf",
+    "glb": "umbra.readers.gltf:read_gltf",
+    "i3dm": "umbra.readers.tileset:read_i3dm",
+    "ifc": "umbra.readers.ifc:read_ifc",
+    "kml": "umbra.readers.kml:read_kml",
+    "obj": "umbra.readers.obj:read_obj",
+    "parquet": "umbra.readers.parquet:read_parquet",
+    "points": "umbra.readers.point_cloud:read_cloud_points",
+    "rhino": "umbra.readers.rhino:read_rhino",
+    "off": "umbra.readers.triangle_soup:read_off",
+    "ply": "umbra.readers.triangle_soup:read_ply",
+    "stl": "umbra.readers.triangle_soup:read_stl",
+    "tiff": "umbra.readers.height_raster:read_raster",
+    "vector": "umbra.readers.footprint_files:read_vectors",
 }
 
 STREAMED = {"citygml", "fcb", "parquet", "points", "tiff", "vector"}
@@ -74,6 +75,8 @@ BY_ENDING = {
     ".fcb": "fcb",
     ".parquet": "parquet",
     ".geoparquet": "parquet",
+    ".kml": "kml",
+    ".kmz": "kml",
     ".las": "points",
     ".laz": "points",
     ".tif": "tiff",
@@ -109,8 +112,8 @@ def load_reader(kind: str) -> Reader:
     """Import the reader of a kind: (data or content, path, choices) -> FileModel."""
     if kind not in READERS:
         return partial(read_added, kind)
-    module, function = READERS[kind]
-    return getattr(import_module(module), function)
+    reader: Reader = load_named(READERS[kind])
+    return reader
 
 
 def find_format_kind(content: FileContent) -> str:
@@ -120,6 +123,8 @@ def find_format_kind(content: FileContent) -> str:
         return ending[1:]
     if is_citygml(content):
         return "citygml"
+    if is_kml(content):
+        return "kml"
     if is_collada(content):
         return "collada"
     data, path = content.head, content.path
@@ -151,6 +156,7 @@ def find_format_kind(content: FileContent) -> str:
         "collada",
         "fcb",
         "ifc",
+        "kml",
         "parquet",
         "rhino",
         "tiff",
@@ -194,6 +200,20 @@ def is_collada(content: FileContent) -> bool:
             return False
     start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
     return start.startswith(b"<") and b"<COLLADA" in start
+
+
+def is_kml(content: FileContent) -> bool:
+    """Return whether a file is KML, by its root; also packed."""
+    start = content.head
+    if start.startswith(ZIP):
+        try:
+            with content.open() as file, zipfile.ZipFile(file) as archive:
+                names = [name.lower() for name in archive.namelist()]
+        except (OSError, ValueError, zipfile.BadZipFile):
+            return False
+        return any(name.endswith(".kml") for name in names)
+    start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
+    return start.startswith(b"<") and b"<kml" in start
 
 
 def list_citygml_members(archive: zipfile.ZipFile) -> list[str]:
@@ -307,12 +327,10 @@ class UnreadFormat:
 _OF_OBJ = re.compile(rb"^v[ \t]+[-+.\d]+[-+.\deE]*[ \t]+[-+.\d]", re.MULTILINE)  # from a pipe
 _BLENDER = "open it in Blender and export glTF"
 _OGR = "ogr2ogr FILE.geojson FILE{} makes footprints of it"
-_XML = (b"<?xml", b"<")
 _ANY_XML = UnreadFormat("XML is not read; convert it to CityJSON, glTF or OBJ", (), (b"<?xml",))
 
 # More specific formats come first: XML by its words, archives by their endings.
 REFUSED = (
-    UnreadFormat(f"KML is not read; {_OGR.format('.kml')}", (".kml", ".kmz"), _XML, b"<kml"),
     _ANY_XML,
     UnreadFormat("SketchUp files are not read; export glTF or COLLADA from it (File > Export)",
                  (".skp",), (b"\xff\xfe\xff\x0eS\x00k\x00e\x00t\x00c\x00h",)),
@@ -337,7 +355,8 @@ REFUSED = (
     UnreadFormat("Revit files are not read; export IFC from Revit",
                  (".rvt", ".rfa"), (b"\xd0\xcf\x11\xe0",)),
     UnreadFormat("is compressed (gzip) and holds no CityGML; unpack it first", (), (b"\x1f\x8b",)),
-    UnreadFormat("is a ZIP archive without CityGML (*.gml); unpack it first", (), (b"PK\x03\x04",)),
+    UnreadFormat("is a ZIP archive without CityGML (*.gml), COLLADA or KML; unpack it first",
+                 (), (b"PK\x03\x04",)),
     UnreadFormat("HDF5 files are not read", (), (b"\x89HDF",)),
     UnreadFormat("is a Git LFS pointer, not the file; run git lfs pull",
                  (), (b"version https://git-lfs",)),

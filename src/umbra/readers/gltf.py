@@ -11,6 +11,7 @@ import orjson
 from umbra.errors import InputError
 from umbra.readers.checks import list_counts
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
+from umbra.readers.gltf_earth import find_centre, put_on_earth
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
 from umbra.readers.gltf_nodes import (
@@ -30,6 +31,7 @@ __all__ = ["read_gltf", "read_gltf_content", "read_gltf_tree"]
 # Extensions needed to read geometry right; others only change looks.
 PART = 1000  # [byte] of a part without its mesh
 KNOWN = (
+    "CESIUM_RTC",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture",
@@ -44,6 +46,11 @@ KNOWN = (
 
 def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read a GLB file; y is up by default, as glTF says."""
+    tree, binary = _parse_glb(data)
+    return read_gltf_tree(tree, binary, path, choices)
+
+
+def _parse_glb(data: bytes) -> tuple[dict[str, Any], bytes | None]:
     text, binary = split_glb(data)
     try:
         tree = orjson.loads(text)
@@ -53,23 +60,30 @@ def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     if not isinstance(tree, dict):
         msg = "its JSON chunk holds no glTF; export it again"
         raise InputError(msg)
-    return read_gltf_tree(tree, binary, path, choices)
+    return tree, binary
 
 
 def read_gltf_content(data: bytes, path: Path, choices: ReadChoices) -> FileModel | None:
-    """Read a tile's glTF, as a GLB or as its JSON; None if it begins as neither."""
+    """Read a tile's glTF, GLB or JSON, in its own coordinates; None if it begins as neither."""
     if data[:4] == b"glTF":
-        return read_gltf(data, path, choices)
+        return _read_tree(*_parse_glb(data), path, choices)
     if data.lstrip()[:1] == b"{":
-        return read_gltf_tree(orjson.loads(data), None, path, choices)
+        return _read_tree(orjson.loads(data), None, path, choices)
     return None
 
 
 def read_gltf_tree(
     tree: dict[str, Any], binary: bytes | None, path: Path, choices: ReadChoices
 ) -> FileModel:
+    """Read parsed glTF, with the binary chunk of a GLB, and where on the earth it lies."""
+    return put_on_earth(_read_tree(tree, binary, path, choices), tree, choices)
+
+
+def _read_tree(
+    tree: dict[str, Any], binary: bytes | None, path: Path, choices: ReadChoices
+) -> FileModel:
     """
-    Read parsed glTF, with the binary chunk of a GLB; see `read_gltf`.
+    Read parsed glTF in its own coordinates.
 
     Skins and morph targets are posed by the file's nodes and weights, before any animation,
     as in viewers.
@@ -88,7 +102,7 @@ def read_gltf_tree(
         if not name.startswith(KNOWN):
             counts[f"properties of the extension {name} left out"] += 1
     list_instances(tree, buffers)
-    rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
+    rig, slots, shown = read_nodes(tree, find_centre(tree) @ turning(choices.up or "y"))
     nodes = tree.get("nodes", [])
     places = [(nodes[index], index, slot) for index, slot in list(slots.items())[:shown]]
     meshes: dict[int, list[Piece]] = {}

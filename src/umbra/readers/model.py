@@ -123,6 +123,8 @@ class FilePlace:
     true_north: float | None = None
     ground: float | None = None  # height of the level ground in the file's own coordinates [m]
     ground_source: str = "the top of its site"  # what states it
+    altitude: float | None = None  # of its origin, if it is to stand there [m]
+    is_ellipsoidal: bool = False  # whether heights are above the ellipsoid, not the sea
     doubt: str | None = None  # why the site is not known although the file states it
 
 

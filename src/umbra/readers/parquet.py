@@ -200,7 +200,7 @@ def _find_crs(facts: dict[str, Any]) -> tuple[str | None, list[str]]:
     try:
         return name_crs(CRS.from_json_dict(told).to_wkt()), []
     except CRSError as error:
-        msg = "has a CRS that is no PROJJSON; export it again"
+        msg = "has a CRS that is not PROJJSON; export it again"
         raise InputError(msg) from error
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, find_similar, show_value
-from umbra.options import read_length, read_texts
+from umbra.option_fields import read_length, read_texts
 from umbra.readers.georeference import find_on_plan, show_crs
 from umbra.readers.terrain import find_terrain_height, find_terrain_parts, measure_boxes
 from umbra.scene import Light, Part, Scene
@@ -273,15 +273,22 @@ def _find_height(
     low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
     if own_ground is not None and placing.lift != _GROUND:
         level = own_ground + float(matrix[2, 3])  # it stays upright
-        if low <= level <= high:
+        if level <= high:
             rise = ground - level
-            below = f", with {level - low:.2f} m of it below" if level - low > _DEEP else ""
+            deep = abs(level - low)
+            side = "of it below" if low < level else "up to its lowest point"
+            below = f", with {deep:.2f} m {side}" if deep > _DEEP else ""
             return rise, (
                 f"its own ground (z {own_ground:.2f} m of its file) on {what}, z {ground:.2f} m"
                 f"{below}, raised by {rise:.2f} m"
             )
     rise = ground - low
-    return rise, f"its lowest point on {what}, z {ground:.2f} m, raised by {rise:.2f} m"
+    unsaid = (
+        ""
+        if own_ground is not None or placing.lift == _GROUND
+        else (", as its file states no ground of its own")
+    )
+    return rise, f"its lowest point on {what}, z {ground:.2f} m, raised by {rise:.2f} m{unsaid}"
 
 
 def _find_ground(plan: NDArray[np.float64], others: Sequence[Part]) -> tuple[float, str] | None:

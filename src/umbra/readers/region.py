@@ -162,7 +162,7 @@ def _make_area(area: str | os.PathLike[str]) -> Region:
         try:
             shape = shapely.from_wkt(text)
         except shapely.errors.GEOSException as error:
-            msg = f"area= is no WKT ({find_reason(error)})"
+            msg = f"area= is not WKT ({find_reason(error)})"
             raise InputError(msg, option="area") from error
     else:
         shape, crs = _read_area(shapely, Path(text))

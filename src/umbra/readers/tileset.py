@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.checks import Losses, errors_of, list_counts
 from umbra.readers.georeference import show_crs
-from umbra.readers.gltf import PART, read_gltf, read_gltf_content
-from umbra.readers.model import FileModel, ReadChoices, UniqueNames
+from umbra.readers.gltf import PART, read_gltf_content
+from umbra.readers.gltf_earth import put_on_earth
+from umbra.readers.model import FileModel, FilePlace, ReadChoices, UniqueNames
 from umbra.readers.tileset_frame import (
     Frame,
     find_axes,
@@ -149,9 +150,12 @@ Matrix = NDArray[np.float64]
 def read_b3dm(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read one tile of 3D Tiles 1.0, in its own frame."""
     glb, centre = split_b3dm(data)
-    model = read_gltf(glb, path, choices)
+    model = read_gltf_content(glb, path, choices)
+    if model is None:
+        msg = "holds no glTF; fetch it again"
+        raise InputError(msg)
     parts = tuple(move_part(part, _shift(centre)) for part in model.parts)
-    return replace(model, format="3D Tiles B3DM", parts=parts)
+    return put_on_earth(replace(model, format="3D Tiles B3DM", parts=parts), {}, choices)
 
 
 def read_tileset(tree: dict[str, Any], path: Path, choices: ReadChoices) -> FileModel:
@@ -163,7 +167,8 @@ def read_tileset(tree: dict[str, Any], path: Path, choices: ReadChoices) -> File
     frame = reader.frame
     return FileModel(
         f"3D Tiles {version}".strip(), tuple(reader.parts), frame.crs if frame else None,
-        tuple(notes), is_high_in_metres=True, outside=reader.outside,
+        tuple(notes), place=FilePlace(is_ellipsoidal=True), is_high_in_metres=True,
+        outside=reader.outside,
     )  # fmt: skip
 
 

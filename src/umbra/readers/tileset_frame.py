@@ -75,6 +75,8 @@ class Frame:
         From geocentric coordinates to east, north, up.
     crs : str
         The orthographic projection at the place, whose plan this is at the ellipsoid.
+    latitude, longitude, height : float
+        Of the place [degrees, m].
     """
 
     def __init__(self, centre: Points) -> None:
@@ -82,6 +84,7 @@ class Frame:
 
         there = Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
         lon, lat, height = (float(value) for value in there.transform(*centre))
+        self.latitude, self.longitude, self.height = lat, lon, height
         self.matrix = np.eye(4)
         self.matrix[:3, :3] = find_axes(centre[None])[0].T
         self.matrix[:3, 3] = -self.matrix[:3, :3] @ centre + [0, 0, height]

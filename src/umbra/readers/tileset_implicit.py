@@ -37,7 +37,7 @@ class _Subtree:
     def __init__(self, data: bytes, name: str, fetch: Fetch, axes: int, levels: int) -> None:
         self._axes = axes
         if data[:4] != b"subt" or len(data) < 24:
-            msg = f"'{name[:60]}' is no subtree of 3D Tiles; fetch it again"
+            msg = f"'{name[:60]}' is not a subtree of 3D Tiles; fetch it again"
             raise InputError(msg)
         n_json, _ = np.frombuffer(data, "<u8", 2, 8).tolist()
         self._tree = orjson.loads(data[24 : 24 + n_json])

@@ -14,14 +14,14 @@ from umbra.scene.mesh import ADDED_GROUND
 __all__ = ["REGISTRY", "find_kind", "name_kind"]
 
 _VIEWS = {
-    "elevation": "umbra.receivers.view:ElevationView",
-    "view": "umbra.receivers.view:ViewFromAbove",
+    "elevation": "umbra.receivers.orthographic:ElevationView",
+    "view": "umbra.receivers.orthographic:ViewFromAbove",
 }
 """Those that a direction names."""
 _NAMED = {
     "ground": "umbra.receivers.plan:GroundPlane",
     "top": "umbra.receivers.plan:TopmostSurface",
-    "camera": "umbra.receivers.camera:CameraPicture",
+    "camera": "umbra.receivers.camera_pixels:CameraPicture",
     "surfaces": "umbra.receivers.points:SampledSurfaces",
     "points": "umbra.receivers.points:GivenPoints",
     "windows": "umbra.receivers.windows:WindowKind",
@@ -76,7 +76,7 @@ def find_kind(
         return REGISTRY.find("top" if has_terrain(scene) else "ground")
     if receivers in _NAMED:
         return REGISTRY.find(receivers)
-    from umbra.receivers.view import find_direction  # noqa: PLC0415  (one kind is loaded)
+    from umbra.receivers.orthographic import find_direction  # noqa: PLC0415  (one kind is loaded)
 
     try:
         _, tilt = find_direction(receivers, [*_NAMED])

@@ -6,9 +6,8 @@ so that none is too small to be seen.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,10 +16,9 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, show_value
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN
-from umbra.options import is_area_file
 from umbra.packages import need
 from umbra.rays.nearest_hits import drop_plumb
-from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_areas
+from umbra.receivers.area_search import find_areas
 from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request
@@ -32,10 +30,12 @@ from umbra.scene.grid import Places
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.named_places import Area
 
-__all__ = ["AreaKind", "AreaLevel", "check_areas", "find_areas"]
+__all__ = [
+    "AreaGround", "AreaKind", "AreaLevel", "AreaReceivers", "lay_out_areas", "refuse_outside",
+    "tell_areas",
+]  # fmt: skip
 
 _LEVEL = re.compile(r"(ground|mean|top)\s*(?:\+\s*([\d.]+)\s*m?)?")
-_GRID = 1e-6  # corners of parts that are nearer are one [m]
 _COVERED = 0.01  # share under roofs from which it is told
 _ABOVE = 0.01  # height above the ground from which something is a roof over it [m]
 _UP = np.array([0.0, 0.0, 1.0])
@@ -89,98 +89,6 @@ class AreaLevel:
         return f"{self.above:g} m above {base}" if self.above else f"on {base}"
 
 
-def check_areas(asked: Any) -> Any:
-    """Read a file of areas that is asked for; return all else as it is."""
-    if is_area_file(asked):
-        return load_areas(Path(asked))
-    is_right = isinstance(asked, (str, Mapping, AreaFile)) or hasattr(asked, "geometry")
-    if not is_right and isinstance(asked, Sequence):
-        is_right = len(asked) > 0 and all(isinstance(one, (str, Area)) for one in asked)
-    if not is_right:
-        msg = (
-            "areas is a file of polygons, a pattern of the model's parts or kinds, a GeoDataFrame, "
-            f"or polygons by name; got {show_value(asked)}"
-        )
-        raise InputError(msg, option="areas")
-    return asked
-
-
-def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
-    """
-    Find areas in a model's own coordinates.
-
-    Parameters
-    ----------
-    scene : Scene
-    asked : path, str, sequence of str, AreaFile, mapping, sequence of Area, or GeoDataFrame
-        A file; patterns of parts and kinds of the model; polygons by name.
-
-    Returns
-    -------
-    areas : list of Area
-    notes : list of str
-
-    Raises
-    ------
-    InputError
-        If there are none, one is no valid polygon, two have one name, or they lie elsewhere.
-    """
-    asked = check_areas(asked)
-    if isinstance(asked, AreaFile):
-        return place_areas(asked, scene)
-    if isinstance(asked, str) or (
-        isinstance(asked, Sequence) and all(isinstance(one, str) for one in asked)
-    ):
-        return _find_parts(scene, (asked,) if isinstance(asked, str) else asked), []
-    shapely = need("shapely", "gis", "areas")
-    if isinstance(asked, Mapping):
-        given, crs = [Area(str(name), polygon) for name, polygon in asked.items()], None
-    elif hasattr(asked, "geometry"):
-        given, crs = _read_frame(asked), None if asked.crs is None else asked.crs.to_wkt()
-    else:
-        given, crs = list(asked), None
-    names = set()
-    for area in given:
-        check_polygon(shapely, area.name, area.polygon)
-        if area.name in names:
-            msg = f"2 areas are called '{area.name}'; give each a name of its own"
-            raise InputError(msg, option="areas", area=area.name, count=2)
-        names.add(area.name)
-    if not given:
-        msg = "areas= holds no polygon; give one at least"
-        raise InputError(msg, option="areas")
-    areas, notes = place_areas(AreaFile(Path("areas="), tuple(given), crs, is_guess=False), scene)
-    return areas, [note for note in notes if crs is not None]
-
-
-def _read_frame(frame: Any) -> list[Area]:
-    """Return the rows of a GeoDataFrame, named by their column ``name``, else by the index."""
-    names = frame["name"] if "name" in frame.columns else frame.index
-    return [Area(str(name), polygon) for name, polygon in zip(names, frame.geometry, strict=True)]
-
-
-def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
-    """Return the plans of parts of the model that patterns match, one area for each object."""
-    shapely = need("shapely", "gis", "areas")
-    parts, labels = scene.select(patterns, option="areas"), scene.labels()
-    found = []
-    for name in dict.fromkeys(labels[k] for k in parts):
-        soup = scene.triangles([k for k in parts if labels[k] == name])
-        corners = soup.vertices[soup.faces][..., :2]
-        u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        lies = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) > _GRID * _GRID
-        whole = shapely.union_all(shapely.polygons(corners[lies]), grid_size=_GRID)
-        kept = [one for one in shapely.get_parts(whole) if shapely.get_type_id(one) == 3]
-        if kept:
-            shape = kept[0] if len(kept) == 1 else shapely.multipolygons(kept)
-            origin = scene.origin[:2]
-            found.append(Area(name, shapely.transform(shape, lambda p, o=origin: p + o)))
-    if not found:
-        msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
-        raise InputError(msg, option="areas")
-    return found
-
-
 class AreaKind(PlacedKind):
     """Named areas, each on a lattice of its own."""
 
@@ -193,32 +101,22 @@ class AreaKind(PlacedKind):
         """Find the squares of areas on level ground at 0; `lay_out` puts them on the ground."""
         raise NotImplementedError
 
-    def lay_out(self, request: Request) -> NamedReceivers:
+    def lay_out(self, request: Request) -> "AreaReceivers":
         """Cut the areas, and put their samples on the ground."""
         scene, options = request.scene, request.options
         if options.areas is None:
             msg = "receivers='areas' needs areas='FILE'; give a file of polygons"
             raise InputError(msg, option="areas")
         areas, notes = find_areas(scene, options.areas)
-        _refuse_outside(areas, options.extent)
-        level, mean = AreaLevel.of(options.areas_on), None
-        if bands := read_bands(options.band):
-            plots = areas
-            areas, of_plot = make_bands(plots, bands)
-            if level.base == "mean":
-                plan, owner, weights, _ = _cut(plots, None, scene)
-                z, _, _ = _drop_to_ground(request, plots, plan, owner)
-                mean = _average(z, owner, weights)[of_plot]
-        plan, owner, weights, sides = _cut(areas, options.cell, scene)
-        points, normals, covered = _stand(request, areas, plan, owner, weights, level, mean)
-        notes += _tell_covered(areas, owner, weights, covered)
-        told = _tell_lattice(sides, options.cell, level)
-        return NamedReceivers(
-            self, request.prepare(), (len(points),), DIMS, weights,
-            {"areas_on": str(level), "areas_sampling": told},
-            local=Places(points, normals), part=np.full(len(points), -1), areas=weights,
-            records=areas, owner=owner, notes=(*notes, told),
-        )  # fmt: skip
+        refuse_outside(areas, options.extent)
+        found = find_ground(scene, options.ground)
+        ground = AreaGround(found.level, is_plane=found.is_plane, is_added=found.is_added)
+        laid = lay_out_areas(self, request, areas, ground)
+        level = AreaLevel.of(options.areas_on)
+        told = tell_areas(laid.group_names, laid.covered, laid.sides, options.cell, level)
+        laid.notes = (*notes, *told)
+        laid.facts["areas_sampling"] = laid.notes[-1]
+        return laid
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the areas."""
@@ -235,7 +133,83 @@ class AreaKind(PlacedKind):
         return Counted(np.isfinite(study.shadow_hours), study.laid.areas, "m²", "areas")
 
 
-def _refuse_outside(areas: Sequence[Area], extent: Sequence[float] | None) -> None:
+@dataclass(frozen=True)
+class AreaGround:
+    """
+    The ground that areas lie on.
+
+    Parameters
+    ----------
+    level : float
+        Height of the plane, in the model's own coordinates [m].
+    is_plane : bool
+        Whether it is the plane; else a surface.
+    is_added : bool
+        Whether the surface is one that was added to the model.
+    """
+
+    level: float
+    is_plane: bool
+    is_added: bool
+
+    @property
+    def kinds(self) -> Collection[str]:
+        """Kinds of the parts that are ground."""
+        return ADDED_GROUND if self.is_added else TERRAIN
+
+
+@dataclass(eq=False, kw_only=True)
+class AreaReceivers(NamedReceivers):
+    """
+    Areas on lattices of their own.
+
+    Parameters
+    ----------
+    sides : (n_areas,) float64
+        Of the squares [m].
+    covered : (n_areas,) float64
+        Share under roofs.
+    """
+
+    sides: NDArray[np.float64]
+    covered: NDArray[np.float64]
+
+
+def lay_out_areas(
+    kind: AreaKind, request: Request, areas: Sequence[Area], ground: AreaGround
+) -> AreaReceivers:
+    """
+    Cut areas, or their bands, and put their samples on the ground.
+
+    Parameters
+    ----------
+    kind : AreaKind
+    request : Request
+        Options of areas are read.
+    areas : sequence of Area
+        In the model's own coordinates.
+    ground : AreaGround
+    """
+    scene, options = request.scene, request.options
+    level, mean = AreaLevel.of(options.areas_on), None
+    if bands := read_bands(options.band):
+        plots = areas
+        areas, of_plot = make_bands(plots, bands)
+        if level.base == "mean":
+            plan, owner, weights, _ = _cut(plots, None, scene)
+            z, _, _ = _drop_to_ground(request, plots, plan, owner, ground)
+            mean = _average(z, owner, weights)[of_plot]
+    plan, owner, weights, sides = _cut(areas, options.cell, scene)
+    points, normals, covered = _stand(request, areas, plan, owner, weights, level, ground, mean)
+    shares = np.bincount(owner, weights * covered, len(areas)) / np.bincount(owner, weights)
+    return AreaReceivers(
+        kind, request.prepare(), (len(points),), DIMS, weights, {"areas_on": str(level)},
+        local=Places(points, normals), part=np.full(len(points), -1), areas=weights,
+        records=areas, owner=owner, sides=np.array(sides), covered=shares,
+    )  # fmt: skip
+
+
+def refuse_outside(areas: Sequence[Area], extent: Sequence[float] | None) -> None:
     """Refuse areas that lie outside a stated extent."""
     if extent is None:
         return
@@ -277,6 +251,7 @@ def _stand(
     owner: NDArray[np.intp],
     weights: NDArray[np.float64],
     level: AreaLevel,
+    ground: AreaGround,
     mean: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """
@@ -284,7 +259,7 @@ def _stand(
 
     ``mean`` (n_areas,) is the height of a mean ground, by default that of each area [m].
     """
-    z, normals, over = _drop_to_ground(request, areas, plan, owner)
+    z, normals, over = _drop_to_ground(request, areas, plan, owner, ground)
     casting = request.prepare()
     floor = float(request.scene.bounds()[0, 2] - request.scene.origin[2]) - 1.0
     covered = np.zeros(len(plan), np.bool_)
@@ -304,15 +279,18 @@ def _stand(
 
 
 def _drop_to_ground(
-    request: Request, areas: Sequence[Area], plan: NDArray[np.float64], owner: NDArray[np.intp]
+    request: Request,
+    areas: Sequence[Area],
+    plan: NDArray[np.float64],
+    owner: NDArray[np.intp],
+    ground: AreaGround,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int]]:
     """Return heights and normals of the ground at places, and the parts that may lie over it."""
     scene, casting = request.scene, request.prepare()
-    ground = find_ground(scene, request.options.ground)
-    kinds = ADDED_GROUND if ground.is_added else TERRAIN
-    land = [k for k, part in enumerate(scene.parts) if part.kind in kinds]
+    land = [k for k, part in enumerate(scene.parts) if part.kind in ground.kinds]
     canopies = () if request.canopy is None else request.canopy.parts
-    over = [k for k in range(len(scene.parts)) if k not in {*land, *canopies}]
+    apart = {*land, *canopies, *request.gone}
+    over = [k for k in range(len(scene.parts)) if k not in apart]
     floor = float(scene.bounds()[0, 2] - scene.origin[2]) - 1.0
     z = np.full(len(plan), ground.level - scene.origin[2])
     normals = np.tile(_UP, (len(plan), 1))
@@ -347,32 +325,50 @@ def _fill(
         normals[none] = _UP
 
 
-def _tell_covered(
-    areas: Sequence[Area],
-    owner: NDArray[np.intp],
-    weights: NDArray[np.float64],
-    covered: NDArray[np.bool_],
+def tell_areas(
+    names: Sequence[str],
+    covered: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    cell: float | None,
+    level: AreaLevel,
 ) -> list[str]:
-    """Tell of areas that lie under roofs."""
-    shares = np.bincount(owner, weights * covered, len(areas)) / np.bincount(owner, weights)
+    """
+    Tell of areas that lie under roofs, and last how areas are sampled.
+
+    Parameters
+    ----------
+    names : sequence of str
+    covered : (n_areas,) float64
+        Share under roofs.
+    sides : (n_areas,) float64
+        Of the squares [m].
+    cell : float, optional
+        Side that was asked for [m].
+    level : AreaLevel
+    """
+    return [*_tell_covered(names, covered), _tell_lattice(sides, cell, level)]
+
+
+def _tell_covered(names: Sequence[str], shares: NDArray[np.float64]) -> list[str]:
+    """Tell of areas of which shares lie under roofs."""
     under = np.flatnonzero(shares > _COVERED)
     if not len(under):
         return []
     most = int(under[np.argmax(shares[under])])
     count = "1 area lies" if len(under) == 1 else f"{len(under)} areas lie"
     told = (
-        f"{count} in part under roofs, where it is in shadow (most: '{areas[most].name}', "
+        f"{count} in part under roofs, where it is in shadow (most: '{names[most]}', "
         f"{100 * shares[most]:.0f} %); draw areas without buildings, or judge what is topmost "
         "(areas_on='top')"
     )
     return [told]
 
 
-def _tell_lattice(sides: Sequence[float], cell: float | None, level: AreaLevel) -> str:
+def _tell_lattice(sides: NDArray[np.float64], cell: float | None, level: AreaLevel) -> str:
     """Tell how areas are sampled."""
-    low, high = min(sides), max(sides)
+    low, high = sides.min(), sides.max()
     size = f"{low:.3g} m" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g} m"
-    finer = sum(side < cell for side in sides) if cell is not None else 0
+    finer = int((sides < cell).sum()) if cell is not None else 0
     small = f"; {finer} too small for cells of {cell:g} m have finer ones" if finer else ""
     return (
         f"each area is judged {level.tell()} on a lattice of its own, squares of {size} "

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from umbra.errors import InputError, show_value
-from umbra.options import read_length
+from umbra.option_fields import read_length
 from umbra.packages import need
 from umbra.scene.named_places import Area
 

@@ -1,6 +1,6 @@
 """The protocol of receivers, of all kinds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -61,6 +61,10 @@ class Request:
         Returns the longest allowed tile side, at most the given one.
     is_cut : bool
         Whether parts of the receivers are counted alone, so that not all are held in memory.
+    casting : Casting, optional
+        The casters, if they are prepared.
+    gone : collection of int
+        Indices of the scene's parts that a proposal replaces; none where the scene leaves them out.
     """
 
     scene: Scene
@@ -78,9 +82,13 @@ class Request:
     has_groups: bool = False
     limit_tiles: Callable[[int], int] = lambda side: side
     is_cut: bool = False
+    casting: Casting | None = None
+    gone: Collection[int] = ()
 
     def prepare(self) -> Casting:
         """Prepare the casters."""
+        if self.casting is not None:
+            return self.casting
         return prepare_casting(self.scene, self.casters, self.threads, self.canopy)
 
     def find_shown(self) -> list[int] | None:
@@ -206,7 +214,7 @@ class ReceiverKind:
     spot : str
         Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
-        Its formats, of ``umbra.writers.formats.FORMATS``.
+        Its formats, of ``umbra.writers.output_formats.FORMATS``.
     own_table : str
         File that a study of it writes without being asked; empty if none.
     has_roofs : bool

@@ -5,9 +5,10 @@ Whatever is counted on samples is told of their groups: by the share of a group'
 least and most.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.receivers.kind import DIMS, Variables
 from umbra.receivers.placed import PlacedReceivers
+from umbra.receivers.single import PointTile, SharedEdges
+from umbra.receivers.surface_samples import Samples
 
 __all__ = ["NamedReceivers"]
 
@@ -80,6 +83,21 @@ class NamedReceivers(PlacedReceivers):
     def most(self, values: ArrayLike) -> NDArray[Any]:
         """Return the greatest value (..., n) of each group, (..., n_groups)."""
         return np.maximum.reduceat(np.asarray(values), self._first, axis=-1)
+
+    def _cut(
+        self, chunk: int, samples: Samples | None
+    ) -> list[tuple[slice, Callable[[], PointTile]]]:
+        """Cut them into chunks so that the sums of a group do not depend on what else there is."""
+        starts, shared = [0], SharedEdges()
+        ends = [*self._first[1:].tolist(), len(self.owner)]
+        for begin, end in zip(self._first.tolist(), ends, strict=True):
+            if end - starts[-1] > chunk:
+                starts += range(begin, end, chunk)
+        edges = [*dict.fromkeys(starts), len(self.owner)]
+        return [
+            (slice(a, b), partial(self._make_tile, samples, slice(a, b), shared))
+            for a, b in pairwise(edges)
+        ]
 
     def sum_up(self, study: Any) -> Variables:
         """Return the area and the group of each sample."""

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN, Level, check_stated, has_terrain, measure_bases
 from umbra.receivers.counted import NEAR, Counted, find_near
+from umbra.receivers.gridded import Raster
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, ThroughTile, TopmostTile
-from umbra.receivers.raster import Raster
 from umbra.receivers.scattered import find_dense, tell_coarse, tell_dense
 from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive

@@ -23,12 +23,12 @@ from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import CounterByMasks
+from umbra.receivers.gridded import Raster
 from umbra.receivers.kind import Request, Tile, Variables
-from umbra.receivers.pixels import PixelCounter, make_pixel_patches, snap_to_faces
-from umbra.receivers.raster import Raster
 from umbra.receivers.samples import find_sources
 from umbra.receivers.single import MANY_SUNS
 from umbra.receivers.surface_samples import Samples
+from umbra.receivers.view_pixels import PixelCounter, make_pixel_patches, snap_to_faces
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid, Places
 from umbra.scene.mesh import ADDED_GROUND

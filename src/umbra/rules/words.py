@@ -64,7 +64,7 @@ def check_date(text: str) -> str | None:
         return None
     if not _DATE.fullmatch(text):
         return (
-            f"'{text}' is no date of a rule; write 03-21, 2026-03-21, 02-19..10-21, or one of "
+            f"'{text}' is not a date of a rule; write 03-21, 2026-03-21, 02-19..10-21, or one of "
             f"{', '.join(TERMS)}"
         )
     for day in text.split(".."):
@@ -89,7 +89,7 @@ def check_time(text: str) -> str | None:
         return str(error)
     if found:
         return None
-    return f"'{text}' is no time of a day; write 09:00, sunrise+1h, sunset-90min or altitude:10"
+    return f"'{text}' is not a time of a day; write 09:00, sunrise+1h, sunset-90min or altitude:10"
 
 
 def read_amount(text: str, unit: str) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,10 @@ from umbra.scene.mesh import Mesh, Part
 if TYPE_CHECKING:
     from umbra.scene.scene import Scene
 
-__all__ = ["Exchange"]
+__all__ = ["FOOTPRINT_READERS", "Exchange"]
+
+FOOTPRINT_READERS: list[Callable[..., Scene]] = []
+"""What reads a file of footprints: `umbra.readers`, which stands above, adds `umbra.read`."""
 
 
 class Exchange:
@@ -99,15 +102,16 @@ class Exchange:
         InputError
             If it is no GeoDataFrame, or has no heights.
         """
-        from umbra.readers import read  # noqa: PLC0415
-
         if not hasattr(table, "geometry") or not hasattr(table, "to_json"):
-            msg = f"this is no GeoDataFrame but a {type(table).__name__}"
+            msg = f"this is a {type(table).__name__}, not a GeoDataFrame"
+            raise InputError(msg)
+        if not FOOTPRINT_READERS:
+            msg = "nothing reads footprints yet; call umbra.Scene.from_geopandas"
             raise InputError(msg)
         with TemporaryDirectory() as folder:
             path = Path(folder, "table.geojson")
             path.write_text(table.to_json(drop_id=False), encoding="utf-8")
-            return read(path, height_column=height, **columns)  # type: ignore[arg-type]
+            return FOOTPRINT_READERS[0](path, height_column=height, **columns)
 
     def to_trimesh(self) -> Any:
         """Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m]."""
@@ -168,7 +172,7 @@ def _list_trimesh_parts(mesh: Any) -> list[Part]:
                 found.append(Part(str(node), "", shape, np.array(transform, float)))
         return found
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
-        msg = f"this is no mesh or scene of trimesh but a {type(mesh).__name__}"
+        msg = f"this is a {type(mesh).__name__}, not a mesh or scene of trimesh"
         raise InputError(msg)
     name = str(getattr(mesh, "metadata", {}).get("name", "mesh"))
     return [Part(name, "", Mesh(np.array(mesh.vertices, float), np.array(mesh.faces)))]
@@ -186,7 +190,7 @@ def _list_pyvista_parts(data: Any) -> list[Part]:
             for part in found
         ]
     if not hasattr(data, "extract_surface"):
-        msg = f"this is no dataset of PyVista but a {type(data).__name__}"
+        msg = f"this is a {type(data).__name__}, not a dataset of PyVista"
         raise InputError(msg)
     surface = (data if hasattr(data, "faces") else _find_surface(data)).triangulate()
     faces = np.asarray(surface.faces).reshape(-1, 4)[:, 1:]

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.packages import need
+
 __all__ = ["Area", "Window"]
 
 
@@ -32,6 +34,19 @@ class Area:
     def area_m2(self) -> float:
         """Area without holes [m2]."""
         return float(self.polygon.area)
+
+    @property
+    def plain(self) -> tuple[str, str, dict[str, str]]:
+        """Its name, polygon (WKB in hexadecimal digits) and properties, as literals."""
+        properties = {str(name): str(value) for name, value in self.properties.items()}
+        return self.name, self.polygon.wkb_hex, properties
+
+    @classmethod
+    def of_plain(cls, plain: tuple[str, str, dict[str, str]]) -> "Area":
+        """Make it of its literals."""
+        shapely = need("shapely", "gis", "areas")
+        name, polygon, properties = plain
+        return cls(name, shapely.from_wkb(polygon), properties)
 
 
 _LEVEL = 1e-6  # horizontal part of a normal of a level pane

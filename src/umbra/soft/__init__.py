@@ -1,12 +1,12 @@
 """
 Soft shadows: the share of an area light that each visible point sees.
 
-    __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
-    samples.py  many hard shadows averaged: the reference
-    wedges.py   hard count, corrected along silhouette edges
-    complexity.py  casters counted at spots of the light
-    parts.py    their kernel: part of the light hidden by an edge
-    weng.py     scaled layers of the hard volume, stacked
+    __init__.py       the lights: evenly bright rectangles, balls, discs in the sky as the sun
+    light_samples.py  many hard shadows averaged: the reference
+    wedges.py         hard count, corrected along silhouette edges
+    complexity.py     casters counted at spots of the light
+    parts.py          their kernel: part of the light hidden by an edge
+    weng.py           scaled layers of the hard volume, stacked
 
 A method is a function ``(counter, view, frame, camera, light)`` of its module, which
 returns (rows, cols) float32: 1 is fully lit, 0 umbra, 1 where nothing is seen. The counter is a
@@ -16,13 +16,13 @@ method, write the module and list it in `umbra.methods.SOFT` and ``_FUNCTIONS``.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, check_type
 from umbra.methods import SOFT
+from umbra.packages import load_named
 from umbra.scene.large_lights import spread
 from umbra.scene.lights import Light
 from umbra.scene.numbers import OUTSIDE, check_reach, read_number, read_vector
@@ -43,10 +43,10 @@ SUN_RADIUS = 0.2665
 
 
 _FUNCTIONS = {
-    "samples": "find_visibility_by_samples",
-    "wedges": "find_visibility_by_wedges",
-    "complexity": "find_visibility_by_complexity",
-    "weng": "find_visibility_by_layers",
+    "samples": "umbra.soft.light_samples:find_visibility_by_samples",
+    "wedges": "umbra.soft.wedges:find_visibility_by_wedges",
+    "complexity": "umbra.soft.complexity:find_visibility_by_complexity",
+    "weng": "umbra.soft.weng:find_visibility_by_layers",
 }
 
 
@@ -60,9 +60,7 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
     if name not in SOFT:
         msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
-    method: Callable[..., NDArray[np.float32]] = getattr(
-        import_module(f"umbra.soft.{name}"), _FUNCTIONS[name]
-    )
+    method: Callable[..., NDArray[np.float32]] = load_named(_FUNCTIONS[name])
     return method
 
 

@@ -17,7 +17,7 @@ This is a control variate: exact for any number of spots where every hidden part
 hidden equally often.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -32,82 +32,19 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
 from umbra.scene.large_lights import spread
 from umbra.soft import AreaLight
+from umbra.soft.light_edges import find_light_edges, find_multiplicity, open_components
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
-from umbra.soft.wedges import (
-    ASIDE,
-    BLOCK,
-    count_tiles,
-    find_in_tile,
-    find_tile,
-    is_in,
-    make_coverage_planes,
-    map_to_unit_light,
-    split_block,
-)
-from umbra.volume.adjacency import Caster
+from umbra.soft.wedges import ASIDE, BLOCK, count_tiles, find_in_tile, find_tile, split_block
 
 if TYPE_CHECKING:
     from umbra.soft.frames import VolumeCounts
 
-__all__ = [
-    "MOST",
-    "SPOTS",
-    "EdgeTable",
-    "find_open_components",
-    "find_visibility_by_complexity",
-    "list_light_edges",
-    "make_spots",
-]
+__all__ = ["MOST", "SPOTS", "find_visibility_by_complexity", "make_spots"]
 
 SPOTS = Softness.spots
 """Default number of spots of the light at which casters are counted."""
 MOST = 4096
 """Largest number of spots."""
-
-
-class EdgeTable(NamedTuple):
-    """
-    Edges that may be on the silhouette as seen by a receiver in their wedge.
-
-    Parameters
-    ----------
-    ends : (n, 6) float64
-        In the light's frame [m].
-    faces : (n, 2, 4) float64
-        Unit planes, outward, of both faces; 0 for a face that casts nothing.
-    weight : (n,) float64
-        Half the weight of the pair, see ``umbra.volume.adjacency``.
-    turn : (n,) float64
-        -1 where the faces have the same direction along the edge, else 1.
-    wedges : (n, 4, 4) float64
-        Planes from ``make_coverage_planes``.
-    """
-
-    ends: NDArray[np.float64]
-    faces: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    turn: NDArray[np.float64]
-    wedges: NDArray[np.float64]
-
-
-class LightFrame(NamedTuple):
-    """
-    Parameters of a light for kernels.
-
-    Parameters
-    ----------
-    place : (4,) float64
-        Centre; a unit direction for w = 0.
-    radius : float
-    is_square : bool
-    axes : (3, 3) float64
-        Axes from ``map_to_unit_light``.
-    """
-
-    place: NDArray[np.float64]
-    radius: float
-    is_square: bool
-    axes: NDArray[np.float64]
 
 
 def find_visibility_by_complexity(
@@ -125,9 +62,7 @@ def find_visibility_by_complexity(
     `InputError` if there is no spot, or more than 4,096.
     """
     at = make_spots(light, spots)
-    opened = find_open_components(counter.caster, light, light.light.local(counter.scene.origin))
-    if opened.any():
-        counter = counter.with_caster(counter.caster.opened(opened))
+    counter = open_components(counter, light)
     coverage = np.zeros(frame.part.shape)
     unsure = np.zeros(frame.part.shape, np.bool_)
     where = view.face != NOTHING
@@ -159,72 +94,6 @@ def make_spots(light: AreaLight, n: int) -> NDArray[np.float64]:
     return away[:, None] * np.stack([np.cos(turn), np.sin(turn)], 1)
 
 
-def find_open_components(
-    caster: Caster, light: AreaLight, place: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """
-    Find the closed components whose bounding box meets the light, (n_components,) bool.
-
-    Components in front of some spots and behind others must follow the open rule for all spots.
-    ``place`` (4,) is the light's centre in the caster's frame.
-    """
-    if place[3] == 0.0:
-        return np.zeros(len(caster.is_closed), np.bool_)
-    low = np.full((len(caster.is_closed), 3), np.inf)
-    high = -low
-    corners = caster.vertices[caster.faces]
-    np.minimum.at(low, caster.component, corners.min(1))
-    np.maximum.at(high, caster.component, corners.max(1))
-    middle = place[:3] / place[3]
-    meets = (low <= middle + light.radius) & (high >= middle - light.radius)
-    return caster.is_closed & meets.all(1)
-
-
-def list_light_edges(
-    caster: Caster, vertices: NDArray[np.float64], place: NDArray[np.float64], radius: float
-) -> EdgeTable:
-    """
-    List the edges that are on the silhouette for some receiver and some spot of the light.
-
-    A spot and a receiver that sees it past an edge see the edge's faces from opposite sides. So an
-    edge is left out if the whole light sees both faces lit, or both unlit.
-
-    Parameters
-    ----------
-    caster : Caster
-    vertices : (n_vertices, 3) float64
-        The caster's vertices in the light's frame [m].
-    place : (4,) float64
-        The light's centre; a unit direction for w = 0.
-    radius : float
-        Radius of the light's bounding sphere [m]; for a disc in the sky tan of its angular radius.
-    """
-    planes = caster.planes[:, :-1].T
-    if vertices is not caster.vertices:
-        planes = _make_planes_again(caster, vertices)
-    size = np.linalg.norm(planes[:, :3], axis=1)
-    planes = planes / np.where(size > 0, size, 1.0)[:, None]
-    side = planes @ place
-    sure = np.where(np.abs(side) > 1.0001 * radius, np.sign(side), np.nan)
-    turn = np.where(caster.turn, -1.0, 1.0)
-    one, two = caster.edge_faces.T
-    kept = np.flatnonzero(~(sure[one] == turn * sure[two]))
-    faces = planes[caster.edge_faces[kept]]
-    ends = vertices[caster.edges[kept].ravel()].reshape(-1, 6)
-    wedges = np.zeros((len(kept), 4, 4))
-    make_coverage_planes(ends, place, radius, wedges)
-    return EdgeTable(ends, faces, caster.weight[kept] / 2.0, turn[kept], wedges)
-
-
-def _make_planes_again(caster: Caster, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the planes (n_faces, 4) of moved vertices; 0 for faces that cast nothing."""
-    a, b, c = (vertices[caster.faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    planes = np.concatenate([normal, -np.einsum("ij,ij->i", normal, a)[:, None]], 1)
-    planes[~caster.planes[:, :-1].any(0)] = 0.0
-    return planes
-
-
 def _cover(
     counter: "VolumeCounts",
     view: DepthBuffer,
@@ -237,38 +106,15 @@ def _cover(
     unsure: NDArray[np.bool_],
 ) -> None:
     """Write the coverage at ``where``; mark where it may be on the wrong side of an edge."""
-    origin = counter.scene.origin
-    place = light.light.local(origin)
-    caster = counter.find_casting(place)
-    if not light.light.is_point:
-        place[:3] /= np.linalg.norm(place[:3])
     use_threads(counter.threads)
-    edges = list_light_edges(caster, caster.vertices, place, light.radius)
-    lamp = LightFrame(place, light.radius, light.edges is not None, map_to_unit_light(light, place))
+    edges, lamp = find_light_edges(counter, light)
     hard = counter.count(view, camera, light.light)
     coverage[where] = hard[where] > 0
     run_shared(
         count_tiles(where.shape[0], where.shape[1], BLOCK), _count_over_light,
-        frame.position, frame.normal, origin, where, edges, lamp, spots,
+        frame.position, frame.normal, counter.scene.origin, where, edges, lamp, spots,
         hard.astype(np.int32), coverage, unsure,
     )  # fmt: skip
-
-
-@njit(cache=True, nogil=True)
-def _find_multiplicity(edges, e, x, y, z, margin):
-    """
-    Find an edge's multiplicity, wound as in the faces that a receiver sees from outside.
-
-    0 outside the edge's wedge, widened by a margin, where the edge has no effect.
-    """
-    if not is_in(edges.wedges[e], x, y, z, margin):
-        return 0.0
-    sides = 0.0
-    for k in range(2):
-        f = edges.faces[e, k]
-        side = np.sign(f[0] * x + f[1] * y + f[2] * z + f[3])
-        sides += side if k == 0 else -edges.turn[e] * side
-    return edges.weight[e] * sides
 
 
 @njit(cache=True, nogil=True)
@@ -351,7 +197,7 @@ def _count_over_light(
                     has_any = False
                     for i in range(n_found):
                         e = found[i]
-                        times = _find_multiplicity(edges, e, x, y, z, 2.0 * off)
+                        times = find_multiplicity(edges, e, x, y, z, 2.0 * off)
                         if times == 0.0:
                             continue
                         is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, place, own)

@@ -1,14 +1,14 @@
 """
 Penumbra wedges: soft shadows from the hard count and the silhouette edges alone.
 
-Akenine-Möller and Assarsson 2002 and 2003. The silhouette is taken from the light's centre. The
-coverage is exact for receivers for which all of the light has this silhouette and no part of it is
-hidden twice; where casters overlap, their coverages are summed and clamped::
+Akenine-Möller and Assarsson 2002 and 2003; here each receiver has its own silhouette, where the
+papers take that of the light's centre. The coverage is the mean, over the light, of the number of
+surfaces before it: where casters overlap, their coverages are summed and clamped::
 
-    coverage = hard count - sum of s Q multiplicity / area of the light,
+    coverage = hard count + sum of s Q multiplicity / area of the light,
 
-with s and Q of ``parts.py``. An edge affects only receivers in its penumbra wedge, bounded by four
-planes. Wedges are culled against tiles of pixels first.
+with s and Q of ``parts.py``. An edge affects only receivers in its penumbra wedge. Wedges are
+culled against tiles of pixels first.
 """
 
 from typing import TYPE_CHECKING
@@ -22,9 +22,9 @@ from umbra.machine import use_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
-from umbra.soft import AreaLight, make_axes
+from umbra.soft import AreaLight
+from umbra.soft.light_edges import find_light_edges, find_multiplicity, is_in, open_components
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
-from umbra.volume.silhouette import find_silhouette_edges
 
 if TYPE_CHECKING:
     from umbra.soft.frames import VolumeCounts
@@ -39,103 +39,8 @@ __all__ = [
     "find_in_tile",
     "find_tile",
     "find_visibility_by_wedges",
-    "is_in",
-    "make_coverage_planes",
-    "map_to_unit_light",
     "split_block",
 ]
-
-
-@njit(cache=True, nogil=True)
-def make_coverage_planes(ends, light, radius, planes):
-    """
-    Bound the penumbra wedge of each edge by four planes.
-
-    Two contain the edge, two an end of it, and all are tangent to the light's sphere. With y on the
-    edge, x in the light and P behind y, all have n·(P - y) <= 0.
-
-    Parameters
-    ----------
-    ends : (n, 6) float64
-        Edges in the light's frame [m].
-    light : (4,) float64
-        Centre of the light; a unit direction for w = 0.
-    radius : float
-        Radius of the sphere [m]; tangent of the angular radius of a disc in the sky.
-    planes : (n, 4, 4) float64
-        Output: unit normals, outward, and offsets; 0 where the edge's line meets the sphere.
-    """
-    e = np.empty(3)
-    t = np.empty(3)
-    a = np.empty(3)
-    b = np.empty(3)
-    is_point = light[3] > 0.0
-    far_sine = radius / np.sqrt(1.0 + radius * radius)
-    for i in range(ends.shape[0]):
-        length = 0.0
-        for k in range(3):
-            t[k] = ends[i, k + 3] - ends[i, k]
-            length += t[k] * t[k]
-        length = np.sqrt(length)
-        planes[i] = 0.0
-        if length == 0.0:
-            continue
-        along = 0.0
-        for k in range(3):
-            t[k] /= length
-            e[k] = light[k] - ends[i, k] if is_point else light[k]
-            along += t[k] * e[k]
-        apart = 0.0
-        for k in range(3):
-            e[k] -= along * t[k]
-            apart += e[k] * e[k]
-        apart = np.sqrt(apart)
-        limit = radius if is_point else far_sine
-        if apart <= limit * 1.0001:
-            continue
-        sine = limit / apart
-        cosine = np.sqrt(1.0 - sine * sine)
-        for k in range(3):
-            e[k] /= apart
-        b[0] = t[1] * e[2] - t[2] * e[1]
-        b[1] = t[2] * e[0] - t[0] * e[2]
-        b[2] = t[0] * e[1] - t[1] * e[0]
-        for k in range(3):
-            planes[i, 0, k] = cosine * b[k] + sine * e[k]
-            planes[i, 1, k] = -cosine * b[k] + sine * e[k]
-        for end in range(2):
-            away = 0.0
-            inward = 1.0 - 2.0 * end
-            for k in range(3):
-                a[k] = light[k] - ends[i, 3 * end + k] if is_point else light[k]
-                away += a[k] * a[k]
-            away = np.sqrt(away)
-            along = 0.0
-            for k in range(3):
-                a[k] /= away
-                along += a[k] * t[k] * inward
-            sine = radius / away if is_point else far_sine
-            cosine = np.sqrt(1.0 - sine * sine)
-            across = np.sqrt(max(1.0 - along * along, 0.0))
-            for k in range(3):
-                # The part of the edge's inward direction perpendicular to the light's.
-                planes[i, 2 + end, k] = (
-                    sine * a[k] - cosine * (t[k] * inward - along * a[k]) / across
-                )
-        for p in range(4):
-            first = 3 if p == 3 else 0
-            for k in range(3):
-                planes[i, p, 3] -= planes[i, p, k] * ends[i, first + k]
-
-
-@njit(cache=True, nogil=True)
-def is_in(planes, x, y, z, margin):
-    """Tell whether a point is in a wedge of ``make_coverage_planes``, or within a margin of it."""
-    for k in range(4):
-        p = planes[k]
-        if p[0] * x + p[1] * y + p[2] * z + p[3] > margin:
-            return False
-    return True
 
 
 TILE = 8
@@ -203,7 +108,7 @@ def split_block(block):
 
 
 @njit(cache=True, nogil=True)
-def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, unsure, taken):
+def add_wedges(position, normal, origin, seen, edges, lamp, cover, unsure, taken):
     """
     Sum s Q multiplicity / area over the silhouette edges, for each visible point.
 
@@ -211,18 +116,14 @@ def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, 
     ----------
     position : (rows, cols, 3) float64
         In the model's own coordinates [m].
+    normal : (rows, cols, 3) float64
+        Of the side that is seen.
     origin : (3,) float64
         Origin of the frame of edges and light, in those coordinates.
     seen : (rows, cols) bool
         Pixels to evaluate.
-    ends : (n, 6) float64
-        Silhouette edges, wound as in the lit faces.
-    multiplicity : (n,) int64
-    planes : (n, 4, 4) float64
-        Of ``make_coverage_planes``.
-    lamp : tuple
-        The light (4,) float64; its radius; whether it is a parallelogram; and its axes (3, 3)
-        float64: rows u, v and the normal of its plane; u and v map the plane to the unit light.
+    edges : EdgeTable
+    lamp : LightFrame
     cover : (rows, cols) float64
         Added to.
     unsure : (rows, cols) bool
@@ -233,6 +134,8 @@ def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, 
     """
     rows, cols = seen.shape
     light, radius, is_square, axes = lamp
+    ends, planes = edges.ends, edges.wedges
+    coarse = 2.0**-40 * np.abs(origin).max()
     every = np.arange(ends.shape[0])
     while True:
         number = take_next(taken)
@@ -255,21 +158,24 @@ def add_wedges(position, origin, seen, ends, multiplicity, planes, lamp, cover, 
                 for c in range(tile[2], tile[3]):
                     if not seen[r, c]:
                         continue
-                    x = position[r, c, 0] - origin[0]
-                    y = position[r, c, 1] - origin[1]
-                    z = position[r, c, 2] - origin[2]
+                    # Slightly in front of its own face, whose edges then lie on its horizon.
+                    off = slack + coarse
+                    x = position[r, c, 0] - origin[0] + off * normal[r, c, 0]
+                    y = position[r, c, 1] - origin[1] + off * normal[r, c, 1]
+                    z = position[r, c, 2] - origin[2] + off * normal[r, c, 2]
                     if not place_axes(x, y, z, light, radius, is_square, axes, own):
                         continue
                     total = 0.0
                     for i in range(n_found):
                         e = found[i]
-                        if not is_in(planes[e], x, y, z, slack):
+                        times = find_multiplicity(edges, e, x, y, z, 2.0 * off)
+                        if times == 0.0:
                             continue
                         is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, light, own)
                         if not is_between:
                             continue
                         part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
-                        total += multiplicity[e] * part
+                        total += times * part
                         unsure[r, c] |= at_middle
                     cover[r, c] += total
 
@@ -300,9 +206,10 @@ def find_coverage(
     """
     Find the coverage of the light at each visible point, before clamping, float64.
 
-    It is hard count - sum of s Q multiplicity / area: above 1 where casters overlap.
+    It is the mean number of surfaces before the light: above 1 where casters overlap.
     """
     seen = view.face != NOTHING
+    counter = open_components(counter, light)
     coverage, unsure = _cover(counter, view, frame, camera, light, seen)
     if unsure.any():
         # Rounding could put the hard count and the edge on different sides: use a light offset by a
@@ -321,39 +228,13 @@ def _cover(
     where: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the coverage, and where it may be on the wrong side of an edge."""
-    caster, origin = counter.caster, counter.scene.origin
-    place = light.light.local(origin)
-    edges, multiplicity = find_silhouette_edges(caster, place)
-    ends = caster.vertices[edges].reshape(-1, 6)
-    if not light.light.is_point:
-        place[:3] /= np.linalg.norm(place[:3])
     use_threads(counter.threads)
-    planes = np.zeros((len(ends), 4, 4))
-    make_coverage_planes(ends, place, light.radius, planes)
+    edges, lamp = find_light_edges(counter, light)
     coverage = np.zeros(where.shape)
     unsure = np.zeros(where.shape, np.bool_)
-    lamp = place, light.radius, light.edges is not None, map_to_unit_light(light, place)
     run_shared(
         count_tiles(where.shape[0], where.shape[1], BLOCK), add_wedges,
-        frame.position, origin, where, ends, multiplicity, planes, lamp, coverage, unsure,
+        frame.position, frame.normal, counter.scene.origin, where, edges, lamp, coverage, unsure,
     )  # fmt: skip
     hard = counter.count(view, camera, light.light)
-    return np.where(where, hard - coverage, 0.0), unsure
-
-
-def map_to_unit_light(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Find the map of a light's plane to the unit light, (3, 3).
-
-    Rows u and v map to the unit square or disc, the third is the plane's normal; all 0 for a ball,
-    whose plane faces each receiver. ``place`` (4,) is the light's centre, or a unit direction.
-    """
-    if light.edges is not None:
-        half_u, half_v = light.edges / 2
-        normal = np.cross(half_u, half_v)
-        area = np.linalg.norm(normal)
-        normal /= area
-        return np.stack([np.cross(half_v, normal) / area, np.cross(normal, half_u) / area, normal])
-    if light.light.is_point:
-        return np.zeros((3, 3))
-    return np.stack([*(axis / light.radius for axis in make_axes(place[:3])), place[:3]])
+    return np.where(where, hard + coverage, 0.0), unsure

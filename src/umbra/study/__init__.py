@@ -8,22 +8,22 @@ if TYPE_CHECKING:
     from umbra.study.options import StudyOptions
     from umbra.study.preview import Preview, make_preview, refine_preview
     from umbra.study.result import Study, split_dates, tell_dates
+    from umbra.study.shadow_study import run, run_study
     from umbra.study.shown_samples import show_samples
-    from umbra.study.study import run, run_study
 
 _HOMES = {
-    "FinerHours": "finer",
-    "Preview": "preview",
-    "Study": "result",
-    "StudyOptions": "options",
-    "count_finer": "finer",
-    "make_preview": "preview",
-    "refine_preview": "preview",
-    "run": "study",
-    "run_study": "study",
-    "show_samples": "shown_samples",
-    "split_dates": "result",
-    "tell_dates": "result",
+    "FinerHours": "umbra.study.finer",
+    "Preview": "umbra.study.preview",
+    "Study": "umbra.study.result",
+    "StudyOptions": "umbra.study.options",
+    "count_finer": "umbra.study.finer",
+    "make_preview": "umbra.study.preview",
+    "refine_preview": "umbra.study.preview",
+    "run": "umbra.study.shadow_study",
+    "run_study": "umbra.study.shadow_study",
+    "show_samples": "umbra.study.shown_samples",
+    "split_dates": "umbra.study.result",
+    "tell_dates": "umbra.study.result",
 }
 
 __all__ = [
@@ -45,6 +45,6 @@ __all__ = [
 def __getattr__(name: str) -> object:
     """Load a name on first use: the command's help needs only the options."""
     if name in _HOMES:
-        return getattr(import_module(f"umbra.study.{_HOMES[name]}"), name)
+        return getattr(import_module(_HOMES[name]), name)
     msg = f"module 'umbra.study' has no attribute {name!r}"
     raise AttributeError(msg)

@@ -1,13 +1,17 @@
 """The table of named areas: for each and each date the sun that it gets, before and after."""
 
 import datetime as dt
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
+from umbra.lights import Period
 from umbra.receivers.kind import Variables
+from umbra.scene.named_places import Area
 from umbra.sun.clock import Stamps
 
 if TYPE_CHECKING:
@@ -16,7 +20,7 @@ if TYPE_CHECKING:
     from umbra.receivers.named import NamedReceivers
     from umbra.study.result import Study
 
-__all__ = ["AreaTable", "name_share", "tabulate"]
+__all__ = ["AreaTable", "compare_areas", "frame_areas", "name_share", "tabulate"]
 
 
 def name_share(hours: float) -> str:
@@ -36,36 +40,43 @@ class AreaTable:
 
     Parameters
     ----------
-    study : Study
-        Of the areas' samples: ``study.laid`` is `NamedReceivers`.
-    before : Study, optional
-        The same without the proposal.
-    dates : tuple of datetime.date
-        None of a study without a date.
+    areas : sequence of Area
+        In the model's own coordinates; bands are areas of their own.
+    period : Period
     columns : dict of str to array
         ``area_m2`` (n_areas,), all others (n_areas, n_dates): shares as fractions of 1, hours,
         first and last sun as UTC, and the means of other measures (n_areas,).
+    least : float, optional
+        Hours of sun that the share has at least [h]; None where hours are not asked for.
+    notes : tuple of str
+        What a user should know of the areas, one line each.
     """
 
-    study: "Study"
-    before: "Study | None"
-    dates: tuple[dt.date, ...]
-    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
-
-    @property
-    def laid(self) -> "NamedReceivers":
-        """The areas and their samples."""
-        return cast("NamedReceivers", self.study.laid)
+    areas: Sequence[Area]
+    period: Period
+    columns: dict[str, NDArray[Any]]
+    least: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def names(self) -> list[str]:
         """Names of the areas."""
-        return self.laid.group_names
+        return [area.name for area in self.areas]
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know of the areas, one line each."""
-        return self.laid.notes
+    def dates(self) -> tuple[dt.date, ...]:
+        """The dates; none of a study without a date."""
+        return self.period.days
+
+    @property
+    def zone(self) -> str:
+        """Time zone of the clock times that are told."""
+        return "UTC" if self.period.site is None else self.period.site.zone
+
+    @property
+    def has_before(self) -> bool:
+        """Whether figures of the place without a proposal are beside them."""
+        return any(column.endswith("_before") for column in self.columns)
 
     def variables(self, taken: Variables) -> Variables:
         """
@@ -92,14 +103,13 @@ class AreaTable:
 
     def find_interval(self, day: int) -> tuple[np.datetime64, np.datetime64]:
         """Return the instants [UTC] between which the hours of a date count."""
-        stamps = self.study.period.steps[day].stamps
+        stamps = self.period.steps[day].stamps
         return stamps[0].astype("datetime64[us]"), stamps[-1].astype("datetime64[us]")
 
     def tell_interval(self, row: dict[str, Any]) -> str:
         """Return the local times between which a row's hours count: ``09:00 to 17:00``."""
-        site = self.study.site
         stamps = np.array([row["from"], row["to"]])
-        start, end = Stamps(stamps=stamps, zone="UTC" if site is None else site.zone).labels()
+        start, end = Stamps(stamps=stamps, zone=self.zone).labels()
         return f"{start} to {'24:00' if end == '00:00' else end}"
 
     def list_rows(self) -> list[dict[str, Any]]:
@@ -114,34 +124,46 @@ class AreaTable:
                 row: dict[str, Any] = {"name": name, "date": date}
                 for column, values in self.columns.items():
                     row[column] = values[k] if values.ndim == 1 else values[k, day]
-                if date is not None and self.study.groups is not None:
+                if date is not None and self.least is not None:
                     row["from"], row["to"] = self.find_interval(day)
                 rows.append(row)
         return rows
 
-    def to_frame(self) -> "pd.DataFrame":
-        """Return the table as a pandas frame, a row for each area and date."""
-        import pandas as pd  # noqa: PLC0415  (half a second)
 
-        frame = pd.DataFrame(self.list_rows())
-        frame["date"] = pd.to_datetime(frame["date"])
-        return frame
+def frame_areas(table: AreaTable | None) -> "pd.DataFrame":
+    """Return named areas as a pandas frame, a row for each and each date; refuse none."""
+    if table is None:
+        msg = "the study has no areas; name a file of polygons, or parts, with areas="
+        raise InputError(msg, option="areas")
+    import pandas as pd  # noqa: PLC0415  (half a second)
+
+    frame = pd.DataFrame(table.list_rows())
+    frame["date"] = pd.to_datetime(frame["date"])
+    return frame
 
 
 def tabulate(study: "Study", before: "Study | None") -> AreaTable:
     """Make the table of a study of areas, beside one without the proposal."""
+    laid, groups = cast("NamedReceivers", study.laid), study.groups
+    return AreaTable(
+        laid.records, study.period, compare_areas(study, before),
+        None if groups is None else groups.least, laid.notes,
+    )  # fmt: skip
+
+
+def compare_areas(study: "Study", before: "Study | None") -> dict[str, NDArray[Any]]:
+    """Return the columns of a study of areas, beside those of one without the proposal."""
     laid = cast("NamedReceivers", study.laid)
     columns: dict[str, NDArray[Any]] = {"area_m2": laid.group_areas, **_list_figures(study)}
-    if before is not None:
-        earlier = _list_figures(before)
-        columns |= {f"{name}_before": values for name, values in earlier.items()}
-        for name, values in earlier.items():
-            if name.startswith(("share_", "mean_")):
-                none = np.full(values.shape, np.nan)
-                columns[f"{name}_ratio"] = np.divide(
-                    columns[name], values, out=none, where=values > 0
-                )
-    return AreaTable(study, before, study.period.days, columns)
+    if before is None:
+        return columns
+    earlier = _list_figures(before)
+    columns |= {f"{name}_before": values for name, values in earlier.items()}
+    for name, values in earlier.items():
+        if name.startswith(("share_", "mean_")):
+            none = np.full(values.shape, np.nan)
+            columns[f"{name}_ratio"] = np.divide(columns[name], values, out=none, where=values > 0)
+    return columns
 
 
 def _list_figures(study: "Study") -> dict[str, NDArray[Any]]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import find_device
 from umbra.errors import InputError, show_value
-from umbra.options import Option, check_types, list_options, option, read_length, record
+from umbra.option_fields import Option, check_types, list_options, option, read_length, record
 from umbra.study.receiver_options import ReceiverOptions
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class StudyOptions(ReceiverOptions):
     )  # fmt: skip
     replace: Sequence[str] = _results(
         "patterns", "Parts that the proposal replaces: they stand before, and are gone after; "
-        "where they stood no cell of a plan was before. Ground and terrain stay.", default=(),
+        "where they stood, a plan has no cell before. Ground and terrain stay.", default=(),
     )  # fmt: skip
     replace_in: str | Path | Sequence[Any] | None = _results(
         "table", "Polygons of a plot, a file as of areas= or WKT: the proposal replaces what "
@@ -151,7 +151,8 @@ class StudyOptions(ReceiverOptions):
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
                     raise InputError(msg, option=name)
             return
-        from umbra.receivers.areas import AreaLevel, check_areas  # noqa: PLC0415
+        from umbra.receivers.area_search import check_areas  # noqa: PLC0415
+        from umbra.receivers.areas import AreaLevel  # noqa: PLC0415
         from umbra.receivers.bands import read_bands  # noqa: PLC0415
 
         read_bands(self.band)
@@ -221,7 +222,7 @@ class StudyOptions(ReceiverOptions):
 
     def _check_measures(self) -> None:
         """Check the measures' names and options; require a date where one is of the sun."""
-        from umbra.study.measures.files import check_files  # noqa: PLC0415
+        from umbra.study.measures.climate_files import check_files  # noqa: PLC0415
 
         names = [name.strip() for text in self.measure for name in text.split(",")]
         object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from umbra.options import Given, option, record
+from umbra.option_fields import Given, option, record
 from umbra.study.time_options import TimeOptions
 
 if TYPE_CHECKING:

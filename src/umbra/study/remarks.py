@@ -206,8 +206,8 @@ def tell_overlap(
     name = find_name(first)
     more = f" and {len(others)} more" if others else ""
     told = (
-        f"the proposal overlaps what stands there: '{name}'{more} within "
-        f"{100 * shared / covered:.0f} % of its plan; move it, or tell what it replaces, "
+        f"{100 * shared / covered:.0f} % of the proposal's plan overlaps what stands there: "
+        f"'{name}'{more}; move the proposal, or say what it replaces: "
         f"replace='{name}' or replace_in='FILE'"
     )
     return [told]

@@ -207,7 +207,7 @@ def read_polygons(outline: Any, scene: Scene, option: str) -> tuple[list[Any], l
         try:
             outline = shapely.from_wkt(outline)
         except shapely.errors.GEOSException as error:
-            msg = f"{option}= is no WKT ({error}); write POLYGON((X Y, X Y, X Y, X Y))"
+            msg = f"{option}= is not WKT ({error}); write POLYGON((X Y, X Y, X Y, X Y))"
             raise InputError(msg, option=option) from error
     if isinstance(outline, (str, Path)):
         from umbra.readers.area_file import read_areas  # noqa: PLC0415
@@ -226,7 +226,7 @@ def read_polygons(outline: Any, scene: Scene, option: str) -> tuple[list[Any], l
         is_flat = one.geom_type in {"Polygon", "MultiPolygon"}
         if not is_flat or not one.is_valid:
             why = shapely.is_valid_reason(one) if is_flat else one.geom_type
-            msg = f"{option}= is no valid polygon ({why}); correct it"
+            msg = f"{option}= is not a valid polygon ({why}); correct it"
             raise InputError(msg, option=option)
     return given, []
 

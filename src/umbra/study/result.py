@@ -14,7 +14,7 @@ from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
 from umbra.receivers.on_demand import OnDemand
 from umbra.study.accumulators.arrays import find_shaded_share
-from umbra.study.accumulators.hours import Masks
+from umbra.study.accumulators.step_masks import Masks
 from umbra.study.attributes import find_attributes
 from umbra.study.measures import Quantity
 from umbra.sun import Site, Steps, SunPath
@@ -22,6 +22,7 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
+    from umbra.scene.named_places import Area
     from umbra.study.accumulators.named_hours import GroupDays
     from umbra.study.area_table import AreaTable
 
@@ -112,6 +113,11 @@ class Study:
     def site(self) -> Site:
         """The place of the study; None where it is not known and no measure needs it."""
         return self.period.site
+
+    @property
+    def named_areas(self) -> "Sequence[Area]":
+        """The named areas that were asked for."""
+        return () if self.areas is None else self.areas.areas
 
     @property
     def true_north(self) -> float:

@@ -18,12 +18,12 @@ from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
-from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.accumulators.measure_sums import MeasureSums
 from umbra.study.accumulators.named_hours import GroupDays, NamedDays
-from umbra.study.accumulators.proposal import Proposal
+from umbra.study.accumulators.step_masks import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.compare import read_hours
 from umbra.study.engine import Progress, count_each_tile, run_on_device
 from umbra.study.land import settle_land

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rays.hidden import find_hidden
-from umbra.receivers.nearest import find_nearest
+from umbra.receivers.nearest_samples import find_nearest
+from umbra.receivers.orthographic import SurfacesFromAbove
 from umbra.receivers.seen import ViewTile
-from umbra.receivers.view import SurfacesFromAbove
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.study.setup import Setup
-from umbra.study.study import run
+from umbra.study.shadow_study import run
 
 __all__ = ["show_samples"]
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from umbra.options import Given, Options, option, record
+from umbra.option_fields import Given, Options, option, record
 
 __all__ = ["TimeOptions"]
 
@@ -48,8 +48,8 @@ class TimeOptions(Options):
         metavar="N",
     )  # fmt: skip
     by_day: bool | None = _time(
-        "flag", "Write results of each date, too, or only of all together; default: of each up to "
-        "12.", more="They are along ``day``.", flag="--by-day/--sum",
+        "flag", "Write results of each date, too, or only of all together; default: of each, up to "
+        "12 dates.", more="They are along ``day``.", flag="--by-day/--sum",
     )  # fmt: skip
     refraction: Literal["standard", "none"] = _time(
         "choice", "The sun's apparent position (standard), or its position without air (none).",

@@ -7,6 +7,7 @@ Cities in tiles: any number of files, counted tile by tile in bounded memory, in
     neighbourhood.py  what a window needs          PartScene, find_reaching
     count.py          one tile                     count_tile(job, tile), in any process
     receive.py        casters for suns of each height
+    city_areas.py     named areas, as tasks beside the tiles
     surface_results.py walls and roofs of a tile    PartResults
     surface_pieces.py those of all tiles           SurfacePieces
     store.py          the results                  CityStore

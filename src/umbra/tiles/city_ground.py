@@ -16,7 +16,7 @@ from umbra.ground_option import is_file
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_catalogue import Catalogue, add_scene
-from umbra.tiles.replaced import find_matching
+from umbra.tiles.matched_parts import find_matching
 
 __all__ = ["CityGround", "find_city_ground", "find_origin"]
 

@@ -20,7 +20,7 @@ MOST_SIDE = 2048
 @dataclass(frozen=True)
 class CityTile:
     """
-    Rows and columns of a lattice, or a run of objects, that one task counts.
+    Rows and columns of a lattice, or a run of objects or of named areas, that one task counts.
 
     Parameters
     ----------
@@ -30,12 +30,15 @@ class CityTile:
         First, and end.
     place : (int, int)
         Number of its row and column of tiles.
+    areas : tuple of int
+        Numbers of the areas.
     """
 
     number: int
     rows: tuple[int, int]
     cols: tuple[int, int]
     place: tuple[int, int] = (0, 0)
+    areas: tuple[int, ...] = ()
 
     @property
     def cells(self) -> int:

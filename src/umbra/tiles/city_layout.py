@@ -48,12 +48,6 @@ def choose_kind(options: StudyOptions, ground: CityGround) -> ReceiverKind:
             "tiles= out and read what lies around them with bbox="
         )
         raise InputError(msg, option="receivers")
-    if options.areas is not None:
-        msg = (
-            "areas= are not counted in tiles; leave tiles= out and read what lies around them with "
-            "bbox="
-        )
-        raise InputError(msg, option="areas")
     if options.device not in {"auto", DEFAULT}:
         msg = f"tiles are counted on the {DEFAULT} device; leave device= out"
         raise InputError(msg, option="device")
@@ -66,7 +60,7 @@ def find_frame(catalogue: Catalogue, kind: ReceiverKind, ground: CityGround) -> 
     box = tuple(map(tuple, catalogue.bounds.tolist()))
     origin = tuple(find_origin(catalogue).tolist())
     ends = ground.level, ground.known.lowest
-    return CityFrame(origin, box, *ends, has_end, ground.is_added)  # type: ignore[arg-type]
+    return CityFrame(origin, box, *ends, has_end, ground.is_added, ground.known.is_plane)  # type: ignore[arg-type]
 
 
 def lay_out_lattice(

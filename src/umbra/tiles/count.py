@@ -19,10 +19,11 @@ from umbra.receivers.plan import PlanKind, PlanRaster
 from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene.grid import Grid
 from umbra.study.compare import NeighbourSums
+from umbra.tiles.city_areas import count_areas
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import split_neighbours, write_neighbours
 from umbra.tiles.job import CityJob, Workplace
 from umbra.tiles.neighbourhood import Neighbourhood, Selection, make_tile_casters
-from umbra.tiles.proposal import split_neighbours, write_neighbours
 from umbra.tiles.receive import LEAST, SunGroups, count_receivers
 from umbra.tiles.store import CityStore
 from umbra.tiles.surface_pieces import write_pieces
@@ -84,7 +85,9 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     """
     begun = time.perf_counter()
     place, store = job.open(), CityStore(job.store)
-    if place.kind.is_plan:
+    if tile.areas:
+        neighbours, triangles, bare = list[NeighbourSums](), count_areas(place, tile), 0
+    elif place.kind.is_plan:
         neighbours, triangles, bare = _count_cells(place, store, tile)
     else:
         pieces, neighbours, triangles = count_surfaces(place, tile)

@@ -18,6 +18,7 @@ from umbra.receivers import name_kind
 from umbra.receivers.kind import ReceiverKind
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
+from umbra.scene.named_places import Area
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.options import StudyOptions
@@ -62,6 +63,8 @@ class CityFrame:
         Whether only the visible parts receive.
     is_added : bool
         Whether the ground is a surface that no file brings.
+    is_plane : bool
+        Whether the ground is the plane; else a surface.
     """
 
     origin: tuple[float, float, float]
@@ -70,6 +73,7 @@ class CityFrame:
     lowest: float
     has_end: bool
     is_added: bool = False
+    is_plane: bool = True
 
     @property
     def floor(self) -> float:
@@ -270,6 +274,8 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
     if known is None or known["lattice"] is None:
         return None
     options = {name: literal_eval(text) for name, text in known["options"].items()}
+    if options["areas"] is not None:
+        options["areas"] = [Area.of_plain(one) for one in options["areas"]]
     lattice = known["lattice"]
     return CityJob(
         str(folder.absolute()), StudyOptions(**{**options, "device": "auto"}),

@@ -16,7 +16,7 @@ from umbra.casters import Canopy
 from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.job import Workplace
-from umbra.tiles.replaced import NOTHING
+from umbra.tiles.matched_parts import NOTHING
 from umbra.volume.adjacency import Caster, make_caster
 
 __all__ = [

@@ -15,20 +15,24 @@ import orjson
 from umbra.errors import InputError
 from umbra.lights import Horizon
 from umbra.machine import choose_threads
-from umbra.options import list_options
+from umbra.option_fields import list_options
 from umbra.readers.georeference import locate_bounds
 from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
+from umbra.scene.named_places import Area
 from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_sources
 from umbra.sun import Site, find_site
 from umbra.sun.date_words import tell_skipped
 from umbra.sun.site import tell_moved
+from umbra.tiles.city_areas import settle_areas
 from umbra.tiles.city_catalogue import Catalogue, make_catalogue
 from umbra.tiles.city_ground import CityGround, find_city_ground
 from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
+from umbra.tiles.city_options import CityOptions
+from umbra.tiles.city_proposal import tell_tiled_proposal
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import (
     CATALOGUE,
@@ -38,9 +42,7 @@ from umbra.tiles.job import (
     make_city_period,
     sees_whole_sky,
 )
-from umbra.tiles.options import CityOptions
-from umbra.tiles.proposal import tell_tiled_proposal
-from umbra.tiles.replaced import name_city_replaced, settle_outline
+from umbra.tiles.matched_parts import name_city_replaced, settle_outline
 from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
@@ -172,9 +174,10 @@ def prepare_city(
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
     if options.horizon is not None and sees_whole_sky(options):
-        msg = "the exact sky, sky_blocked_by and the disc know no horizon= in tiles; leave one out"
+        msg = "the exact sky, sky_blocked_by and disc= take no horizon= in tiles; leave one out"
         raise InputError(msg, option="horizon")
     options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
+    options, placed = settle_areas(options, catalogue, _locate(catalogue))
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
@@ -206,7 +209,7 @@ def prepare_city(
         side = dict.fromkeys(sizes, lattice.side)
         damaged += CityStore(job.store).mend(template, sizes, side, known, options.quantities)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
-    return Preparation(job, catalogue, ground, damaged, tuple(told))
+    return Preparation(job, catalogue, ground, damaged, (*told, *placed))
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
@@ -309,7 +312,7 @@ def _make_plain(value: Any) -> Any:
         return f"{value.total_seconds():g}s"
     if isinstance(value, (list, tuple)):
         return tuple(map(_make_plain, value))
-    if isinstance(value, Horizon):
+    if isinstance(value, (Horizon, Area)):
         return value.plain
     return str(value) if isinstance(value, (dt.date, dt.time)) else value
 
@@ -335,7 +338,7 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     if what == "options":
         name = next(one for one in now[what] if held[what].get(one) != now[what][one])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
-        told = "" if name == "horizon" else f" ({was}, now {wanted})"
+        told = "" if name in {"horizon", "areas"} else f" ({was}, now {wanted})"
         what = f"another {name}={told}"
     elif what == "files":
         known = {one[0]: one for one in held[what]}

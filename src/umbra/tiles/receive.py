@@ -25,8 +25,8 @@ from umbra.study.counters import LightCounter
 from umbra.study.engine import count_each_tile
 from umbra.study.loop import TileRun, make_tile_run
 from umbra.study.result import Study
+from umbra.tiles.city_proposal import find_neighbours
 from umbra.tiles.job import Workplace
-from umbra.tiles.proposal import find_neighbours
 
 __all__ = ["ReachingCounter", "SunGroups", "Tiles", "count_receivers", "group_lights", "group_suns"]
 

@@ -18,11 +18,11 @@ from umbra.casters import Canopy, Season
 from umbra.errors import InputError
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.accumulators.attribution import AttributionOptions
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.accumulators.groups import Groups, check_count
-from umbra.study.accumulators.proposal import Proposal
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_catalogue import Catalogue, CityFile
-from umbra.tiles.replaced import find_matching, find_replaced_parts
+from umbra.tiles.matched_parts import find_matching, find_replaced_parts
 
 if TYPE_CHECKING:
     from umbra.tiles.neighbourhood import PartScene, Selection
@@ -40,12 +40,15 @@ class Roles:
     options : StudyOptions
     merged : sequence of (int, int)
         Objects left out: number of the file, and of the object.
+    is_before : bool
+        Whether what casts is what did before the proposal.
     """
 
     def __init__(
-        self, catalogue: Catalogue, options: StudyOptions, merged: Sequence[tuple[int, int]] = ()
-    ) -> None:
-        self._catalogue, self._options = catalogue, options
+        self, catalogue: Catalogue, options: StudyOptions, merged: Sequence[tuple[int, int]] = (),
+        *, is_before: bool = False,
+    ) -> None:  # fmt: skip
+        self._catalogue, self._options, self._is_before = catalogue, options, is_before
         self._casts: dict[int, NDArray[np.bool_]] = {}
         self._former: dict[int, NDArray[np.bool_]] = {}
         self._replaced: dict[int, NDArray[np.bool_]] = {}
@@ -73,7 +76,10 @@ class Roles:
                 )
                 casts = (chosen if options.cast else casts) & ~dropped
             casts &= self._find_kept(file)
-            self._casts[number] = casts & ~self.find_replaced(number)
+            gone = find_matching(file, options.proposed) if self._is_before else (
+                self.find_replaced(number)
+            )  # fmt: skip
+            self._casts[number] = casts & ~gone
             self._former[number] = casts & self.find_replaced(number)
         return self._casts[number]
 
@@ -97,7 +103,8 @@ class Roles:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
         found = self._find_kept(file) & ~self.find_replaced(number)
-        if not options.kind.is_raster and not options.on and set(file.kinds) <= ADDED_GROUND:
+        is_sampled = options.kind.belongs_to_parts and not options.kind.is_raster
+        if is_sampled and not options.on and set(file.kinds) <= ADDED_GROUND:
             found &= False  # a ground that was added is sampled where it is asked for
         if options.on:
             found &= find_matching(file, options.on)
@@ -125,7 +132,7 @@ class Roles:
         if (options.cast or options.no_cast or options.replace) and not any(
             self.find_casting(file.number).any() for file in files
         ):
-            msg = "no part is left to cast a shadow; take a no_cast= pattern away"
+            msg = "no part is left to cast a shadow; remove a no_cast= pattern"
             raise InputError(msg, option="no_cast")
 
     def _find_kept(self, file: CityFile) -> NDArray[np.bool_]:
@@ -194,7 +201,7 @@ class CityGroups:
         ):
             msg = (
                 f"{option}='{pattern}' matches only parts that do not cast; "
-                "take a no_cast= pattern away"
+                "remove a no_cast= pattern"
             )
             raise InputError(msg, option=option, pattern=pattern)
 

@@ -12,16 +12,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import orjson
 
 from umbra.errors import InputError, UmbraError
 from umbra.folders.atomic import NO_LOCKS
 from umbra.folders.unfinished_folder import UnfinishedFolder
+from umbra.study.area_table import AreaTable
 from umbra.study.attributes import find_attributes
+from umbra.tiles.city_areas import list_tasks, read_area_table
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import join_neighbours
 from umbra.tiles.count import TileRecord, count_tile
 from umbra.tiles.job import CityJob
-from umbra.tiles.proposal import join_neighbours
 from umbra.tiles.sealed import refuse_links, write_json
 from umbra.tiles.store import FORMAT, CityStore
 from umbra.tiles.surface_pieces import SurfacePieces, assemble
@@ -51,12 +54,15 @@ class CityRun:
         Attributes of the result.
     notes : tuple of str
         Losses and assumptions, one line each.
+    areas : AreaTable, optional
+        Figures of the named areas that were asked for.
     """
 
     folder: Path
     job: CityJob
     facts: Mapping[str, Any]
     notes: tuple[str, ...] = ()
+    areas: AreaTable | None = None
 
     def __repr__(self) -> str:
         return f"CityRun('{self.folder}', {len(self.job.tiles()):,} tiles)"
@@ -102,25 +108,25 @@ def run_job(
         If tiles failed, after all others are done.
     """
     store, folder = CityStore(job.store), Path(job.folder)
-    tiles = job.tiles()
-    damaged = store.drop_damaged(tiles, job.fingerprint)
+    tiles, tasks = job.tiles(), list_tasks(job)
+    damaged = store.drop_damaged(tasks, job.fingerprint)
     done = store.find_done()
-    left = [tile for tile in tiles if tile.number not in done]
+    left = [tile for tile in tasks if tile.number not in done]
     failed: dict[int, str] = {}
-    count = len(tiles) - len(left)
-    progress(count, len(tiles))
+    count = len(tasks) - len(left)
+    progress(count, len(tasks))
     for tile, outcome in engine(job, left):
         if isinstance(outcome, BaseException):
             is_told = isinstance(outcome, UmbraError)  # in words, which need no class
             failed[tile.number] = f"{'' if is_told else f'{type(outcome).__name__}: '}{outcome}"
-            write_json(folder / _FAILED, _describe(tiles, failed), orjson.OPT_INDENT_2)
+            write_json(folder / _FAILED, _describe(tasks, failed), orjson.OPT_INDENT_2)
         else:
             count += 1
-            progress(count, len(tiles))
+            progress(count, len(tasks))
     if failed:
         number, reason = next(iter(failed.items()))
         msg = (
-            f"{len(failed)} of {len(tiles)} tiles failed (first: tile {number}, {reason}); "
+            f"{len(failed)} of {len(tasks)} tiles failed (first: tile {number}, {reason}); "
             f"'{folder / _FAILED}' names them; the same command counts them again"
         )
         raise UmbraError(msg, failed=failed)
@@ -136,6 +142,9 @@ def run_job(
         found = join_neighbours(folders, place.catalogue)
         dates = int(str(facts.get("days", 1)))
         store.add(found, {}, {}, {name: find_attributes(name, dates) for name in found})
+    table = read_area_table(job)
+    if table is not None:
+        _add_areas(store, table, job, int(str(facts.get("days", 1))))
     is_changed = store.finish(facts)
     notes = []
     if damaged:
@@ -145,7 +154,17 @@ def run_job(
         )
     elif is_changed and not left and place.kind.is_plan:
         notes.append(f"the metadata of '{job.store}' were damaged and made anew")
-    return CityRun(folder, job, facts, tuple(notes))
+    return CityRun(folder, job, facts, tuple(notes), table)
+
+
+def _add_areas(store: CityStore, table: AreaTable, job: CityJob, dates: int) -> None:
+    """Add the figures of named areas to a store."""
+    nothing = np.zeros(0)
+    found = table.variables({name: (dims, nothing) for name, dims in store.list_dims().items()})
+    attributes = {
+        name: find_attributes(name, dates, job.options.quantities) for name in found
+    }  # fmt: skip
+    store.add(found, {}, {}, attributes)
 
 
 def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict[str, Any]]:

@@ -237,6 +237,10 @@ class CityStore:
             beside.write_bytes(data)
         return True
 
+    def list_dims(self) -> dict[str, tuple[str, ...]]:
+        """Return the dimensions of each array."""
+        return {path.parent.name: tuple(_read_dims(path)) for path in self.path.glob(f"*/{_META}")}
+
     def find_place(self, number: int) -> Path:
         """Return the folder of a tile's pieces."""
         return self._marks / f"{number:06}"

@@ -21,9 +21,9 @@ from umbra.receivers.samples import sample_surfaces
 from umbra.receivers.surface_samples import Samples
 from umbra.study.compare import NeighbourSums
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import split_neighbours
 from umbra.tiles.job import Workplace
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection, make_tile_casters
-from umbra.tiles.proposal import split_neighbours
 from umbra.tiles.receive import Tiles, count_receivers
 from umbra.volume.adjacency import make_caster
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from umbra.rules.record import Alternative, Condition, Requirement, Rule, list_conditions
 from umbra.rules.words import MEASURES
-from umbra.verdicts.gather import Gathered, Lacking
+from umbra.verdicts.judged_receivers import Gathered, Lacking
 from umbra.verdicts.outcome import (
     FAIL,
     PASS,

@@ -13,7 +13,7 @@ from umbra.lights import Period
 from umbra.rules.record import Condition
 from umbra.scene import Mesh, Part, Scene, make_scene
 from umbra.study import run
-from umbra.study.accumulators.hours import Masks
+from umbra.study.accumulators.step_masks import Masks
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site

@@ -47,7 +47,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
     Each light projects the picture of the light of the same index in ``images_of``.
     """
     if not isinstance(described, dict) or described.get("umbra_view") != _VERSION:
-        msg = f"this is no view of version {_VERSION}: 'umbra_view' is missing or another number"
+        msg = f"this is not a view of version {_VERSION}: 'umbra_view' is missing or another number"
         raise InputError(msg)
     place = "viewpoint"
     try:
@@ -118,7 +118,7 @@ def load_views(path: str | os.PathLike[str]) -> list[ViewState]:
     """Read a list of views, ``[VIEW, VIEW, ...]``, from a file; errors as in ``from_json``."""
     described = _load_json(path)
     if not isinstance(described, list):
-        msg = f"'{path}' is no list of views; write the saved views as [VIEW, VIEW, ...]"
+        msg = f"'{path}' is not a list of views; write the saved views as [VIEW, VIEW, ...]"
         raise InputError(msg, path=path)
     views = []
     for number, one in enumerate(described, start=1):
@@ -141,7 +141,7 @@ def _load_json(path: str | os.PathLike[str]) -> Any:
         msg = f"cannot read the view '{path}' ({error.strerror or error})"
         raise InputError(msg, path=path) from error
     except (RecursionError, ValueError) as error:
-        msg = f"the view '{path}' is no JSON ({error}); save it again with umbra view"
+        msg = f"the view '{path}' is not JSON ({error}); save it again with umbra view"
         raise InputError(msg, path=path) from error
 
 
@@ -199,7 +199,7 @@ def _read_sun(given: Mapping[str, Any]) -> Sun:
 def _read_number(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        msg = f"{value} is no finite number"
+        msg = f"{value} is not a finite number"
         raise InputError(msg)
     return number
 

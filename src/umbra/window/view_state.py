@@ -242,8 +242,8 @@ class ViewState:
             raise InputError(msg, soft=self.soft)
         if not (0 < self.sun_radius < 45 and 0 < self.lamp_radius < np.inf):
             msg = (
-                f"lights of {self.sun_radius:g} degrees and {self.lamp_radius:g} m are none; give "
-                "sun_radius above 0 and below 45, and lamp_radius above 0"
+                f"lights of {self.sun_radius:g} degrees and {self.lamp_radius:g} m are impossible; "
+                "give sun_radius above 0 and below 45, and lamp_radius above 0"
             )
             raise InputError(msg)
         if not 0 <= self.detail < np.inf:

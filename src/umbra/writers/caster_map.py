@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.contours import find_swatches, hatch_covers, outline_covers, trace
-from umbra.writers.hours import OUTLINE
+from umbra.writers.hours_map import OUTLINE
 from umbra.writers.marks import draw_swatches
 from umbra.writers.paper import INK, SMALL, wrap
+from umbra.writers.picture_content import MISSING, Plan, cover_with_roofs, draw_appearance
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import MISSING, Plan, cover_with_roofs, draw_appearance
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
 
 __all__ = ["HUES", "OTHERS", "WhoMap", "make_who_sheet"]

@@ -11,8 +11,16 @@ from numpy.typing import NDArray
 
 from umbra.writers.marks import Swatch
 from umbra.writers.paper import INK, SMALL, Panel, measure_text
+from umbra.writers.picture_content import (
+    DARK,
+    DOTS_PER_INCH,
+    LUMINANCE,
+    MISSING,
+    SKY,
+    Plan,
+    spread_largest,
+)
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, MISSING, SKY, Plan, spread_largest
 
 __all__ = [
     "PROPOSED",

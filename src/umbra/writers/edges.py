@@ -17,8 +17,8 @@ from umbra.receivers.seen import ViewTile
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 from umbra.study import Study
+from umbra.writers.picture_content import Appearance
 from umbra.writers.pixels import resample
-from umbra.writers.plan import Appearance
 
 __all__ = ["find_breaks", "find_grid_appearance", "find_height_appearance"]
 

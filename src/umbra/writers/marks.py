@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, Panel, measure_text, wrap
-from umbra.writers.plan import DOTS_PER_INCH
+from umbra.writers.picture_content import DOTS_PER_INCH
 
 if TYPE_CHECKING:
     from umbra.writers.sheet import Sheet

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from umbra.errors import InputError, UmbraError
 from umbra.folders.atomic import is_full
 from umbra.registry import Registry
-from umbra.writers.formats import FORMATS, Format, Job
+from umbra.writers.output_formats import FORMATS, Format, Job
 
 if TYPE_CHECKING:
     from umbra.study import Study

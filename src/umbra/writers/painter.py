@@ -27,9 +27,10 @@ from typing import IO, TYPE_CHECKING, Any, Self
 
 from umbra.errors import UmbraError
 from umbra.machine import HOME, count_cores, make_command
+from umbra.packages import load_named
 
 if TYPE_CHECKING:
-    from umbra.writers.plan import DayShadows, Plan
+    from umbra.writers.picture_content import DayShadows, Plan
 
 __all__ = ["Painter"]
 
@@ -127,7 +128,9 @@ class Painter:
         from umbra.writers.pixels import PackedMasks  # noqa: PLC0415  (the child starts before)
 
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
-        return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
+        return self._submit(
+            "umbra.writers.profile:make_profile_sheet", path, plan, packed, **options
+        )
 
     def wait(self) -> None:
         """Wait until every picture is a complete file."""
@@ -143,12 +146,14 @@ class Painter:
             self._futures.append(future)
         return future
 
-    draw_hours = partialmethod(_submit, "hours.make_hours_sheet")
-    draw_points = partialmethod(_submit, "point_map.make_points_sheet")
-    draw_measure = partialmethod(_submit, "measured.make_measure_sheet")
-    draw_measured_points = partialmethod(_submit, "measured.make_measured_points_sheet")
-    draw_who = partialmethod(_submit, "caster_map.make_who_sheet")
-    draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
+    draw_hours = partialmethod(_submit, "umbra.writers.hours_map:make_hours_sheet")
+    draw_points = partialmethod(_submit, "umbra.writers.point_map:make_points_sheet")
+    draw_measure = partialmethod(_submit, "umbra.writers.measure_map:make_measure_sheet")
+    draw_measured_points = partialmethod(
+        _submit, "umbra.writers.measure_map:make_measured_points_sheet"
+    )
+    draw_who = partialmethod(_submit, "umbra.writers.caster_map:make_who_sheet")
+    draw_elevations = partialmethod(_submit, "umbra.writers.elevations:make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:
         """Have a free child draw; without one, or if it ends before its time, draw here."""
@@ -197,9 +202,7 @@ class Painter:
 
 
 def _run(name: str, path: Path, args: tuple, options: dict) -> None:
-    module, _, function = name.partition(".")
-    make = getattr(import_module(f"umbra.writers.{module}"), function)
-    make(*args, **options).save(path)
+    load_named(name)(*args, **options).save(path)
 
 
 def serve() -> None:
@@ -210,8 +213,8 @@ def serve() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     try:
-        for module in ("hours", "profile"):
-            import_module(f"umbra.writers.{module}")
+        for module in ("umbra.writers.hours_map", "umbra.writers.profile"):
+            import_module(module)
         import_module("umbra.writers.paper").load_fonts()
     except UmbraError:  # the parent, which draws what no child does, tells it
         return

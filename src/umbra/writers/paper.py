@@ -35,8 +35,8 @@ from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D, Bbox, TransformedBbox
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.writers.picture_content import DOTS_PER_INCH, Plan
 from umbra.writers.pixels import write_png
-from umbra.writers.plan import DOTS_PER_INCH, Plan
 from umbra.writers.typeface import FACE, find_families
 
 __all__ = [

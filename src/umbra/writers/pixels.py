@@ -68,7 +68,17 @@ LOSS_STOPS = [
     (0.520, 0.125, 42.0),
     (0.340, 0.085, 35.0),
 ]
-Ramp = Literal["shade", "loss"]
+# From no gain to the most (violet): opposite to losses for every kind of colour vision.
+GAIN_STOPS = [
+    (0.985, 0.004, 310.0),
+    (0.910, 0.045, 310.0),
+    (0.800, 0.100, 310.0),
+    (0.660, 0.150, 310.0),
+    (0.500, 0.170, 308.0),
+    (0.330, 0.130, 305.0),
+]
+Ramp = Literal["shade", "loss", "change"]
+"""Hours in shadow; hours lost; hours won (first half) and lost (second half)."""
 RAMPS = {"shade": SHADE_STOPS, "loss": LOSS_STOPS}
 NO_SUN = (0.075, 0.075, 0.08)
 """sRGB of places without any sun on the date: darker than the longest shadow of the scale."""
@@ -138,8 +148,17 @@ def to_srgb(lab: NDArray) -> NDArray:
 
 
 def shade_ramp(n: int = 256, ramp: Ramp = "shade") -> NDArray[np.float64]:
-    """Return the colours of hours in shadow or lost, (n, 3) sRGB, from none to all the time."""
-    return make_ramp(RAMPS[ramp], np.linspace(0, 1, n))
+    """Return a ramp's colours, (n, 3) sRGB: from none to all the time, or from won to lost."""
+    return to_srgb(_follow_ramp(ramp, n))
+
+
+def _follow_ramp(ramp: Ramp, n: int) -> NDArray[np.float64]:
+    """Take n OKLab colours, (n, 3), from a ramp; the middle of that of change is paper."""
+    positions = np.linspace(0, 1, n)
+    if ramp != "change":
+        return follow(RAMPS[ramp], positions)
+    won, lost = (follow(stops, abs(2 * positions - 1)) for stops in (GAIN_STOPS, LOSS_STOPS))
+    return np.where(positions[:, None] < HALF, won, lost)
 
 
 def paint_shares(
@@ -151,8 +170,11 @@ def paint_shares(
     Paint shares of the longest time in shadow, on surfaces that are shaded by their slope.
 
     However deep the shade, from 0 to 1, a colour stays nearest to its own place on the scale: it
-    moves by less than half of one of eight steps. Returns sRGB (..., 3) in [0, 1].
+    moves by less than half of one of eight steps. Shares of ``change`` are from -1 to 1. Returns
+    sRGB (..., 3) in [0, 1].
     """
+    if ramp == "change":
+        shares = (np.asarray(shares) + 1) / 2
     index = np.clip(np.asarray(shares) * 255 + 0.5, 0, 255).astype(np.intp)
     if shade is None:
         return shade_ramp(ramp=ramp).astype(np.float32)[index]
@@ -163,7 +185,7 @@ def paint_shares(
 @lru_cache(maxsize=2)
 def _make_shaded_ramps(ramp: Ramp) -> NDArray[np.float32]:
     """Return the colour scale in every depth of shade, (n_shades, 256, 3) sRGB."""
-    lab = follow(RAMPS[ramp], np.linspace(0, 1, 256))
+    lab = _follow_ramp(ramp, 256)
     along = np.gradient(lab, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     darker = np.array([-1.0, 0.0, 0.0])

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from umbra.scene.grid import Places
 from umbra.writers.area_outlines import draw_areas
 from umbra.writers.contours import PROPOSED, trace
-from umbra.writers.hours import OUTLINE, draw_hours_key, list_dark, tell_outlined
+from umbra.writers.hours_map import OUTLINE, draw_hours_key, list_dark, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure_text
+from umbra.writers.picture_content import MISSING, DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.pixels import NO_SUN, Ramp, shade_ramp
-from umbra.writers.plan import MISSING, DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, lay_out_sheet
 
 __all__ = ["FEW", "fill_points", "make_points_sheet"]

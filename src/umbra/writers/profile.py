@@ -22,8 +22,7 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import NIGHT, Panel
-from umbra.writers.pixels import HALF, make_stamp_path, resample, to_srgb
-from umbra.writers.plan import (
+from umbra.writers.picture_content import (
     MISSING,
     DayShadows,
     Plan,
@@ -31,6 +30,7 @@ from umbra.writers.plan import (
     draw_appearance,
     shade_roofs,
 )
+from umbra.writers.pixels import HALF, make_stamp_path, resample, to_srgb
 from umbra.writers.sheet import Sheet, lay_out_sheet
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 

@@ -20,7 +20,14 @@ from umbra.writers.paper import (
     to_pixels,
     wrap,
 )
-from umbra.writers.plan import AREA, DOTS_PER_INCH, DayMap, DayShadows, Plan, find_map_size
+from umbra.writers.picture_content import (
+    AREA,
+    DOTS_PER_INCH,
+    DayMap,
+    DayShadows,
+    Plan,
+    find_map_size,
+)
 
 __all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "lay_out_sheet"]
 

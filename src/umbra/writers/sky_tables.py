@@ -6,7 +6,7 @@ from pathlib import Path
 
 import orjson
 
-from umbra.sky.view import ExactSky
+from umbra.sky.free_sky import ExactSky
 
 __all__ = ["write_horizon", "write_outlines", "write_values"]
 

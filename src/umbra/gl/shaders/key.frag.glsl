@@ -1,11 +1,7 @@
-// How far away what is seen is: the depth key of picture.glsl. HAS_NORMAL: and the unit normal of
-// the side that is seen.
+// How far away what is seen is: the depth key of picture.glsl, and the unit normal of the side that
+// is seen.
 
-#if defined(IS_GROUND) || defined(HAS_NORMAL)
 #include "picture.glsl"
-#else
-uniform bool is_perspective;
-#endif
 #ifdef IS_GROUND
 uniform float height;        // of the ground, relative to the eye
 #endif
@@ -20,11 +16,8 @@ void main() {
 #else
     float key = is_perspective ? gl_FragCoord.w : -(depths.x + gl_FragCoord.z * depths.y);
 #endif
-    place = vec4(key, 0.0, 0.0, 0.0);
-#ifdef HAS_NORMAL
     vec3 seen = find_seen(gl_FragCoord.xy, key);
     vec3 normal = normalize(cross(dFdx(seen), dFdy(seen)));
     vec3 ahead = is_perspective ? seen : forward;
-    place.gba = dot(normal, ahead) > 0.0 ? -normal : normal;
-#endif
+    place = vec4(key, dot(normal, ahead) > 0.0 ? -normal : normal);
 }

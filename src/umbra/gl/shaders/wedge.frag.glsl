@@ -1,9 +1,9 @@
-// What one silhouette edge takes from, or adds to, a hard count where a pixel sees: -s Q / area,
-// as umbra/soft/parts.py says; and whether it passes the light's middle within a pixel.
+// What one silhouette edge takes from, or adds to, a hard count where a pixel sees: s Q multiplicity
+// / area, as umbra/soft/wedges.py says; and whether it passes the light's middle within a pixel. The
+// silhouette is the one that the pixel's surface sees.
 //
-// IS_POINT or a direction; IS_SQUARE or a disc. HAS_SPOTS: the silhouette is the one that the
-// pixel's surface sees, and the edge also adds to the counts of spots of the light, as
-// umbra/soft/complexity.py says. A float holds DIGITS counts, in a base of BASE.
+// IS_POINT or a direction; IS_SQUARE or a disc. HAS_SPOTS: the edge also adds to the counts of spots
+// of the light, as umbra/soft/complexity.py says. A float holds DIGITS counts, in a base of BASE.
 
 #include "picture.glsl"
 #include "wedge_part.glsl"
@@ -25,10 +25,7 @@ const float PIXELS = 0.0625;  // a rasteriser's rounding, and some more on slope
 const float CONTACT = 2.0;  // radii; an edge that a pixel's side moves by more touches what is seen
 const float NEAREST = 1e-6;  // of the way to the light: nearer edges touch what is seen
 
-#ifdef HAS_SPOTS
 const float BEFORE = 1e-5;  // of its depth: so far before its surface a pixel is to see its own face
-uniform vec4 spots_x[PICTURES * DIGITS], spots_y[PICTURES * DIGITS];
-layout(location = 1) out vec4 counts[PICTURES];
 
 // The multiplicity along the faces that are seen from their outer side.
 float find_multiplicity(vec3 start, float half_weight, float turn) {
@@ -36,6 +33,10 @@ float find_multiplicity(vec3 start, float half_weight, float turn) {
     float two = sign(-dot(texelFetch(edges, TEXELS * edge + 7).xyz, start));
     return half_weight * (one - turn * two);
 }
+
+#ifdef HAS_SPOTS
+uniform vec4 spots_x[PICTURES * DIGITS], spots_y[PICTURES * DIGITS];
+layout(location = 1) out vec4 counts[PICTURES];
 
 void add_to_spots(vec3 line, vec2 a, vec2 b, float times) {
     bvec4 inside = bvec4(line.z > 0.0);
@@ -70,14 +71,11 @@ void main() {
     }
     vec3 seen = find_seen(gl_FragCoord.xy, key);
     vec4 first = find_end(0), second = find_end(1);
-    float times = 1.0;
-#ifdef HAS_SPOTS
     vec3 before = BEFORE * (is_perspective ? 1.0 / key : length(seen)) * at.gba;
-    times = find_multiplicity(first.xyz - seen - before, first.w, second.w);
+    float times = find_multiplicity(first.xyz - seen - before, first.w, second.w);
     if (times == 0.0) {
         discard;
     }
-#endif
     vec3 u = axis_u, v = axis_v, n = axis_n;
     vec2 middle = vec2(0.0);
     float unit = radius;  // of the plane, where it has one
@@ -137,12 +135,10 @@ void main() {
     float away = 1.0 / mix(1.0 / max(from.z, NEAREST), 1.0 / max(to.z, NEAREST), there);
     float wide = length(across) * (is_perspective ? 1.0 / key : 1.0) / (unit * away);
     bool passes = wide < CONTACT && abs(line.z) <= PIXELS * wide * length(line.xy);
-#ifdef HAS_SPOTS
     // Wound along the faces that the surface sees, not those that the light does.
     times *= line.z > 0.0 ? 1.0 : -1.0;
     taken = vec4(times * part, passes ? 1.0 : 0.0, 0.0, 0.0);
+#ifdef HAS_SPOTS
     add_to_spots(line, from.xy, to.xy, times);
-#else
-    taken = vec4(line.z > 0.0 ? -part : part, passes ? 1.0 : 0.0, 0.0, 0.0);
 #endif
 }

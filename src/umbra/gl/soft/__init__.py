@@ -35,7 +35,7 @@ from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import METHODS, Softness
 from umbra.scene import Light
 from umbra.soft import AreaLight
-from umbra.soft.samples import SAMPLES
+from umbra.soft.light_samples import SAMPLES
 
 __all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Visibility"]
 
@@ -44,7 +44,7 @@ _AT_ONCE = 64  # points whose volumes are in memory together, kept while nothing
 
 
 class SampledShadows(Visibility):
-    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
+    """Averages the hard shadows of many points of each light, as `soft/light_samples.py` does."""
 
     def __init__(
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None

@@ -15,23 +15,20 @@ from numpy.typing import NDArray
 from umbra.gl.context import release_all
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Programs
-from umbra.gl.projection import CameraProjection, find_light_source
+from umbra.gl.projection import CameraProjection
 from umbra.gl.soft.visibility import Visibility
 from umbra.gl.soft.wedge_pictures import WedgePainter
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volume_counter import VolumeCounter
 from umbra.gl.volume_plan import VolumePlan
-from umbra.gl.volumes import BodyVolumes
-from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.complexity import list_light_edges, make_spots
+from umbra.soft.complexity import make_spots
 
 __all__ = ["SpotCounts", "find_digits"]
 
 _PICTURES = 7  # of counts drawn at once; with the edges' 8, which every driver supports
 _DIGITS = {4: 64, 3: 256, 2: 4096, 1: 1 << 24}  # base by digits per float, exact up to 2^24
-_TEXELS = 8  # per edge
 
 
 class SpotCounts(Visibility):
@@ -50,7 +47,7 @@ class SpotCounts(Visibility):
 
     def __init__(self, planner: Planner, counter: VolumeCounter, spots: int) -> None:
         self._device, self._counter, self._n_spots = planner.device, counter, spots
-        self._painter = WedgePainter(planner, _list_edges, has_normals=True)
+        self._painter = WedgePainter(planner)
         self._sum = Programs(self._device, "picture.vert.glsl", "spots.frag.glsl")
         self._estimate = Programs(self._device, "picture.vert.glsl", "complexity.frag.glsl")
         self._counts: dict[int, SharedDepthTarget] = {}
@@ -148,23 +145,3 @@ def _clear(state: State, target: Target) -> None:
     target.fill(state, 0.0)
     for place in range(1, len(target.textures)):
         target.clear_color(0.0, place=place)
-
-
-def _list_edges(
-    light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
-) -> NDArray[np.float32]:
-    """List the possible silhouette edges in the layout of ``wedge_row.glsl``: (n, 8, 4) float32."""
-    place = find_light_source(light.light, origin)
-    lists = [np.zeros((0, _TEXELS, 4), np.float32)]
-    for each in volumes:
-        for instance, transform in enumerate(each.body.transforms):
-            caster = each.caster_of(instance).opened(each.opened[instance])
-            vertices = transform_points(transform, caster.vertices)
-            edges = list_light_edges(caster, vertices, place, light.radius)
-            rows = np.zeros((len(edges.ends), _TEXELS, 4), np.float32)
-            rows[:, :2, :3] = edges.ends.reshape(-1, 2, 3)
-            rows[:, 0, 3], rows[:, 1, 3] = edges.weight, edges.turn
-            rows[:, 2:6, :3] = edges.wedges[..., :3]
-            rows[:, 6:, :3] = edges.faces[..., :3]
-            lists.append(rows)
-    return np.concatenate(lists)

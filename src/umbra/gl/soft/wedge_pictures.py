@@ -8,7 +8,7 @@ a depth buffer that shaders can read.
 """
 
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,7 @@ from umbra.gl.volume_plan import VolumePlan
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
-from umbra.soft.wedges import make_coverage_planes, map_to_unit_light
+from umbra.soft.light_edges import list_light_edges, map_to_unit_light
 
 __all__ = ["Keys", "WedgePainter", "Wedges"]
 
@@ -37,19 +37,18 @@ _AGAIN = Pass(depth_test="equal", color_write=True)
 
 
 class Keys:
-    """Draws the depth keys of a planner's scene, with normals if needed."""
+    """Draws the depth keys of a planner's scene, with normals."""
 
-    def __init__(self, planner: Planner, *, has_normals: bool = False) -> None:
+    def __init__(self, planner: Planner) -> None:
         self._device, self._geometry = planner.device, planner.geometry
         self._planner = planner
         self._indices = Indices(planner.device, 2 * planner.geometry.n_points)
         self._indices.write(planner.geometry.faces.ravel())
-        needs = {"HAS_NORMAL": 1} if has_normals else {}
         self._faces, self._ground = (
-            Program(planner.device, f"{what}.vert.glsl", "key.frag.glsl", {**needs, **more})
-            for what, more in (("surface", {}), ("ground", {"IS_GROUND": 1, "RINGS": RINGS}))
+            Program(planner.device, f"{what}.vert.glsl", "key.frag.glsl", needs)
+            for what, needs in (("surface", {}), ("ground", {"IS_GROUND": 1, "RINGS": RINGS}))
         )
-        self._picture = SharedDepthTarget(self._device, "rgba32f" if has_normals else "r32f")
+        self._picture = SharedDepthTarget(self._device, "rgba32f")
 
     def draw(self, state: State, target: Target, projection: CameraProjection) -> int:
         """
@@ -89,8 +88,7 @@ VERTICES = 24
 """Of the polyhedron of an edge's wedge."""
 _REACH = 100.0  # extent of wedges in parallel views, in sizes of the scene
 
-ListEdges = Callable[[AreaLight, Sequence[BodyVolumes], NDArray[np.float64]], NDArray[np.float32]]
-"""Lists a light's edges as ``wedge_row.glsl`` reads them, (n, texels, 4)."""
+_TEXELS = 8  # per edge, see wedge_row.glsl
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,10 +116,10 @@ class LightEdges:
 class WedgePainter:
     """Draws the penumbra wedges of a picture's lights by a given program."""
 
-    def __init__(self, planner: Planner, list_edges: ListEdges, *, has_normals: bool) -> None:
+    def __init__(self, planner: Planner) -> None:
         self._device: Device = planner.device
-        self._planner, self._list_edges = planner, list_edges
-        self._keys = Keys(planner, has_normals=has_normals)
+        self._planner = planner
+        self._keys = Keys(planner)
         self._programs = Programs(self._device, "wedge.vert.glsl", "wedge.frag.glsl")
         self._edges: list[LightEdges] = []
         self._projection: CameraProjection | None = None
@@ -137,7 +135,7 @@ class WedgePainter:
         for light, plan in zip(lights, plans, strict=True):
             kept = next((each for each in old if each.is_of(light, plan)), None)
             if kept is None:
-                rows = self._list_edges(light, plan.volumes, origin)
+                rows = _list_edges(light, plan.volumes, origin)
                 table = rows if len(rows) else np.zeros((1, *rows.shape[1:]), np.float32)
                 buffer = TextureBuffer(self._device, table, "rgba32f")
                 kept = LightEdges(light, plan.volumes, buffer, len(rows))
@@ -227,7 +225,7 @@ class Wedges(Visibility):
 
     def __init__(self, planner: Planner, counter: VolumeCounter) -> None:
         self._counter = counter
-        self._painter = WedgePainter(planner, _list_edges, has_normals=False)
+        self._painter = WedgePainter(planner)
         self._uncover = Program(planner.device, "picture.vert.glsl", "uncover.frag.glsl")
         self._plans: Sequence[VolumePlan] = ()
         self._parts, self._shares = (
@@ -264,26 +262,18 @@ class Wedges(Visibility):
 def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """
-    List the edges of a light's volumes, once per side: (n, 6, 4) float32.
-
-    Ends relative to the scene's origin, wound along the lit face; four outward normals.
-    """
-    lists = [np.zeros((0, 6))]
-    for each in volumes:
-        body = each.body
-        sides, shells = each.list_sides()
-        numbers = (sides[:, [1, 0]] >> np.uint32(1)).astype(np.int64)
-        instance = shells // body.n_shells
-        for number, transform in enumerate(body.transforms):
-            mine = numbers[instance == number] - body.first[number]
-            vertices = transform_points(transform, body.caster.vertices)
-            lists.append(vertices[mine].reshape(-1, 6))
-    ends = np.concatenate(lists)
+    """List the possible silhouette edges in the layout of ``wedge_row.glsl``: (n, 8, 4) float32."""
     place = find_light_source(light.light, origin)
-    planes = np.zeros((len(ends), 4, 4))
-    make_coverage_planes(ends, place, light.radius, planes)
-    rows = np.zeros((len(ends), 6, 4), np.float32)
-    rows[:, :2, :3] = ends.reshape(-1, 2, 3)
-    rows[:, 2:, :3] = planes[..., :3]
-    return rows
+    lists = [np.zeros((0, _TEXELS, 4), np.float32)]
+    for each in volumes:
+        for instance, transform in enumerate(each.body.transforms):
+            caster = each.caster_of(instance).opened(each.opened[instance])
+            vertices = transform_points(transform, caster.vertices)
+            edges = list_light_edges(caster, vertices, place, light.radius)
+            rows = np.zeros((len(edges.ends), _TEXELS, 4), np.float32)
+            rows[:, :2, :3] = edges.ends.reshape(-1, 2, 3)
+            rows[:, 0, 3], rows[:, 1, 3] = edges.weight, edges.turn
+            rows[:, 2:6, :3] = edges.wedges[..., :3]
+            rows[:, 6:, :3] = edges.faces[..., :3]
+            lists.append(rows)
+    return np.concatenate(lists)

@@ -14,9 +14,9 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.accumulators.exact import find_time_behind_land
 from umbra.study.accumulators.groups import Groups, PiecesOneByOne, ShareCount, find_members
-from umbra.study.accumulators.proposal import Proposal
 from umbra.study.compare import SunLosses, is_newly_under, read_hours
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.options import StudyOptions

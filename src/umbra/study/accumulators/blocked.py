@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from umbra.lights import Lights
 from umbra.rays.nearest_hits import add_taken
 from umbra.receivers.kind import Receivers, Tile, Variables
-from umbra.sky.land import LAND, add_land
+from umbra.sky.land_curtain import LAND, add_land
 from umbra.study.accumulators.attribution import AttributionOptions
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.accumulators.groups import Groups
 from umbra.study.accumulators.measure_sums import compare_measured, level_normals
-from umbra.study.accumulators.proposal import Proposal
 from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure
 
@@ -112,7 +112,7 @@ class BlockedSky(Accumulator):
     def _make_exact(self, tile: Tile, parts: Sequence[int], pieces: Sequence[Sequence[int]]) -> Any:
         """Return a function of places that solves their shares (n, pieces) exactly."""
         from umbra.sky.casters import find_sky_casters  # noqa: PLC0415 - kernels
-        from umbra.sky.points import measure_sky  # noqa: PLC0415
+        from umbra.sky.view_factors import measure_sky  # noqa: PLC0415
 
         period, threads = self.asked.period, tile.casting.threads
         north = 0.0 if period.site is None else period.site.true_north

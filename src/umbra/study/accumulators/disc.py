@@ -10,7 +10,7 @@ from umbra.lights import Lights
 from umbra.rays.sun_disc import find_free_disc
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.hours import HourSums
+from umbra.study.accumulators.step_masks import HourSums
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 

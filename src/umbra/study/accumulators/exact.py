@@ -22,7 +22,6 @@ from umbra.lights import Lights, Period
 from umbra.rays.face_tree import DEEPEST
 from umbra.rays.hidden import get, is_hidden
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import (
     BEGAN,
     BLOCK,
@@ -30,6 +29,7 @@ from umbra.study.accumulators.intervals import (
     SunIntervalTable,
     end_interval,
 )
+from umbra.study.accumulators.step_masks import DayIntervals
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 

@@ -145,7 +145,7 @@ def find_members(
         if not chosen[pattern]:
             msg = (
                 f"{option}='{pattern}' matches only parts that do not cast; "
-                "take a no_cast= pattern away"
+                "remove a no_cast= pattern"
             )
             raise InputError(msg, option=option, pattern=pattern)
     if by is not None:

@@ -12,8 +12,8 @@ from umbra.casters import Canopy
 from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.scene.grid import Places
-from umbra.sky.land import add_land
-from umbra.study.accumulators.proposal import Proposal
+from umbra.sky.land_curtain import add_land
+from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
 from umbra.study.loop import Accumulator, TileRun, round_weights
 from umbra.study.measures import Asked, Measure, Quantity, guard
@@ -166,7 +166,7 @@ class MeasureSums(Accumulator):
         values = np.stack([np.asarray(one, np.float64) for one in found])
         wanted = (len(self.measure.quantities), *shape)
         if values.shape != wanted:
-            msg = f"derive returned {values.shape} for {wanted}"
+            msg = f"derive returned an array of shape {values.shape}, not {wanted}"
             raise ValueError(msg)
         return values
 

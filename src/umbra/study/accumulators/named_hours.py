@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from umbra.lights import Lights
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.accumulators.step_masks import DayIntervals
 from umbra.study.loop import Accumulator, TileRun
 
 if TYPE_CHECKING:

@@ -1,11 +1,11 @@
 """
 Measures: what a study can be asked, each in one file.
 
-    measure.py   what a measure is                  Measure, Quantity, Asked
-    hours.py     hours of sun and shadow            sun_hours, shadow_hours
-    sky.py       the sky before a receiver          sky_view_factor, sky_component, sky_blocked_by
-    probable.py  probable sun of a year             probable_sun_hours, ..._share
-    weather.py   a weather file's sun and sky       sunshine_hours, irradiation, irradiation_...
+    measure.py     what a measure is               Measure, Quantity, Asked
+    hours.py       hours of sun and shadow         sun_hours, shadow_hours
+    sky_shares.py  the sky before a receiver       sky_view_factor, sky_component, sky_blocked_by
+    probable.py    probable sun of a year          probable_sun_hours, ..._share
+    weather.py     a weather file's sun and sky    sunshine_hours, irradiation, irradiation_...
 
 A package installed beside umbra adds one by an entry point of the group ``umbra.measures``.
 """
@@ -23,25 +23,23 @@ __all__ = [
 HOURS = ("sun_hours", "shadow_hours")
 """Names of the measures that the study's own loop counts, with intervals, spells and groups."""
 
-
-_PLACE = "umbra.study.measures"
 MEASURES: Registry[Measure] = Registry(
     "measure",
     "measure",
     {
-        "sun_hours": f"{_PLACE}.hours:SunHoursMeasure",
-        "shadow_hours": f"{_PLACE}.hours:ShadowHours",
-        "sky_view_factor": f"{_PLACE}.sky:SkyViewFactor",
-        "sky_component": f"{_PLACE}.sky:SkyComponent",
-        "sky_blocked_by": f"{_PLACE}.sky:SkyBlockedBy",
-        "probable_sun_hours": f"{_PLACE}.probable:ProbableSunHours",
-        "probable_sun_share": f"{_PLACE}.probable:ProbableSunShare",
-        "winter_probable_sun_share": f"{_PLACE}.probable:WinterProbableSunShare",
-        "sunshine_hours": f"{_PLACE}.weather:SunshineHours",
-        "irradiation": f"{_PLACE}.weather:Irradiation",
-        "irradiation_beam": f"{_PLACE}.weather:IrradiationBeam",
-        "irradiation_sky": f"{_PLACE}.weather:IrradiationSky",
-        "irradiation_ground": f"{_PLACE}.weather:IrradiationGround",
+        "sun_hours": "umbra.study.measures.hours:SunHoursMeasure",
+        "shadow_hours": "umbra.study.measures.hours:ShadowHours",
+        "sky_view_factor": "umbra.study.measures.sky_shares:SkyViewFactor",
+        "sky_component": "umbra.study.measures.sky_shares:SkyComponent",
+        "sky_blocked_by": "umbra.study.measures.sky_shares:SkyBlockedBy",
+        "probable_sun_hours": "umbra.study.measures.probable:ProbableSunHours",
+        "probable_sun_share": "umbra.study.measures.probable:ProbableSunShare",
+        "winter_probable_sun_share": "umbra.study.measures.probable:WinterProbableSunShare",
+        "sunshine_hours": "umbra.study.measures.weather:SunshineHours",
+        "irradiation": "umbra.study.measures.weather:Irradiation",
+        "irradiation_beam": "umbra.study.measures.weather:IrradiationBeam",
+        "irradiation_sky": "umbra.study.measures.weather:IrradiationSky",
+        "irradiation_ground": "umbra.study.measures.weather:IrradiationGround",
     },
     Measure,
     "Measure",

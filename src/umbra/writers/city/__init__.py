@@ -15,7 +15,7 @@ from pathlib import Path
 
 from umbra.errors import InputError
 from umbra.packages import require
-from umbra.writers.formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
+from umbra.writers.output_formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
 
 __all__ = ["check_city_formats", "write_city_files"]
 
@@ -50,7 +50,7 @@ def write_city_files(
     InputError
         If the folder holds no such study, a name is unknown, or a package is missing.
     """
-    from umbra.writers.city.result import CityResult, is_of_plan  # noqa: PLC0415
+    from umbra.writers.city.store_window import CityResult, is_of_plan  # noqa: PLC0415
 
     folder = Path(folder)
     check_city_formats(names)

@@ -18,7 +18,7 @@ from umbra.folders.atomic import replace_file
 from umbra.tiles.city_catalogue import Catalogue, read_catalogue
 from umbra.tiles.sealed import read_sealed
 from umbra.tiles.surface_pieces import SurfacePieces, name_objects
-from umbra.writers.city.result import make_damage, open_store, read_stored_array
+from umbra.writers.city.store_window import make_damage, open_store, read_stored_array
 from umbra.writers.cityjson_hours import (
     MeasuredObject,
     add_hours,

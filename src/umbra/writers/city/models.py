@@ -23,9 +23,9 @@ from umbra.sun import Site
 from umbra.tiles.surface_pieces import SurfacePieces
 from umbra.writers.city.city_surfaces import CitySurfaces, SurfaceRun, cut_runs
 from umbra.writers.city.sealed_files import SealedFiles
+from umbra.writers.coloured_tileset import find_tileset_placement, make_box, read_place
 from umbra.writers.glb import Glb, list_corners, make_legend, turn_y_up
 from umbra.writers.surfaces_glb import draw_facades, find_places, lay_out_facades
-from umbra.writers.tileset import find_tileset_placement, make_box, read_place
 
 __all__ = ["add_features", "write_models"]
 

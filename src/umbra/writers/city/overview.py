@@ -21,22 +21,24 @@ from umbra.scene.grid import Grid
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study import Study
 from umbra.study.measures import Quantity
+from umbra.tiles.city_areas import list_judged
 from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_proposal import find_proposal
 from umbra.tiles.job import CityJob, Workplace, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
-from umbra.tiles.proposal import find_proposal
-from umbra.writers.city.result import CityResult, StoredTile
+from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.folder.captions import (
     describe_making,
     find_mean,
     join_names,
+    outline_areas,
     tell_place,
     tell_times,
 )
-from umbra.writers.hours import make_hours_sheet
-from umbra.writers.measured import find_end, make_measure_sheet
+from umbra.writers.hours_map import make_hours_sheet
+from umbra.writers.measure_map import find_end, make_measure_sheet
+from umbra.writers.picture_content import DayMap, Plan, find_map_size, name_hours
 from umbra.writers.pixels import Ramp
-from umbra.writers.plan import DayMap, Plan, find_map_size, name_hours
 from umbra.writers.sheet import Sheet
 
 __all__ = ["CityPlan", "shrink_hours", "write_overviews"]
@@ -102,6 +104,7 @@ class CityPlan:
             "date": tell_times(study, options, range(len(study.period.days))),
             "note": " · ".join([describe_making(study, options), *lowest]),
             "roofs_cover": study.kind.lies_under_roofs,
+            "areas": outline_areas(list_judged(options)),
         }
 
     @property

@@ -5,8 +5,8 @@ from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from umbra.folders.atomic import replace_file
-from umbra.writers.city.result import CityResult, StoredTile
 from umbra.writers.city.sealed_files import SealedFiles
+from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.vectors.gis_files import find_crs, write_geotiff
 
 __all__ = ["write_rasters"]

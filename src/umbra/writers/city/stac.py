@@ -9,7 +9,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.folders.atomic import replace_file
-from umbra.writers.city.result import CityResult
+from umbra.writers.city.store_window import CityResult
 from umbra.writers.vectors.gis_files import find_crs, make_to_wgs84
 
 __all__ = ["write_stac"]

@@ -1,7 +1,8 @@
 """
 The outputs of a study: the files in its folder, and the appearance of its pictures.
 
-``write.py`` fills the folder, ``pictures.py`` and ``sheet.py`` draw, ``captions.py`` words it.
+``write.py`` fills the folder, ``pictures.py`` and ``elevation_sheet.py`` draw,
+``captions.py`` words it.
 """
 
 from collections.abc import Sequence
@@ -11,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.options import Options, check_types, option, read_path, read_text, record
+from umbra.option_fields import Options, check_types, option, read_path, read_text, record
 from umbra.packages import require
-from umbra.writers.formats import CITY_FORMATS, FORMATS
+from umbra.writers.output_formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
 
 if TYPE_CHECKING:
@@ -53,8 +54,8 @@ class Outputs(Options):
     )
     subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
     show: Literal["shadow", "sun"] | None = _pictures(
-        "choice", "Hours in pictures and lines of equal hours; default: in shadow of one date, of "
-        "sun of several, as long days have more of both. study.nc has both.",
+        "choice", "Hours in pictures and lines of equal hours; default: in shadow for one date, of "
+        "sun for several, as long days have more of both. study.nc has both.",
         choices=("shadow", "sun"),
     )  # fmt: skip
     at: Sequence[str] = _pictures(
@@ -74,13 +75,17 @@ class Outputs(Options):
         default=False,
     )  # fmt: skip
     sheet: bool = _files(
-        "flag", "Also write sheet.png: plan and four elevations at standard scales, on A3.",
-        default=False,
+        "flag", "Also write sheet.png: plan, four elevations, times and the sun's path at a "
+        "standard scale, on A3 or A1.", default=False,
     )  # fmt: skip
+    paper: Literal["a3", "a1"] = _files(
+        "choice", "Paper of sheet=.", default="a3", choices=("a3", "a1")
+    )
+    logo: Path | None = _files("any", "A PNG for the title block of sheet=.", metavar="FILE.png")
     formats: Sequence[str] = _files(
         "texts",
-        f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
-        f"picture, with text as text. Of a study in tiles: {', '.join(CITY_FORMATS)}.",
+        f"Also write {', '.join(NAMES)}; several with commas, or repeat. pdf and svg: every "
+        f"picture, with text that can be searched. Of a study in tiles: {', '.join(CITY_FORMATS)}.",
         default=(),
         flag="--write",
         metavar="FORMAT,...",
@@ -97,8 +102,13 @@ class Outputs(Options):
         object.__setattr__(self, "formats", _read_formats(self.formats))
         if len(self.formats) > len(self.files) and not self.endings:
             drawn = ",".join(name for name in self.formats if name in DRAWN)
-            msg = f"write='{drawn}' asks for pictures, which are left out; choose one of both"
+            msg = f"write='{drawn}' asks for pictures, which are left out; choose one of the two"
             raise InputError(msg, option="write", formats=self.formats)
+        if self.logo is not None:
+            from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
+
+            object.__setattr__(self, "logo", Path(self.logo))
+            read_logo(self.logo)
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
         if self.rules is not None:
@@ -198,6 +208,14 @@ class FolderJob:
     say: "Callable[[str], object]"  # called with each line that the user should read
     only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
     failures: list[InputError] = field(default_factory=list)  # of outputs of packages
+    kept: dict[Any, Any] = field(default_factory=dict, repr=False)  # what several files show
+
+    def keep(self, key: Any, count: "Callable[[], Any]") -> Any:
+        """Return what was counted of the study under a key, counted now if not before."""
+        own = self.kept.setdefault(self.study, {})
+        if key not in own:
+            own[key] = count()
+        return own[key]
 
     @property
     def show(self) -> Literal["shadow", "sun"]:

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Scene
+from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import guard
 from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
-from umbra.writers.plan import OutlinedArea, Plan, Show, name_hours
+from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
     "Scale",
@@ -165,18 +166,18 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         nothing_name=_name_nothing(study, options),
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
-        areas=outline_areas(study) if study.kind.is_plan else (),
+        areas=outline_areas(study.named_areas) if study.kind.is_plan else (),
     )
 
 
-def outline_areas(study: Study) -> tuple[OutlinedArea, ...]:
-    """Return a study's named areas as a plan outlines them."""
-    if study.areas is None:
+def outline_areas(areas: Sequence[Area]) -> tuple[OutlinedArea, ...]:
+    """Return named areas as a plan outlines them."""
+    if not areas:
         return ()
     import shapely  # noqa: PLC0415  (areas need it)
 
     found = []
-    for area in study.areas.laid.records:
+    for area in areas:
         edges = shapely.get_parts(shapely.boundary(shapely.get_parts(area.polygon)))
         middle = area.polygon.centroid
         if not area.polygon.contains(middle):
@@ -239,7 +240,7 @@ def place_elevation(
 
     Given are those along the view, and z, in the model's own frame.
     """
-    from umbra.receivers.view import Elevation  # noqa: PLC0415  (plans need no views)
+    from umbra.receivers.orthographic import Elevation  # noqa: PLC0415  (plans need no views)
 
     model = study.model
     azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]

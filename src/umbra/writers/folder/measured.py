@@ -11,9 +11,9 @@ from umbra.study.measures import Quantity
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe, list_few
 from umbra.writers.folder.pictures import lay_out_points
-from umbra.writers.measured import find_end
+from umbra.writers.measure_map import find_end
+from umbra.writers.picture_content import Plan, find_map_size
 from umbra.writers.pixels import resample
-from umbra.writers.plan import Plan, find_map_size
 
 __all__ = ["draw_measures"]
 

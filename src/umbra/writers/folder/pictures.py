@@ -37,8 +37,8 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
-from umbra.writers.folder.losses import count_dates, draw_lost, fit_hours, make_map
-from umbra.writers.plan import DayShadows, Plan, find_map_size, name_hours
+from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
+from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
     from umbra.receivers.seen import ViewTile
@@ -153,7 +153,7 @@ def _draw_hours(
     job: FolderJob, name: str, plan: Plan, shown: Sequence[Study], what: str = ""
 ) -> None:
     """Draw the hours of some dates, a map each, on the scale of all."""
-    scale, finer = Scale.of(job), count_dates(shown)
+    scale, finer = Scale.of(job), count_dates(shown, job)
     maps = [
         make_map(
             one, shown, fit_hours(scale.read_hours(fine or one), plan.shape),
@@ -247,7 +247,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.true_north,
-        areas=outline_areas(study),
+        areas=outline_areas(study.named_areas),
         fills_areas=study.kind.name == "areas",
         proposed=np.isin(np.append(soup.part, -1)[surface.face], new) if new else None,
     )

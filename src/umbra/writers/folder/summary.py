@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from umbra.study import Study, split_dates, tell_dates
-from umbra.study.area_table import name_share
+from umbra.study.area_table import AreaTable, name_share
 from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
 
-__all__ = ["summarise", "tell_answers"]
+__all__ = ["summarise", "tell_answers", "tell_areas"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
@@ -62,21 +62,29 @@ def summarise(study: Study) -> dict[str, Any]:
     }
 
 
-def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
+def tell_answers(
+    study: Study, proposed: Sequence[str] = (), *, effect_first: bool = False
+) -> list[str]:
     """
     Tell what a study found: named areas first, then the hours of each date, and each measure.
 
     Each line names the area that its figures are of. ``proposed`` are the patterns of the
-    proposal's parts; what it takes is told before the hours that are left.
+    proposal's parts; what it takes is told before the hours that are left, with ``effect_first``
+    before all else.
     """
     taker = _name_proposal(study, proposed)
-    counted, lines = study.kind.find_counted(study), []
+    counted = study.kind.find_counted(study)
+    lines: list[str] = []
+    effects: list[str] = []
     if study.has_hours and counted is not None:
         dates = split_dates(study)
-        lines = [line for one in dates[:_MOST_DATES] for line in _tell_hours(one, taker)]
+        for date in dates[:_MOST_DATES]:
+            *effect, left = _tell_hours(date, taker) or [""]
+            (effects if effect_first else lines).extend(effect)
+            lines += [left] if left else []
         if len(dates) > _MOST_DATES:
             lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
-    lines = _tell_areas(study) + lines
+    lines = effects + tell_areas(study.areas) + lines
     for one in study.quantities:
         figures = _find_figures(study, one)
         if one.per and "of" in figures:
@@ -94,12 +102,11 @@ def tell_answers(study: Study, proposed: Sequence[str] = ()) -> list[str]:
     return lines
 
 
-def _tell_areas(study: Study) -> list[str]:
+def tell_areas(table: AreaTable | None) -> list[str]:
     """Tell the share of each named area with sun for long enough; of many lines the worst."""
-    table = study.areas
-    if table is None or table.study.groups is None:
+    if table is None or table.least is None:
         return []
-    least = table.study.groups.least
+    least = table.least
     share, rows = name_share(least), table.list_rows()
     is_cut = len(rows) > _MOST_AREAS
     if is_cut:  # each area on its worst date

@@ -10,8 +10,8 @@ from umbra.study.accumulators.groups import find_members
 from umbra.writers.caster_map import HUES, WhoMap
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import find_together
+from umbra.writers.picture_content import Plan
 from umbra.writers.pixels import resample
-from umbra.writers.plan import Plan
 
 __all__ = ["draw_who"]
 

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from umbra.casters.casting import select_casters
-from umbra.errors import InputError, write_for_shell
+from umbra.errors import InputError
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
 from umbra.receivers.standing import name_holders
@@ -20,7 +19,7 @@ from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
-from umbra.writers.folder.named import WINDOWS, write_named_tables
+from umbra.writers.folder.named_tables import WINDOWS, write_named_tables
 from umbra.writers.folder.pictures import (
     PictureSheets,
     describe_points,
@@ -29,8 +28,7 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
     look_at_surfaces,
 )
-from umbra.writers.folder.summary import tell_answers
-from umbra.writers.plan import Plan, name_hours
+from umbra.writers.picture_content import Plan
 from umbra.writers.typeface import note_missing
 
 if TYPE_CHECKING:
@@ -207,7 +205,7 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
     pictures += _draw_measures(job, sheets.plan) if outputs.pictures else []
     if outputs.sheet:
-        from umbra.writers.folder.sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
+        from umbra.writers.folder.elevation_sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
 
         pictures += draw_sheet(job, sheets.plan)
     _tell_facts(job)
@@ -275,9 +273,9 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     own = write_named_tables(job)
     if not outputs.report and not outputs.files and not outputs.rules:
         return own
-    from umbra.writers.formats import Job  # noqa: PLC0415
+    from umbra.writers.output_formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
-    from umbra.writers.proof.of_study import write_study_verdicts  # noqa: PLC0415
+    from umbra.writers.proof.verdict_files import write_study_verdicts  # noqa: PLC0415
 
     title = job.outputs.title or name_files(job.scene) if plan is None else plan.title
     options = job.options
@@ -298,35 +296,22 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
     if outputs.rules:
         names.append(VERDICTS)
     if outputs.report and plan is not None:
-        from umbra.writers.report import write_report  # noqa: PLC0415
+        from umbra.writers.folder.reporting import write_job_report  # noqa: PLC0415
 
-        write_report(
-            job.folder / REPORT, study, plan, _find_sheets(job),
-            tables=tables, casters=_name_casters(job), notes=job.scene.notes,
-            timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show or "sun",
-            answers=tell_answers(study, options.proposed), proposed=options.proposed,
-            obstructing=select_casters(study.model.scene, options.cast, options.no_cast),
-        )  # fmt: skip
+        timeline = formats.timeline if study.kind.is_raster else None
+        write_job_report(job, job.folder / REPORT, plan, tables, timeline)
         names.append(REPORT)
     return names
 
 
 def _write_verdicts(job: FolderJob, verdicts: Any) -> "Table":
     """Write the verdicts on the rules, and return their table."""
+    from umbra.writers.csv_tables import write_table  # noqa: PLC0415
     from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
-    from umbra.writers.tables import write_table  # noqa: PLC0415
 
     table = make_verdict_table(job.outputs.rules, verdicts)
     write_table(job.folder / VERDICTS, table.columns, table.rows)
     return table
-
-
-def _name_casters(job: FolderJob) -> list[str]:
-    """Describe how casters were chosen, as typed."""
-    casters = [f"cast={pattern!r}" for pattern in job.options.cast]
-    casters += [f"no_cast={pattern!r}" for pattern in job.options.no_cast]
-    is_typed_in_shell = str(job.study.facts["command"]).startswith("umbra ")
-    return [write_for_shell(one) if is_typed_in_shell else one for one in casters]
 
 
 def _note_buried(job: FolderJob) -> None:
@@ -376,24 +361,3 @@ def _note_area(job: FolderJob) -> None:
             "shadows do, with all that lies around the model; extent= chooses what is meant, such "
             "as one garden"
         )
-
-
-def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
-    """Iterate over the pictures with captions, of the whole period first, once all are drawn."""
-    job.painter.wait()
-    hours = name_hours(job.show).capitalize()
-    words = {
-        "hours": hours,
-        "hours_lost": "Hours of sun lost to the proposed development",
-        "profile": "Shadows through the day",
-        "sheet": "Plan and elevations",
-        "who": "Who casts the shadow",
-        "points": f"{hours} at the points",
-    }
-    for one in job.study.quantities:
-        name = one.long_name[:1].upper() + one.long_name[1:]
-        words |= {one.name: name, f"{one.name}_lost": f"{name}: what the proposal takes"}
-    for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):
-        kind, _, day = path.stem.partition("_")
-        caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"
-        yield words.get(path.stem, caption), path

@@ -2,8 +2,8 @@
 The sheet of a proof: ``proof.html``, ``proof.pdf``, ``verdicts.csv`` and ``conditions.csv``.
 
 ``rows.py`` words verdicts; ``drawing.py`` collects the plan, which ``pen.py`` draws, its labels by
-``labels.py``; ``sheet.py`` lays pages out: ``column.py`` what stands beside the plan, ``book.py``
-the title block, ``flow.py`` tables; ``page.py`` makes HTML.
+``labels.py``; ``paper_sheets.py`` lays pages out: ``column.py`` what stands beside the plan,
+``book.py`` the title block, ``flow.py`` tables; ``html_page.py`` makes HTML.
 """
 
 import io
@@ -16,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rules.words import STANDINGS
-from umbra.verdicts.gather import Gathered
 from umbra.verdicts.judge import RuleVerdict
+from umbra.verdicts.judged_receivers import Gathered
+from umbra.writers.csv_tables import write_table
 from umbra.writers.paper import Paper, save_pages
 from umbra.writers.proof.book import SIZES, Titles
 from umbra.writers.proof.column import Brief
 from umbra.writers.proof.drawing import make_drawing
 from umbra.writers.proof.flow import TableOf
-from umbra.writers.proof.page import make_sheet_page
+from umbra.writers.proof.html_page import make_sheet_page
+from umbra.writers.proof.paper_sheets import draw_sheets, today
 from umbra.writers.proof.rows import (
     COLUMNS,
     SHOWN,
@@ -34,8 +36,6 @@ from umbra.writers.proof.rows import (
     tell_reason,
     tell_rule,
 )
-from umbra.writers.proof.sheet import draw_sheets, today
-from umbra.writers.tables import write_table
 
 __all__ = ["FILES", "SIZES", "ProofSheet", "write_proof"]
 

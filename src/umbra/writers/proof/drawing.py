@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from umbra.ground.level import TERRAIN
 from umbra.packages import need
 from umbra.rules.words import MEASURES, tell_hours
-from umbra.verdicts.gather import Gathered
 from umbra.verdicts.judge import RuleVerdict
+from umbra.verdicts.judged_receivers import Gathered
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.verdicts.sunlight import SunlightOf
 

@@ -45,7 +45,7 @@ def read_logo(path: Path) -> NDArray[np.uint8]:
         msg = f"the logo '{path}' is larger than {_LARGEST / 1e6:g} MB; give a smaller one"
         raise InputError(msg, option="logo")
     if not data.startswith(_PNG):
-        msg = f"the logo '{path}' is no PNG; export it as one"
+        msg = f"the logo '{path}' is not a PNG; export it as one"
         raise InputError(msg, option="logo")
     try:
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:

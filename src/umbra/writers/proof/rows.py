@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from umbra.rules.words import MEASURES, STANDINGS, tell_amount
-from umbra.study.rules.measure import read_clock
+from umbra.study.rules.measurement import read_clock
 from umbra.verdicts.judge import Finding, RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
 

@@ -32,8 +32,8 @@ from umbra.study.timeline import (
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
-from umbra.writers.live import describe_sky, find_face_surfaces, make_study_config
-from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.live_study import describe_sky, find_face_surfaces, make_study_config
+from umbra.writers.picture_content import Plan, Show, name_hours
 from umbra.writers.report.area_rows import list_areas
 from umbra.writers.report.data import (
     make_model_data,
@@ -66,7 +66,7 @@ __all__ = ["Table", "write_report"]
 MOST_TRIANGLES = 400_000
 """Most triangles of the model of a picture; of more there is no live model."""
 COMMON = ("read", "timeline", "signs")
-PLAN = ("zoom", "areas", "plan")
+PLAN = ("zoom", "areas", "vectors", "plan")
 MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "sky", "stage", "main", "live")
 _WORDS = {
@@ -92,7 +92,7 @@ _WORDS = {
 }
 
 
-def write_report(
+def write_report(  # noqa: PLR0913  (each part of the page by its name)
     path: str | os.PathLike[str],
     study: Study,
     plan: Plan,
@@ -106,6 +106,7 @@ def write_report(
     answers: Sequence[str] = (),
     proposed: Sequence[str] = (),
     obstructing: Sequence[int] | None = None,
+    fine: dict[str, object] | None = None,
 ) -> Instants:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
@@ -117,15 +118,15 @@ def write_report(
     (caption, PNG file), iterated over when all else is ready; tables are verdicts, comparisons
     are found in the study itself; casters and proposed are patterns of parts, notes are the
     readers'. ``obstructing`` are the indices of the parts that obstruct the sky above a place,
-    which the page draws; None: all. A timeline that has been counted already is taken. Returns the
-    instants that the page shows.
+    which the page draws; None: all. ``fine`` is the map of ``pack_vector_map``. A timeline that has
+    been counted already is taken. Returns the instants that the page shows.
     """
     instants: Instants
     more: list[Table] = []
     if study.kind.is_raster:
         instants = timeline or make_timeline(study)
         pins = [pin for table in tables for pin in table.pins]
-        data = make_plan_data(study, plan, instants, pins, proposed)
+        data = make_plan_data(study, plan, instants, pins, proposed) | {"fine": fine}
         has_own_hours = "hours" in data
         told = tell_plan(study, instants, has_own_hours)
         parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
@@ -137,6 +138,7 @@ def write_report(
         parts = _WORDS["model"] | {"script": _read_scripts(MODEL)}
         parts["at"] = parts["at"].format(receiver=study.kind.spot)
         more = list_receivers(study)
+    first, others = make_answers(tables, answers)
     live, own = _make_live(study, plan)
     parts |= live
     parts["script"] = f"{own}\n{parts['script']}"
@@ -145,7 +147,8 @@ def write_report(
         "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
         "sheets": make_sheets(list(sheets)),
         "facts": make_facts(find_facts(study, casters, notes)),
-        "answers": make_answers(tables, answers),
+        "answers": first,
+        "more_answers": f'<div class="answers">{others}</div>' if others else "",
         "verdicts": "\n".join(make_table(table) for table in tables),
         **_name_modes(study, show, data),
     }

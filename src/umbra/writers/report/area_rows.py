@@ -15,9 +15,9 @@ _MOST_ROWS = 200
 def list_areas(study: Study) -> Table | None:
     """Lay out each named area on each date, before and after a proposal; None without areas."""
     found = study.areas
-    if found is None or found.study.groups is None:
+    if found is None or found.least is None:
         return None
-    least = found.study.groups.least
+    least = found.least
     figures = {
         name_share(least): f"at least {least:g} h of sun [%]",
         "mean_sun_hours": "mean sun [h]",
@@ -31,10 +31,9 @@ def list_areas(study: Study) -> Table | None:
         for key, title in figures.items()
         for ending, words in (("_before", ", before"), ("", ", after"))
     }
-    if found.before is None:
+    if not found.has_before:
         columns = figures
-    zone = "UTC" if study.site is None else study.site.zone
-    rows = found.list_rows()
+    rows, zone = found.list_rows(), found.zone
     laid_out = [
         (row["name"], str(row["date"]), found.tell_interval(row), round(float(row["area_m2"]), 1),
          *(_show(key, row[key], zone) for key in columns))

@@ -15,11 +15,12 @@ from umbra.study import Study
 from umbra.study.timeline import LONGEST_VIEW, Instants, Timeline
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.packing import pack, pack_differences, pack_grids, pack_hours
+from umbra.writers.picture_content import Appearance, OutlinedArea, Plan, shade_roofs
 from umbra.writers.pixels import write_png
-from umbra.writers.plan import Appearance, OutlinedArea, Plan, shade_roofs
 from umbra.writers.report.losses import pack_losses, pack_plan_losses
 from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_common_data, tell_steps
+from umbra.writers.report.vector_map import outline_buildings
 
 __all__ = [
     "make_model_data",
@@ -75,6 +76,7 @@ def make_plan_data(
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
         "areas": [_outline(area) for area in plan.areas],
+        "outlines": outline_buildings(study) if study.is_plan else None,
         "relief": None if appearance is None else _draw_relief(appearance),
         **pack_plan_losses(study, timeline, proposed),
         **more,

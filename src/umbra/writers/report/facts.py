@@ -101,7 +101,7 @@ def find_facts(
             str(facts.get("crs") or "the model's own, in metres; the file names no CRS"),
         ),
         ("Files", str(facts["source"])),
-        ("Command", str(facts["command"])),
+        ("Command", f"{facts['command']} (umbra {facts['umbra_version']})"),
     ]
     if notes:
         rows.insert(-2, ("Notes on the files", "; ".join(notes)))

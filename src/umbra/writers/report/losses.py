@@ -1,6 +1,5 @@
 """Data on the sun that a proposal takes: hours lost, where too few are left, its outline."""
 
-import io
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -9,15 +8,10 @@ from numpy.typing import NDArray
 from umbra.study import Study, split_dates
 from umbra.study.timeline import LONGEST_VIEW, Timeline
 from umbra.writers.packing import pack_hours
-from umbra.writers.pixels import shade_ramp, write_png
-from umbra.writers.plan import spread_largest
-from umbra.writers.report.markup import make_address
+from umbra.writers.pixels import shade_ramp
+from umbra.writers.report.vector_map import MOST_DATES, pack_regions
 
 __all__ = ["pack_losses", "pack_plan_losses"]
-
-_MOST_DATES = 8  # with hours lost of their own
-_RED = (194, 38, 29)  # of the outline, as on sheets
-_INK = (28, 28, 34)
 
 
 def pack_losses(
@@ -27,29 +21,28 @@ def pack_losses(
     if "hours_lost" not in study.more:
         return {}
     dates = split_dates(study)
-    shown = dates if len(dates) <= _MOST_DATES else [study]
+    shown = dates if len(dates) <= MOST_DATES else [study]
     return {
         "lost": [pack_hours(choose(np.asarray(one.more["hours_lost"][1]))) for one in shown],
-        "loss_ramp": np.round(shade_ramp(128, "loss") * 255).astype(int).tolist(),
+        "change_ramp": np.round(shade_ramp(129, "change") * 255).astype(int).tolist(),
     }
 
 
 def pack_plan_losses(
     study: Study, timeline: Timeline, proposed: Sequence[str]
 ) -> dict[str, object]:
-    """Pack the same of a raster, with pictures of what is newly under the limit and proposed."""
+    """Pack the same of a raster, with the regions newly under the limit and proposed."""
     if "hours_lost" not in study.more:
         return {}
     cells = np.ix_(_find_nearest(study.y, timeline.y), _find_nearest(study.x, timeline.x))
     more: dict[str, object] = pack_losses(study, lambda values: values[cells])
     newly = np.asarray(study.more["newly_under"][1])[cells] > 0
     if newly.any():
-        more["newly"] = _draw_mask(newly, _INK)
+        more["newly"] = pack_regions(newly)
     if proposed:
         tile = study.model.make_tile(study.grid.coarser(LONGEST_VIEW))
         new = tile.find_cells(study.model.scene.select(proposed))
-        inner = spread_largest(np.where(new, 0, 255).astype(np.uint8), 1) == 0
-        more["proposed"] = _draw_mask(new & ~inner, _RED)
+        more["proposed"] = pack_regions(new)
     return more
 
 
@@ -58,12 +51,3 @@ def _find_nearest(own: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDAr
     if len(own) == 1:
         return np.zeros(len(wanted), np.intp)
     return np.searchsorted((own[1:] + own[:-1]) / 2, wanted)
-
-
-def _draw_mask(mask: NDArray[np.bool_], color: tuple[int, int, int]) -> str:
-    """Draw cells in one colour, clear elsewhere, as a PNG in an address."""
-    pixels = np.zeros((*mask.shape, 4), np.uint8)
-    pixels[mask] = (*color, 255)
-    stream = io.BytesIO()
-    write_png(stream, pixels[::-1])
-    return make_address(stream.getvalue())

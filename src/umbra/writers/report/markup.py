@@ -47,6 +47,7 @@ class Table:
     answer: str = ""  # of verdicts, in a sentence; default: the title
 
 
+_FIRST = 2  # sentences above the map
 _MANY = 6  # columns that fit beside each other on a phone
 _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column
 
@@ -65,13 +66,18 @@ def make_summary(figures: Sequence[tuple[str, str]]) -> str:
     return f'<dl class="summary">{cells}</dl>'
 
 
-def make_answers(verdicts: Sequence[Table], answers: Sequence[str]) -> str:
-    """Return the sentences that a page begins with: outcomes of verdicts, then answers."""
+def make_answers(verdicts: Sequence[Table], answers: Sequence[str]) -> tuple[str, str]:
+    """
+    Return the sentences of a page: outcomes of verdicts, then answers.
+
+    They are so many as leave room for the map on a first screen, and the others.
+    """
     outcomes = [(table.answer or table.title, _find_outcome(table)) for table in verdicts]
-    return "\n".join(
+    lines = [
         f'<p class="{f"answer {outcome}".strip()}">{html.escape(words)}</p>'
         for words, outcome in [*outcomes, *((words, "") for words in answers)]
-    )
+    ]
+    return "\n".join(lines[:_FIRST]), "\n".join(lines[_FIRST:])
 
 
 def _find_outcome(table: Table) -> str:

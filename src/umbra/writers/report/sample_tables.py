@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study, split_dates
-from umbra.study.accumulators.hours import MASKS
+from umbra.study.accumulators.step_masks import MASKS
 from umbra.writers.report.markup import Table
 from umbra.writers.report.tables import NEVER, join_dates
 

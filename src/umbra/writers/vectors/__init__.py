@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study, count_finer, split_dates, tell_dates
-from umbra.writers.tables import find_columns, tell_instants
+from umbra.writers.csv_tables import find_columns, tell_instants
 from umbra.writers.vectors.outlines import Polygon, ShadowOutline
 
 if TYPE_CHECKING:
-    from umbra.writers.plan import Show
+    from umbra.writers.picture_content import Show
 
 __all__ = [
     "HourLine",

@@ -15,7 +15,7 @@ from umbra.writers.vectors import HourLine
 from umbra.writers.vectors.outlines import LATTICE, Polygon, ShadowOutline, gather
 
 if TYPE_CHECKING:
-    from umbra.writers.plan import Show
+    from umbra.writers.picture_content import Show
 
 __all__ = ["find_footprints", "write_dxf"]
 

@@ -9,22 +9,20 @@ const makePlan = async () => {
   const relief = data.relief ? await load(data.relief) : null;
   const hours = data.hours ? new Float32Array(await inflate(data.hours)) : null;
   const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
-  const { losses, lostOf, mostLost } = await readLosses();
-  const proposed = data.proposed ? await load(data.proposed) : null, newly = data.newly ? await load(data.newly) : null;
+  const fine = await readFine();
+  const { losses, lostOf, mostLost } = await readLosses(fine);
+  const [outlines, proposed, newly] = await Promise.all(
+    ["outlines", "proposed", "newly"].map((name) => (data[name] ? readPaths(data[name]) : null)));
   const exists = (cell) => !Number.isNaN(heights[cell]);
 
   const map = $("map"), pen = map.getContext("2d");
-  const signs = makeSigns(pen, map);
+  const signs = makeSigns(pen, map), vectors = makeVectors(pen, map);
   const frame = makeWindow(map, cols, rows);
   const places = (data.places || []).map((place) => ({
     ...place, col: (place.x - data.x0) / data.dx + 0.5, row: rows - 0.5 - (place.y - data.y0) / data.dy,
   }));
   const areas = makeAreas(pen, map, (x, y) => [(x - data.x0) / data.dx + 0.5, rows - 0.5 - (y - data.y0) / data.dy]);
   const layer = document.createElement("canvas");
-  layer.width = cols; layer.height = rows;
-  const layerPen = layer.getContext("2d");
-  const image = layerPen.createImageData(cols, rows);
-  const pixels = new Uint32Array(image.data.buffer);
   const CLEAR = 0, SHADES = { lit: CLEAR, night: CLEAR, dark: color(57, 69, 107, 175), behind: color(66, 122, 72, 120) };
   const VOID = data.is_plan ? color(226, 226, 231) : CLEAR;  // where nothing receives
 
@@ -41,20 +39,29 @@ const makePlan = async () => {
     }
     return shown;
   };
+  // A date's hours in finer steps; sums of several dates and shadows of a moment have none.
+  const fineOf = (view) =>
+    fine && view.mode !== "shadow" && (view.mode !== "hours" || days.length === 1) ? fine.dates[steps.day[days[view.day].first]] : null;
+  const fill = (wide, high, colorAt, on = layer) => {
+    on.width = wide; on.height = high;
+    const ink = on.getContext("2d"), image = ink.createImageData(wide, high), pixels = new Uint32Array(image.data.buffer);
+    for (let row = 0; row < high; row++) {
+      const out = (high - 1 - row) * wide;  // rows of the data run north, those of a picture south
+      for (let col = 0; col < wide; col++) pixels[out + col] = colorAt(row * wide + col);
+    }
+    ink.putImageData(image, 0, 0);
+  };
   const paintLayer = (view) => {
+    const date = fineOf(view);
+    if (date)
+      return fill(fine.cols, fine.rows, (cell) => date.hours[cell] < 0 ? VOID
+        : view.mode === "lost" ? lossOf(date.lost[cell], mostLost) : colorOf(date.hours[cell], date.up));
     const lost = view.mode === "lost" ? lostOf(view) : null;
     const found = lost || view.mode === "shadow" ? null : chooseHours(view);
-    for (let row = 0; row < rows; row++) {
-      const out = (rows - 1 - row) * cols;  // rows of the data run north, those of a picture south
-      for (let col = 0; col < cols; col++) {
-        const cell = row * cols + col;
-        pixels[out + col] = !exists(cell) ? VOID
-          : lost ? lossOf(lost[cell], mostLost)
-          : found ? colorOf(found.hours[cell], found.most)
-          : SHADES[masks.kindOf(view.now, cell)];
-      }
-    }
-    layerPen.putImageData(image, 0, 0);
+    fill(cols, rows, (cell) => !exists(cell) ? VOID
+      : lost ? lossOf(lost[cell], mostLost)
+      : found ? colorOf(found.hours[cell], found.most)
+      : SHADES[masks.kindOf(view.now, cell)]);
   };
   const drawSun = (view, dot) => {
     // A small sun on the plan's rim, where the light comes from.
@@ -64,19 +71,6 @@ const makePlan = async () => {
     const w = map.width / 2 - 14 * dot, h = map.height / 2 - 14 * dot;
     const reach = Math.min(dx ? w / Math.abs(dx) : Infinity, dy ? h / Math.abs(dy) : Infinity);
     signs.sun(map.width / 2 + dx * reach, map.height / 2 + dy * reach, dot);
-  };
-  const hatch = (mask, x, y, w, h, dot) => {
-    const over = document.createElement("canvas"), ink = over.getContext("2d");
-    over.width = map.width; over.height = map.height;
-    ink.imageSmoothingEnabled = false;
-    ink.drawImage(mask, x, y, w, h);
-    ink.globalCompositeOperation = "source-in";
-    ink.strokeStyle = "rgba(28, 28, 34, 0.75)";
-    ink.lineWidth = dot;
-    ink.beginPath();
-    for (let at = -map.height; at < map.width; at += 6 * dot) { ink.moveTo(at, map.height); ink.lineTo(at + map.height, 0); }
-    ink.stroke();
-    pen.drawImage(over, 0, 0);
   };
   const middleOf = (cell) => [(cell % cols) + 0.5, rows - 0.5 - Math.floor(cell / cols)];
   const draw = (view) => {
@@ -91,10 +85,11 @@ const makePlan = async () => {
     if (data.under_roofs) { lay(layer); lay(roofs); }
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
     else { lay(layer); if (relief) lay(relief); }  // so little shade that colours stay those of the legend
-    if (view.mode === "lost") {
-      if (newly) hatch(newly, left, top, cols * across, rows * down, dot);
-      if (proposed) lay(proposed);
-    }
+    const place = { left, top, across, down }, date = fineOf(view), isLoss = view.mode === "lost";
+    if (isLoss && newly) vectors.hatch(newly.path, place, dot);
+    if (date) vectors.levels(isLoss ? date.lostLines : date.lines, isLoss ? mostLost : date.up, place, dot, signs.halo);
+    if (outlines) vectors.stroke(outlines.path, place, "rgba(85, 85, 94, 0.8)", 0.7, dot);
+    if (isLoss && proposed) vectors.stroke(proposed.path, place, "#c2261d", 1.8, dot);
     if (data.has_scale) signs.scale(across / data.dx, dot);
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
     areas.tell(...middleOf(view.chosen));
@@ -102,6 +97,19 @@ const makePlan = async () => {
     signs.pins(places.map((place) => ({ ...place, x: left + place.col * across, y: top + place.row * down })), dot);
     const [col, row] = middleOf(view.chosen);
     signs.ring(left + col * across, top + row * down, dot);
+  };
+  const drawMoment = (step, width) => {
+    // A small picture of the shadows at a step, in the window of the map.
+    const small = document.createElement("canvas"), shadows = document.createElement("canvas");
+    const { across, down, left, top } = frame.lay(), size = width / map.width, ink = small.getContext("2d");
+    small.width = width; small.height = Math.max(1, Math.round(map.height * size));
+    fill(cols, rows, (cell) => (exists(cell) ? SHADES[masks.kindOf(step, cell)] : VOID), shadows);
+    ink.imageSmoothingQuality = "high";
+    ink.fillStyle = data.is_plan ? "#fbf8f0" : "#ffffff";
+    ink.fillRect(0, 0, small.width, small.height);
+    for (const what of data.under_roofs ? [shadows, roofs] : [roofs, shadows])
+      ink.drawImage(what, left * size, top * size, cols * across * size, rows * down * size);
+    return small.toDataURL();
   };
   const fit = (least = 1) => {
     const wide = Math.max(1, map.parentElement.clientWidth);
@@ -177,7 +185,7 @@ const makePlan = async () => {
     const least = Math.min(0.5, mostLost / 4), box = [cols, rows, 0, 0];
     for (const lost of losses)
       for (let cell = 0; cell < cells; cell++) {
-        if (!(lost[cell] >= least)) continue;
+        if (!(Math.abs(lost[cell]) >= least)) continue;
         const col = cell % cols, row = rows - 1 - Math.floor(cell / cols);
         box[0] = Math.min(box[0], col); box[2] = Math.max(box[2], col + 1);
         box[1] = Math.min(box[1], row); box[3] = Math.max(box[3], row + 1);
@@ -196,7 +204,7 @@ const makePlan = async () => {
     }
     return chosen;
   };
-  return { ...masks, hours, behindHours, exists, where, move, show, listen, choose, paint: paintLayer, draw, fit,
+  return { ...masks, hours, behindHours, exists, where, move, show, listen, choose, paint: paintLayer, draw, fit, drawMoment,
     frameLoss: () => losses.length && frame.show(findLoss()),
     mostHours: (view) => (view.mode === "shadow" ? upHours : view.mode === "lost" ? mostLost : chooseHours(view).most) };
 };

@@ -94,19 +94,27 @@ const makeMasks = async (count) => {
 
 // ---- sun lost to a proposal: the arrays of each date, or one of all
 
-const readLosses = async () => {
+const readLosses = async (fine = null) => {
   const losses = data.lost ? await Promise.all(data.lost.map(async (text) => new Float32Array(await inflate(text)))) : [];
-  let most = 0;
-  for (const hours of losses) for (const h of hours) if (h > most) most = h;
+  let lost = 0, won = 0;
+  for (const hours of fine && losses.length ? fine.dates.map((date) => date.lost) : losses)
+    for (const h of hours) { if (h > lost) lost = h; else if (-h > won) won = -h; }
+  mostWon = won > LEAST_WON ? won : 0;
   const lostOf = (view) => losses[losses.length > 1 ? steps.day[days[view.day].first] : 0];
-  return { losses, lostOf, mostLost: most };
+  return { losses, lostOf, mostLost: Math.max(lost, mostWon) };
 };
 
 // ---- colours of pixels, as a canvas keeps them
 
 const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
-const lossColors = (data.loss_ramp || []).map(([r, g, b]) => color(r, g, b));
-const lossOf = (hours, most) => lossColors[most > 0 ? Math.min(lossColors.length - 1, Math.round((hours / most) * (lossColors.length - 1))) : 0];
+const LEAST_WON = 1 / 60;  // hours, of more than which the key names what is won
+let mostWon = 0;
+// From the most that is won to the most that is lost; paper in the middle.
+const changeColors = (data.change_ramp || []).map(([r, g, b]) => color(r, g, b));
+const lossOf = (hours, most) => {
+  const middle = (changeColors.length - 1) / 2;
+  return changeColors[Math.round(middle + (most > 0 ? Math.max(-1, Math.min(1, hours / most)) : 0) * middle)];
+};
 const NO_HOURS = color(226, 226, 231);  // of a night
 const NO_SUN = color(...data.no_sun);
 const ROUNDING = 1e-3;  // of hours

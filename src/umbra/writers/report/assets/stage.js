@@ -22,11 +22,14 @@ const makeStage = (picture) => {
   };
   const recolor = () => {
     picture.paint(view);
-    $("key-high").textContent = say(picture.mostHours(view));
+    const most = say(picture.mostHours(view)), hasWon = view.mode === "lost" && mostWon > 0;
+    $("key-low").textContent = hasWon ? `won ${most}` : "0 h";
+    $("key-high").textContent = hasWon ? `lost ${most}` : most;
     draw();
   };
   const dressKey = () => {
-    const isLoss = view.mode === "lost", colors = isLoss ? data.loss_ramp : ramp, strip = $("ramp").getContext("2d");
+    const isLoss = view.mode === "lost", change = data.change_ramp || [];
+    const colors = !isLoss ? ramp : mostWon ? change : change.slice((change.length - 1) / 2), strip = $("ramp").getContext("2d");
     $("key").hidden = view.mode === "shadow";
     $("ramp").width = colors.length;
     $("ramp").classList.toggle("mirrored", !isLoss && data.show === "sun");
@@ -40,6 +43,7 @@ const makeStage = (picture) => {
     dressKey();
     recolor();
     read();
+    markMoment();
   };
   // Who moves through time looks for shadows, not for the hours of the whole day.
   const follow = () => { if (data.kind === "plan" && view.mode !== "shadow") choose("shadow"); };
@@ -65,13 +69,39 @@ const makeStage = (picture) => {
     if (view.mode === "shadow" || (/^(day|lost)$/.test(view.mode) && was !== view.day)) recolor();
     else draw();
     if (was !== view.day) {
+      showMoments();
       which = showFigures(picture, view.chosen, view);
       sky.show(pinned, view);
     } else sky.move(view);
+    markMoment();
     drawLine(picture.kindOf, view.chosen, view.now);
   };
   const tellShare = (share) =>
     share < 1 ? `behind canopies: ${Number((100 * share).toPrecision(3))} % of the sun` : "canopies weaken nothing on this date";
+  // The same day at three times, of which each is a way to it.
+  const CLOCKS = [9, 12, 15], NEAR = 1800;
+  const showMoments = () => {
+    if (!picture.drawMoment) return;
+    const { first, last, day } = days[view.day];
+    const up = [...Array(last - first + 1).keys()].map((k) => first + k).filter((i) => steps.up[i]);
+    const off = (i, hour) => Math.abs(steps.mid[i] + steps.offset[i] - Date.parse(day) / 1000 - 3600 * hour);
+    let found = CLOCKS.map((hour) => up.reduce((a, b) => (off(b, hour) <= off(a, hour) ? b : a), up[0]))
+      .filter((i, k) => i !== undefined && off(i, CLOCKS[k]) <= Math.max(NEAR, 3600 * length(i)));
+    if (found.length < 3) found = [0, 0.5, 1].map((share) => up[Math.round(share * (up.length - 1))]);
+    $("moments").replaceChildren(...[...new Set(found)].filter((i) => i !== undefined).map((step) => {
+      const button = document.createElement("button"), image = new Image();
+      Object.assign(image, { src: picture.drawMoment(step, 480), alt: "" });
+      button.type = "button";
+      button.dataset.step = step;
+      button.append(image, startOf(step) + "\u2013" + endOf(step));
+      button.addEventListener("click", () => { stop(); choose("shadow"); go(step); });
+      return button;
+    }));
+  };
+  const markMoment = () => {
+    for (const button of $("moments").children)
+      button.setAttribute("aria-pressed", String(view.mode === "shadow" && Number(button.dataset.step) === view.now));
+  };
   const goToDay = (day) => {
     // The same clock time on the other date, as nearly as it has one.
     const clock = steps.mid[view.now] + steps.offset[view.now] - Date.parse(days[view.day].day) / 1000;
@@ -173,6 +203,8 @@ const makeStage = (picture) => {
   read();
   sky.show(pinned, view);
   if (view.mode === "lost") { picture.frameLoss?.(); draw(); }
+  showMoments();
+  markMoment();
   window.addEventListener("resize", () => fit());
   // Paper is finer than a screen, and browsers misplace a canvas on it: it gets a picture.
   const paper = new Image();
