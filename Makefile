@@ -47,7 +47,7 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 	@touch $@
 
 # The tests use every extra; each is named once, in pyproject.toml.
-WITH_test := --editable '.[cad,city,citygml,dxf,gis,gl,gltf,ifc,notebook,vectors,video,view]' --editable './benchmarks[embree]'
+WITH_test := --editable '.[cad,city,citygml,dxf,gis,gl,gltf,ifc,notebook,vectors,video,view,wgpu]' --editable './benchmarks[embree]'
 
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs $(VENV)/.wheel: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"

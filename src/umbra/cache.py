@@ -179,7 +179,7 @@ def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
         crs=words["crs"],
         site_doubt=words["site_doubt"],
         **words["place"],
-        sources=tuple(Source(**{**one, "frame": tuple(one["frame"])}) for one in words["sources"]),
+        sources=tuple(Source(**_with_tuples(one)) for one in words["sources"]),
         notes=tuple(words["notes"]),
     )
 

@@ -8,7 +8,7 @@ from umbra.errors import InputError, show_value
 
 __all__ = ["MASK_FILTERS", "MASK_SCALES", "METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
 
-DeviceName = Literal["auto", "cpu", "gl"]
+DeviceName = Literal["auto", "cpu", "gl", "wgpu"]
 """Names of devices that callers may pass."""
 SOFT = ("samples", "wedges", "complexity", "weng")
 """
@@ -81,6 +81,7 @@ METHODS = {
         ("auto", "z-pass", "z-fail", "lengyel", "mcguire"),
         ("alpha", "screen", "max", "half"),
     ),
+    "wgpu": Methods("wgpu device", ("auto", "z-pass", "z-fail", "lengyel", "mcguire"), soft=()),
 }
 """Methods by device name."""
 

@@ -65,6 +65,10 @@ def test_figure_15_is_a_grid_of_lengths_and_gaps(tmp_path):
         np.mean([cell["floor"]["l1"] for cell in cells[4 * k : 4 * k + 4]]) for k in range(5)
     ]
     assert sorted(by_length) == by_length
+    with Image.open(tmp_path / "weng_figure_16.png") as sheet:
+        cube = np.array(sheet, np.float64).reshape(3, 72, 2, 96)[:, :, 0]
+        hard, layers, by_wedges = cube.mean((1, 2))
+        assert layers < by_wedges - 1 < hard  # layers add to the hard shadow and take nothing
     with Image.open(tmp_path / "weng_figure_15.png") as sheet:
         assert sheet.size == (4 * 96, 5 * 72)
         shades = np.array(sheet)

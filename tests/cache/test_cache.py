@@ -79,6 +79,7 @@ def test_nothing_of_a_scene_is_forgotten():
     assert {field.name for field in fields(Part)} == names
     assert {field.name for field in fields(Mesh)} == set(_WIDTHS)
     names = {"name", "sha256", "format", "is_companion", "path", "layer", "frame", "ground"}
+    names.add("moved")
     assert {field.name for field in fields(Source)} == names
     assert all(
         isinstance(getattr(Material(), field.name), (str, bool, float, tuple, type(None)))

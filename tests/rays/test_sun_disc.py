@@ -17,7 +17,7 @@ def find(mesh, toward, point=(0.0, 0.0, 0.0), normal=None, radius=RADIUS):
     normals = NONE if normal is None else np.array([normal], float)
     tree = make_face_tree(make_caster(*mesh))
     toward = np.asarray(toward, float) / np.linalg.norm(toward)
-    return find_free_disc(tree, np.array([point]), normals, toward[None, None], radius)[0, 0]
+    return find_free_disc(tree, np.array([point]), normals, toward[None], radius)[0, 0]
 
 
 def segment(height):
@@ -89,7 +89,7 @@ def test_soups_and_towns_by_rays(seed):
     toward = np.array([0.5, -0.6, 0.35])
     toward /= np.linalg.norm(toward)
     radius = 3.0  # so that many places see a part of it
-    found = find_free_disc(tree, points, normals, toward[None, None], radius)[0]
+    found = find_free_disc(tree, points, normals, toward[None], radius)[0]
     rays = judge(tree, points, normals, toward, radius=radius)
     assert ((found > 0.01) & (found < 0.99)).sum() > 15
     assert np.abs(found - rays).max() < 2e-3
@@ -129,7 +129,7 @@ def test_a_cone_meets_every_box_that_holds_a_face_in_it():
     seen = 0
     for way in ((0, 0, 1), (1, 0, 0.04), (0, -1, 0.05), (0.02, 0.02, 1), (-1, 1e-9, 0.3)):
         toward = np.array(way, float) / np.linalg.norm(way)
-        found = find_free_disc(tree, points, np.full((60, 3), np.nan), toward[None, None], 2.0)[0]
+        found = find_free_disc(tree, points, np.full((60, 3), np.nan), toward[None], 2.0)[0]
         rays = judge(tree, points, np.full((60, 3), np.nan), toward, 3000, 2.0)
         assert np.abs(found - rays).max() < 3e-3
         seen += ((found > 0) & (found < 1)).sum()
@@ -143,16 +143,17 @@ def test_a_thicket_is_judged_by_rays():
     mesh = vertices, np.arange(9000, dtype=np.int32).reshape(-1, 3)
     tree = make_face_tree(make_caster(*mesh))
     toward = np.array([0, 40, 20.0]) / np.hypot(40, 20)
-    found = find_free_disc(tree, np.zeros((1, 3)), NONE, toward[None, None], 1.0)[0]
+    found = find_free_disc(tree, np.zeros((1, 3)), NONE, toward[None], 1.0)[0]
     rays = judge(tree, np.zeros((1, 3)), NONE, toward, 40_000, 1.0)
     assert 0.02 < rays[0] < 0.9
     assert found[0] == pytest.approx(rays[0], abs=5e-3)
 
 
-def test_each_point_has_its_own_direction():
+def test_points_far_apart_and_several_directions():
     mesh = sheet([(-5, -5, 10), (5, -5, 10), (5, 0, 10), (-5, 0, 10)])
     tree = make_face_tree(make_caster(*mesh))
-    points = np.zeros((2, 3))
-    toward = np.array([[[0, 0.3, 1], [0, -0.3, 1.0]]]) / np.hypot(0.3, 1)
-    found = find_free_disc(tree, points, np.full((2, 3), np.nan), toward, RADIUS)
-    assert found.tolist() == [[1.0, 0.0]]
+    points = np.array([[0.0, 0, 0], [0, 40, 0], [0, 3, 0]])
+    toward = np.array([[0, 0.3, 1], [0, -0.3, 1.0]]) / np.hypot(0.3, 1)
+    found = find_free_disc(tree, points, np.full((3, 3), np.nan), toward, RADIUS)
+    assert found[:, :2].tolist() == [[1.0, 1.0], [0.0, 1.0]]
+    assert found[:, 2] == pytest.approx([1.0, 0.5], abs=1e-3)

@@ -62,6 +62,11 @@ def test_contacts_are_the_radius_before_the_middle(scene):
 def test_each_date_has_its_hours(scene):
     disc = ask(scene, disc=True, date=["2026-03-21", "2026-12-21"], every="30min")
     assert np.allclose(disc.shadow_hours_by_day.sum("day"), disc.shadow_hours, atol=1e-4)
+    first, last = (
+        ask(scene, disc=True, date=date, every="30min") for date in ("2026-03-21", "2026-12-21")
+    )
+    assert (disc.first_contact == first.first_contact).all()
+    assert (disc.last_contact == last.last_contact).all()
 
 
 def test_what_sees_no_sun_has_no_contact(scene):

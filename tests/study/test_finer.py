@@ -1,5 +1,7 @@
 """Contours are drawn from finer steps where those cost little, the same ones on every machine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.shapes import box
@@ -124,6 +126,8 @@ def test_what_is_counted_otherwise_has_no_finer_steps():
     assert count_finer(study_tower(every="1min", start="12:00", end="12:10")) is None
     assert count_finer(run_study(TOWER, VIENNA, **{**DAY, "date": ["2026-03-21", "2026-06-21"]},
                                  extent=EXTENT, cell=1.0)) is None  # fmt: skip
+    study = study_tower()
+    assert count_finer(replace(study, facts=study.facts | {"device": "of a package"})) is None
 
 
 @pytest.mark.parametrize(("every", "end", "seconds"), [("7min", "10:00", 60), ("90s", "9:10", 0)])

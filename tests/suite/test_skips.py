@@ -10,6 +10,7 @@ from support.skips import WANTS, find_unexpected, find_want, tell
 ROOT = Path(__file__).parents[2]
 REASONS = {
     "there is no OpenGL here: no OpenGL 3.3 opens here (egl: x)": "opengl",
+    "no WebGPU: WebGPU finds no graphics adapter": "webgpu",
     "there is no Chromium on this machine": "browser",
     "there is no axe-core on this machine": "axe",
     "there is no TypeScript on this machine": "typescript",
@@ -38,9 +39,9 @@ def test_each_thing_that_is_lacking_has_a_line_with_its_remedy():
 
 
 def test_what_a_machine_is_known_to_lack_may_skip():
-    lacking = ["opengl", "browser", "axe", "typescript", "window", "models", "packages"]
+    lacking = ["opengl", "webgpu", "browser", "axe", "typescript", "window", "models", "packages"]
     assert find_unexpected(REASONS, lacking) == ["a whim"]
-    assert len(find_unexpected(REASONS, [""])) == 9
+    assert len(find_unexpected(REASONS, [""])) == 10
 
 
 TESTS = """

@@ -7,6 +7,8 @@ along the ray by ``STEPS`` of its steps and float32's rounding, the point would 
 edge. Everything else that differs is wrong, as on the CPU.
 """
 
+from functools import partial
+
 import numpy as np
 
 from support.judge import Seen, Verdicts, closed_faces, find_opened, judge
@@ -48,13 +50,16 @@ class Judge:
     device : Device
     mesh : (vertices, faces)
     ground : float or None
+    make : callable
+        Makes the counter, by default a ``GlFrameCounter`` on the device.
     **options
-        Of ``GlFrameCounter``.
+        Of the counter.
     """
 
-    def __init__(self, device, mesh, ground=0.0, **options):
+    def __init__(self, device, mesh, ground=0.0, make=None, **options):
         self.scene = make_scene(*mesh)
-        self.counter = GlFrameCounter(self.scene, ground=ground, device=device, **options)
+        make = make or partial(GlFrameCounter, device=device)
+        self.counter = make(self.scene, ground=ground, **options)
         soup = self.scene.triangles()
         self.caster = make_caster(soup.vertices, soup.faces)
         self.rays = RayCaster(soup.vertices, soup.faces, self.scene.origin)

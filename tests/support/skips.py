@@ -31,6 +31,11 @@ WANTS = {
         "no OpenGL|moderngl",
         "apt install libegl1 libgl1 libgl1-mesa-dri, or pip install '.[osmesa]'",
     ),
+    "webgpu": Want(
+        "WebGPU",
+        "no WebGPU",
+        "pip install '.[wgpu]', and apt install mesa-vulkan-drivers libvulkan1",
+    ),
     "browser": Want("a browser", "no Chromium", "apt install chromium"),
     "axe": Want(
         "accessibility rules", "no axe-core", "pip install axe-core-python, or AXE=PATH/axe.min.js"

@@ -56,7 +56,8 @@ class Picture:
 
 def make_page(folder):
     """Write a page with the renderer alone, and return its path."""
-    exports = {"model": "unpackModel", "renderer": "Renderer", "sun_masks": "SunMasks"}
+    exports = {"model": "unpackModel", "renderer": "Renderer", "sun_masks": "SunMasks",
+               "moved": "Proposal"}  # fmt: skip
     scripts = [f"{{ {bundle(module)} window.{name} = ${module}.{name}; }}"
                for module, name in exports.items()]  # fmt: skip
     script = "\n".join([*scripts, SCRIPT])

@@ -1,5 +1,8 @@
 """Figures of plans: of whose area, on which ground, and the same in any frame."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.shapes import box
@@ -7,9 +10,11 @@ from support.shapes import box
 from umbra.receivers.counted import NEAR, find_near
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
+from umbra.study.measures import Quantity
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.folder.captions import tell_cut
+from umbra.writers.folder.summary import tell_answers
 from umbra.writers.picture_content import DOTS_PER_INCH, Plan
 from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas
 from umbra.writers.sheet import lay_out_sheet
@@ -82,6 +87,21 @@ def test_the_denominator_is_told_in_a_unit_that_is_read_at_a_glance(street):
     assert counted.tell_whole() == f"{counted.whole:,.0f} m²"
     many = counted.__class__(counted.which, counted.weight * 100, "m²", counted.what)
     assert many.tell_whole() == f"{many.whole / 1e4:.3g} ha"
+
+
+def test_figures_of_a_measure_are_of_the_receivers_that_have_a_value(street):
+    study = run(street, "ground")
+    counted = study.kind.find_counted(study)
+    rows, cols = np.nonzero(counted.which)
+    values = np.full(study.shadow_hours.shape, np.nan)
+    values[rows[:3], cols[:3]] = (10, 20, 60)
+    share = Quantity("share", "%", "share of the morning")
+    study = replace(study, quantities=(share,), more=study.more | {"share": (study.dims, values)})
+    line = next(line for line in tell_answers(study) if line.startswith(share.long_name))
+    whole = counted.weight[counted.which][:3].sum()
+    assert re.findall(r"[\d.]+", line) == ["30", f"{whole:.0f}", "10", "60"]
+    values[:] = np.nan
+    assert len(tell_answers(study)) == 1
 
 
 def test_near_cells_are_those_of_a_search_in_any_strips(monkeypatch):

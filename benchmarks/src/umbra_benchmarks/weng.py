@@ -28,6 +28,7 @@ from umbra_benchmarks.report import (
 )
 from umbra_benchmarks.scenes import make_ball, make_boxes
 from umbra_benchmarks.soft_gl import find_device_name, time_frames
+from umbra_benchmarks.weng_pictures import draw_figure_16
 
 __all__ = ["PAPER", "Errors", "GridCell", "Soft", "SoftRow", "bench_weng", "find_errors"]
 
@@ -280,6 +281,8 @@ def _measure_grid(camera: Camera, run: BenchmarkRun) -> list[GridCell]:
     if run.pictures is not None:
         run.pictures.mkdir(parents=True, exist_ok=True)
         _draw_figure_15(pictures).save(run.pictures / "weng_figure_15.png")
+        size = (96, 72) if run.quick else (360, 300)
+        draw_figure_16(size).save(run.pictures / "weng_figure_16.png")
     return cells
 
 

@@ -16,6 +16,7 @@ from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.lights import Horizon
+from umbra.readers.georeference import show_crs
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
@@ -60,6 +61,8 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "view": to_json(view),
         "isFramed": options.view is None,
         "ground": _find_ground(scene, study, height),
+        "crs": None if scene.crs is None else show_crs(scene.crs),
+        "moves": {source.layer: source.moved for source in scene.sources if any(source.moved)},
         "proposed": proposed,
         "removed": removed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],

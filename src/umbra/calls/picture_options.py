@@ -228,8 +228,9 @@ class RenderOptions(DrawingOptions):
 
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
-        "text", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
-        metavar="NAME", registry="device",
+        "text",
+        "Device that counts: cpu (auto), gl, which is OpenGL, or wgpu, WebGPU (hard shadows).",
+        default="auto", metavar="NAME", registry="device",
     )  # fmt: skip
     soft: str | None = _lights(
         "choice",

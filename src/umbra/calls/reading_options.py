@@ -106,8 +106,9 @@ class ReadingOptions(Options):
         default=(), metavar="LAYER=M|ground",
     )  # fmt: skip
     move: tuple[str, ...] = _reading(
-        "texts", "Move a layer by these lengths along x, y and z.",
-        default=(), metavar="LAYER=DX,DY[,DZ]",
+        "texts", "Move a layer by these lengths along x, y and z, after it was turned clockwise by "
+        "TURN degrees about the middle of its plan.",
+        default=(), metavar="LAYER=DX,DY[,DZ][,TURN]",
     )  # fmt: skip
     allow_outside: bool = _reading(
         "flag",

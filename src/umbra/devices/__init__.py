@@ -1,8 +1,8 @@
 """
-Devices that count shadows: the CPU and OpenGL.
+Devices that count shadows: the CPU, OpenGL and WebGPU.
 
     device.py    interfaces               CountingDevice, TileCounters, FrameCounts
-    built_in.py  the CPU and OpenGL       CpuDevice, GlDevice
+    built_in.py  the devices of umbra     CpuDevice, GlDevice, WgpuDevice
     by_points.py devices of packages      PointDevice
 
 ``StudyCounters`` counts a study's tiles on the requested device, or on the faster one. Importing
@@ -13,7 +13,7 @@ import time
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, get_args
 
-from umbra.devices.built_in import CpuDevice, GlDevice
+from umbra.devices.built_in import CpuDevice, GlDevice, WgpuDevice
 from umbra.devices.device import CountingDevice, TileCounters, blame
 from umbra.errors import InputError, UmbraError, show_value
 from umbra.machine import choose_threads
@@ -27,7 +27,9 @@ __all__ = [
     "CHOICES", "DEFAULT", "DEVICES", "REGISTRY", "StudyCounters", "check_device", "find_device",
 ]  # fmt: skip
 
-DEVICES: dict[str, CountingDevice] = {device.name: device for device in (CpuDevice(), GlDevice())}
+DEVICES: dict[str, CountingDevice] = {
+    device.name: device for device in (CpuDevice(), GlDevice(), WgpuDevice())
+}
 """All devices by their name in options and results."""
 DEFAULT = "cpu"
 CHOICES = get_args(DeviceName)

@@ -1,5 +1,5 @@
 """
-The built-in devices: the CPU and OpenGL.
+The built-in devices: the CPU, OpenGL and WebGPU.
 
 On the CPU, numba kernels count on all kinds of receivers; OpenGL, an optional extra, draws volumes
 into the stencil, for plans and pictures.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from umbra.scene import Scene
     from umbra.soft.frames import FrameCounts
 
-__all__ = ["CpuDevice", "GlDevice"]
+__all__ = ["CpuDevice", "GlDevice", "WgpuDevice"]
 
 
 class _CpuTiles(TileCounters):
@@ -129,3 +129,40 @@ class GlDevice(CountingDevice):
         from umbra.gl.frame_counter import GlFrameCounter  # noqa: PLC0415
 
         return GlFrameCounter(scene, casters, ground, warn=warn, transmits=transmits, detail=detail)
+
+
+class _NoTiles(TileCounters):
+    """Tiles of a device that counts frames alone: the default device counts them."""
+
+    def can_count(self, tile: Any) -> bool:
+        """Return that it counts none."""
+        return False
+
+    def make(self, tile: Any) -> Any:
+        raise NotImplementedError
+
+
+class WgpuDevice(CountingDevice):
+    """WebGPU, by wgpu: hard shadows of frames, on Vulkan, Metal or Direct3D."""
+
+    name, title = "wgpu", "WebGPU"
+
+    def open_tiles(self, casters: list[int]) -> TileCounters:
+        """Start a study, whose tiles the default device counts."""
+        return _NoTiles()
+
+    def open_frames(
+        self,
+        scene: "Scene",
+        ground: float | None = None,
+        *,
+        casters: list[int] | None = None,
+        threads: int = 1,
+        warn: Callable[[str], object] = lambda _: None,
+        transmits: bool = True,
+        detail: float = 0.0,
+    ) -> "AbstractContextManager[FrameCounts]":
+        """Make a counter of frames; casters are never coarser meshes."""
+        from umbra.webgpu.frame_counter import WgpuFrameCounter  # noqa: PLC0415
+
+        return WgpuFrameCounter(scene, casters, ground, warn=warn, transmits=transmits)

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
+from umbra.gl.face_keys import find_face_keys, settle_edge_on
 from umbra.gl.geometry import RINGS, Geometry, draw_ground
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import EDGE_ON, CameraProjection
+from umbra.gl.projection import CameraProjection
 from umbra.gl.resources import Indices
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft import SoftMethods
@@ -32,11 +33,9 @@ from umbra.gl.volume_plan import VolumePlan
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.holding import find_edge_on, recount_edge_on
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
-from umbra.volume.adjacency import find_caster
 
 __all__ = ["GlFrameCounter"]
 
@@ -135,7 +134,9 @@ class GlFrameCounter(DeviceUser):
         projection = self.planner.project(camera)
         face = self._draw(camera, projection, before)
         self._seen = camera, projection, before
-        return DepthBuffer(self._find_keys(face, camera), face, before)
+        origin = self.scene.origin
+        keys = find_face_keys(face, camera, self.triangles, origin, self._local_ground)
+        return DepthBuffer(keys, face, before)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
         """Find the positions of the visible points of this camera's view."""
@@ -183,13 +184,12 @@ class GlFrameCounter(DeviceUser):
         with State(self.device) as state:
             counter.count(state, target, self.plan)
         counts = np.where(view.face != NOTHING, counter.read(target, self.plan), 0)
-        place, origin = light.local(self.scene.origin), self.scene.origin
-        edge_on = find_edge_on(view, self.triangles, place)
-        if edge_on is not None and counter is self.counter:
-            parts = range(len(self.scene.parts)) if self._casters is None else self._casters
-            frame, caster = self.locate(view, camera), find_caster(self.scene, parts)
-            counts = recount_edge_on(counts, edge_on, frame, caster, camera, place, origin)
-        return counts.astype(np.int32)
+        if counter is not self.counter:
+            return counts.astype(np.int32)
+        return settle_edge_on(
+            counts.astype(np.int32), view, self.locate, self.scene, self.triangles, self._casters,
+            camera, light,
+        )  # fmt: skip
 
     @on_device
     def find_visibility(
@@ -257,32 +257,6 @@ class GlFrameCounter(DeviceUser):
         if self._sheer is not None:
             face[face >= 0] = self._order[face[face >= 0]]
         return face
-
-    def _find_keys(self, face: NDArray[np.int32], camera: Camera) -> NDArray[np.float64]:
-        """Find the depth key of each pixel's centre on the plane of its visible face."""
-        matrix = camera.matrix(self.scene.origin)
-        far, _ = camera.key_range()
-        rows, cols = face.shape
-        keys = np.full((rows, cols), far)
-        y, x = np.nonzero(face != NOTHING)
-        is_seen = np.zeros(len(self.triangles.faces) - GROUND, np.bool_)
-        is_seen[face[y, x]] = True  # the ground's negative number makes it the last but one
-        number = np.cumsum(is_seen) - 1
-        which, place = np.flatnonzero(is_seen), number[face[y, x]]
-        which[which >= len(self.triangles.faces)] = GROUND
-        points = np.zeros((len(which), 3, 4))
-        points[..., 3] = 1.0
-        mesh = which >= 0
-        points[mesh, :, :3] = self.triangles.vertices[self.triangles.faces[which[mesh]]]
-        if self._local_ground is not None:
-            points[~mesh] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, self._local_ground, 1]]
-        mapped = points @ matrix.T
-        # The key of a plane is affine in the picture: three points determine it.
-        corners = mapped[..., :3]
-        corners[np.abs(np.linalg.det(corners)) < EDGE_ON] = np.eye(3)  # seen edge-on
-        slope = np.linalg.solve(corners, mapped[..., 3:])[place, :, 0]
-        keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
-        return keys
 
     def _list_held(self) -> Iterable[Any]:
         yield from (self._target, self._faces, self._surface, self._plane, self._sheer)

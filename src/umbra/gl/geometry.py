@@ -30,6 +30,7 @@ __all__ = [
     "RINGS",
     "Geometry",
     "Group",
+    "PointTable",
     "draw_ground",
     "find_mirrored",
     "make_groups",
@@ -182,13 +183,12 @@ def pose_groups(groups: Sequence[Group], scene: Scene) -> list[Group] | None:
     return posed
 
 
-class Geometry:
+class PointTable:
     """
-    The points of a scene, and its triangles as index lists.
+    The points of a scene, and its triangles as index lists, in memory.
 
     Parameters
     ----------
-    device : Device
     scene : Scene
 
     Attributes
@@ -205,11 +205,10 @@ class Geometry:
         From each part's stored points to the scene's frame.
     """
 
-    def __init__(self, device: Device, scene: Scene) -> None:
-        self._device = device
+    def __init__(self, scene: Scene) -> None:
         self.groups = make_groups(scene)
         stored: dict[int, int] = {}
-        points, blocks, count = [], [], 0
+        count = 0
         self._moving = [group.parts[0] for group in self.groups if group.transform is not None]
         self._flat = [
             index
@@ -219,27 +218,13 @@ class Geometry:
             if scene.parts[index].transform is not None
         ]
         self._place(scene)
-        moving = 0
         for group in self.groups:
             if id(group.vertices) not in stored:
                 stored[id(group.vertices)] = count
-                points.append(group.vertices)
                 count += len(group.vertices)
-            number = -1 if group.transform is None else moving
-            moving += number >= 0
-            entry = (stored[id(group.vertices)] - group.first, number)
-            blocks.append(np.tile(np.array(entry, np.int32), (-(-len(group.vertices) // BLOCK), 1)))
-        self.n_points = sum(map(len, blocks)) * BLOCK
+        self.n_points = sum(-(-len(group.vertices) // BLOCK) for group in self.groups) * BLOCK
         self.n_stored, self._stored = count, stored
         self.faces = self._number_faces(scene)
-        padded = np.zeros((count, 4), np.float32)
-        np.concatenate(points, out=padded[:, :3], casting="same_kind")
-        rows = self.transforms[:, :3].astype(np.float32)
-        self._buffers = [
-            TextureBuffer(device, padded, "rgba32f"),
-            TextureBuffer(device, np.concatenate(blocks), "rg32i"),
-            TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), "rgba32f"),
-        ]
 
     def _place(self, scene: Scene) -> None:
         """Store the transforms of a scene's parts."""
@@ -271,11 +256,50 @@ class Geometry:
         Parts without a transform must stay so, and no transform may change its handedness.
         """
         self._place(scene)
+
+    def bend(self, groups: list[Group]) -> None:
+        """Replace the vertices by those of groups from ``pose_groups``."""
+        places = [self._stored[id(group.vertices)] for group in self.groups]
+        self.groups = groups
+        self._stored = dict(zip((id(group.vertices) for group in groups), places, strict=True))
+
+
+class Geometry(PointTable):
+    """
+    The points of a scene on the device.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    """
+
+    def __init__(self, device: Device, scene: Scene) -> None:
+        super().__init__(scene)
+        points = np.zeros((self.n_stored, 4), np.float32)
+        blocks, moving = [], 0
+        for group in self.groups:
+            first = self._stored[id(group.vertices)]
+            points[first : first + len(group.vertices), :3] = group.vertices
+            number = -1 if group.transform is None else moving
+            moving += number >= 0
+            entry = np.array((first - group.first, number), np.int32)
+            blocks.append(np.tile(entry, (-(-len(group.vertices) // BLOCK), 1)))
+        rows = self.transforms[:, :3].astype(np.float32)
+        self._buffers = [
+            TextureBuffer(device, points, "rgba32f"),
+            TextureBuffer(device, np.concatenate(blocks), "rg32i"),
+            TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), "rgba32f"),
+        ]
+
+    def move(self, scene: Scene) -> None:
+        """Update the transforms, as `PointTable.move`, and those on the device."""
+        super().move(scene)
         if self.transforms.size:
             self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
 
     def bend(self, groups: list[Group]) -> None:
-        """Replace the vertices by those of groups from ``pose_groups``."""
+        """Replace the vertices, as `PointTable.bend`, and those on the device."""
         written: set[int] = set()
         for old, new in zip(self.groups, groups, strict=True):
             if new.vertices is old.vertices or id(old.vertices) in written:
@@ -284,9 +308,7 @@ class Geometry:
             points = np.zeros((len(new.vertices), 4), np.float32)
             points[:, :3] = new.vertices
             self._buffers[0].write(points, self._stored[id(old.vertices)])
-        places = [self._stored[id(group.vertices)] for group in self.groups]
-        self.groups = groups
-        self._stored = dict(zip((id(group.vertices) for group in groups), places, strict=True))
+        super().bend(groups)
 
     def bind(self, program: Program) -> None:
         """Bind the points for a program that includes ``place.glsl``."""

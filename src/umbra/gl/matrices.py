@@ -7,11 +7,12 @@ clip space tells it all: W is 0 in the eye's plane, X and Y are 0 along the view
 where the near and far planes are.
 """
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.context import Device
 from umbra.gl.projection import CameraProjection
 from umbra.scene import Camera
 from umbra.scene.numbers import read_array
@@ -26,8 +27,15 @@ _ENDLESS = 1e-9  # of 1, by which the product of two matrices may be off
 _BEFORE = 1e-3  # of the depth of a parallel view: how far its eye stands before the near plane
 
 
+class ClipDevice(Protocol):
+    """What is asked of a device: whether its clip space may be from 0 to 1, and its name."""
+
+    reverses_depth: bool
+    renderer: str
+
+
 def read_projection(
-    device: Device,
+    device: ClipDevice,
     view: ArrayLike,
     projection: ArrayLike,
     size: tuple[int, int],
@@ -39,7 +47,7 @@ def read_projection(
 
     Parameters
     ----------
-    device : Device
+    device : ClipDevice
     view, projection : (4, 4) float
     size : (int, int)
         Columns and rows of the viewport.

@@ -35,7 +35,7 @@ class Planner:
     device : Device
     scene : Scene
     geometry : Geometry
-        Geometry of the scene; not released by the planner.
+        Of the scene, not released by the planner; a `PointTable` where nothing is drawn.
     casters : sequence of int, optional
         Indices of the parts that cast; all by default. All casters must be in the depth
         buffer when counts are made.
@@ -43,6 +43,8 @@ class Planner:
         z of a receiving plane, relative to the scene's origin [m].
     before : sequence of Body
         Bodies of the same parts in another pose.
+    make_list : callable
+        Makes the index list: on the device, or in memory (`IndexArray`).
 
     Attributes
     ----------
@@ -57,6 +59,7 @@ class Planner:
     casters: Sequence[int] | None = None
     ground: float | None = None
     before: Sequence[Body] = ()
+    make_list: Callable[[Device, int], Indices] = Indices
     casting: CastingScene = field(init=False)
     _plans: LightPlans = field(init=False)
     _levels: list[list[DetailLevel]] | None = None
@@ -68,7 +71,7 @@ class Planner:
         self._idle = sorted(set(range(len(self.scene.parts))) - set(chosen))
         self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
         self.before = ()
-        self._plans = LightPlans(Indices(self.device, 2 * self.geometry.n_points))
+        self._plans = LightPlans(self.make_list(self.device, 2 * self.geometry.n_points))
         self.casting = self._measure()
 
     @property
@@ -181,7 +184,7 @@ class Planner:
     def twin(self) -> "Planner":
         """Return another planner of the same casters, with its own lists and kept volumes."""
         other = copy(self)
-        other._plans = LightPlans(Indices(self.device, 2 * self.geometry.n_points))
+        other._plans = LightPlans(self.make_list(self.device, 2 * self.geometry.n_points))
         return other
 
     def release(self) -> None:

@@ -2,29 +2,34 @@
 The area of the unit disc that polygons leave free, in closed form.
 
 The disc is cut into slabs at all corners and crossings of sides: in each the free part of every
-level line is bounded by the same sides and arcs, whose areas have closed forms.
+level line is bounded by the same sides and arcs, whose areas have closed forms. A place is free
+where no polygon runs around it.
 """
 
 import math
 
 from umbra.kernels import borrowing, inlined
 
-__all__ = ["find_disc_side", "integrate_disc"]
+__all__ = ["integrate_disc"]
 
 _IN = 1.0 + 1e-9  # square of the radius within which places count
+_CROSSING = 384  # most sides that cross the disc
 
 
 @borrowing
-def integrate_disc(sides, sizes, count, heights, spans):
+def integrate_disc(sides, count):
     """Return the share of the unit disc that no polygon covers; below 0 with too many crossings."""
-    n = _list_heights(sides, sizes, count, heights)
+    lines, spans, heights = sides.lines, sides.crossings, sides.heights
+    kept = _keep_bounds(lines, count)
+    n = _list_heights(lines, kept, heights)
+    if n == 2:  # no side crosses the disc: it is covered like its middle
+        around = 0.0
+        for i in range(kept):
+            if (lines[i, 1] > 0.0) != (lines[i, 4] > 0.0) and _cross(lines, i, 0.0) < 0.0:
+                around += lines[i, 5]
+        return 1.0 if around == 0.0 else 0.0
     if n == heights.size:
         return -1.0
-    for i in range(count):
-        spans[i, 4], spans[i, 5] = math.inf, -math.inf
-        for k in range(sizes[i]):
-            spans[i, 4] = min(spans[i, 4], sides[i, k, 1])
-            spans[i, 5] = max(spans[i, 5], sides[i, k, 1])
     free = 0.0
     for q in range(n - 1):
         low, high = heights[q], heights[q + 1]
@@ -33,47 +38,46 @@ def integrate_disc(sides, sizes, count, heights, spans):
         y = 0.5 * (low + high)
         round_ = _measure_arc(high) - _measure_arc(low)
         half = math.sqrt(max(1.0 - y * y, 0.0))
-        m = 0
-        for i in range(count):
-            if spans[i, 4] > y or spans[i, 5] < y:
+        m, around = 0, 0.0
+        for i in range(kept):
+            if (lines[i, 1] > y) == (lines[i, 4] > y):
                 continue
-            left, right = _cross(sides[i], sizes[i], y)
-            left_round, right_round = left <= -half, right >= half
-            if left >= right or right <= -half or left >= half:
+            x = _cross(lines, i, y)
+            if x >= half:
                 continue
-            spans[m, 0] = -half if left_round else left
-            spans[m, 1] = half if right_round else right
-            spans[m, 2] = -round_ if left_round else left * (high - low)
-            spans[m, 3] = round_ if right_round else right * (high - low)
+            if x <= -half:
+                around += lines[i, 5]
+                continue
             at = m
-            while at > 0 and spans[at - 1, 0] > spans[at, 0]:
-                for c in range(4):
-                    spans[at - 1, c], spans[at, c] = spans[at, c], spans[at - 1, c]
+            while at > 0 and spans[at - 1, 0] > x:
+                for c in range(3):
+                    spans[at, c] = spans[at - 1, c]
                 at -= 1
+            spans[at, 0], spans[at, 1], spans[at, 2] = x, x * (high - low), lines[i, 5]
             m += 1
-        reached, area = -half, -round_
+        area = -round_
         for i in range(m):
-            if spans[i, 0] > reached:
-                free += spans[i, 2] - area
-            if spans[i, 1] > reached:
-                reached, area = spans[i, 1], spans[i, 3]
-        if reached < half:
+            if around == 0.0:
+                free += spans[i, 1] - area
+            around += spans[i, 2]
+            area = spans[i, 1]
+        if around == 0.0:
             free += round_ - area
     return min(max(free / math.pi, 0.0), 1.0)
 
 
-@inlined
-def find_disc_side(corners, k, n):
-    """
-    Return a polygon's side from its nearer end: x, y, dx, dy, and -1 if that is its second end.
-
-    The farther may be so far that differences from it have no digit left.
-    """
-    j = k + 1 if k + 1 < n else 0
-    x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[j, 0], corners[j, 1]
-    if x0 * x0 + y0 * y0 <= x1 * x1 + y1 * y1:
-        return x0, y0, x1 - x0, y1 - y0, 1.0
-    return x1, y1, x0 - x1, y0 - y1, -1.0
+@borrowing
+def _keep_bounds(lines, count):
+    """Move the sides that bound something to the front; return their number."""
+    kept = 0
+    for i in range(count):
+        if lines[i, 5] == 0.0:
+            continue
+        if kept < i:
+            for c in range(6):
+                lines[kept, c] = lines[i, c]
+        kept += 1
+    return kept
 
 
 @borrowing
@@ -83,60 +87,66 @@ def _measure_arc(y):
     return 0.5 * (y * math.sqrt(1.0 - y * y) + math.asin(y))
 
 
-@borrowing
-def _cross(corners, n, y):
-    """Return from where to where a polygon covers the line at a height."""
-    left, right = math.inf, -math.inf
-    for k in range(n):
-        j = k + 1 if k + 1 < n else 0
-        y0, y1 = corners[k, 1], corners[j, 1]
-        if (y0 > y) != (y1 > y):
-            x0, y0, dx, dy, _ = find_disc_side(corners, k, n)
-            x = x0 + (y - y0) / dy * dx
-            left, right = min(left, x), max(right, x)
-    return left, right
+@inlined
+def _cross(lines, i, y):
+    """Return where a side crosses the line at a height."""
+    return lines[i, 0] + (y - lines[i, 1]) / lines[i, 3] * lines[i, 2]
 
 
 @borrowing
-def _list_heights(sides, sizes, count, heights):
+def _list_heights(lines, count, heights):
     """
     List the heights of all corners and crossings in the disc, rising; return their number.
 
-    That of the array, if there is no room for more.
+    That of the array, if there is no room for more. Sides that do not cross the disc are moved
+    behind the others.
     """
     heights[0], heights[1] = -1.0, 1.0
-    n = 2
+    n, inside = 2, 0
     for i in range(count):
-        for k in range(sizes[i]):
-            n = _add_height(heights, n, sides[i, k, 0], sides[i, k, 1])
-            x, y, dx, dy, _ = find_disc_side(sides[i], k, sizes[i])
-            # Where the side passes the circle.
-            a, b, c = dx * dx + dy * dy, x * dx + y * dy, x * x + y * y - 1.0
-            root = b * b - a * c
-            if root <= 0.0 or a == 0.0:
+        x, y, dx, dy = lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3]
+        # Where the side passes the circle.
+        a, b, c = dx * dx + dy * dy, x * dx + y * dy, x * x + y * y - 1.0
+        root = b * b - a * c
+        if root <= 0.0 or a == 0.0:
+            continue
+        root = math.sqrt(root)
+        one, two = (-b - root) / a, (-b + root) / a
+        if two <= 0.0 or one >= 1.0:
+            continue
+        if one > 0.0:
+            n = _add_height(heights, n, y + one * dy)
+        elif x * x + y * y < _IN:
+            n = _add_height(heights, n, y)
+        if two < 1.0:
+            n = _add_height(heights, n, y + two * dy)
+        else:
+            n = _add_height(heights, n, lines[i, 4])
+        for k in range(6):
+            lines[i, k], lines[inside, k] = lines[inside, k], lines[i, k]
+        x, y, dx, dy = lines[inside, 0], lines[inside, 1], lines[inside, 2], lines[inside, 3]
+        for k in range(inside):
+            ox, oy, ex, ey = lines[k, 0] - x, lines[k, 1] - y, lines[k, 2], lines[k, 3]
+            turn = dx * ey - dy * ex
+            if turn == 0.0:
                 continue
-            for sign in (-1.0, 1.0):
-                t = (-b + sign * math.sqrt(root)) / a
-                if 0.0 < t < 1.0:
-                    n = _add_height(heights, n, 0.0, y + t * dy)
-            for other in range(i):
-                for q in range(sizes[other]):
-                    ox, oy, ex, ey, _ = find_disc_side(sides[other], q, sizes[other])
-                    ox, oy = ox - x, oy - y
-                    turn = dx * ey - dy * ex
-                    if turn == 0.0:
-                        continue
-                    t, w = (ox * ey - oy * ex) / turn, (ox * dy - oy * dx) / turn
-                    if 0.0 < t < 1.0 and 0.0 < w < 1.0:
-                        n = _add_height(heights, n, x + t * dx, y + t * dy)
-    _sort(heights, n)
+            t, w = (ox * ey - oy * ex) / turn, (ox * dy - oy * dx) / turn
+            if 0.0 < t < 1.0 and 0.0 < w < 1.0:
+                px, py = x + t * dx, y + t * dy
+                if px * px + py * py < _IN:
+                    n = _add_height(heights, n, py)
+        inside += 1
+        if inside == _CROSSING:
+            return heights.size
+    if n > 2:
+        _sort(heights, n)
     return n
 
 
 @borrowing
-def _add_height(heights, n, x, y):
-    """Add the height of a place in the disc, if there is room; return the number."""
-    if n < heights.size and x * x + y * y < _IN:
+def _add_height(heights, n, y):
+    """Add a height, if there is room; return the number."""
+    if n < heights.size:
         heights[n] = min(max(y, -1.0), 1.0)
         n += 1
     return n

@@ -1,12 +1,11 @@
 """
 The share of a disc in the sky, such as the sun, that points see: exact against straight edges.
 
-On the plane that touches the unit sphere in the disc's middle faces are polygons with straight
-sides, and the disc is a circle. Most discs are seen whole, or one face covers them: usually that
-which covered the last one, or that which a ray to the middle meets. Joined faces cover a disc where
-no edge of one face alone crosses it. Of the others the area is measured (``disc_area.py``). Any
-faces will do, as in the sweep of the sky. Where a thicket of faces covers a disc, it is judged by
-many rays.
+Points that lie together ask once which faces they may meet within the disc's cone. Most meet none,
+or one face covers the disc: usually that which covered the last one, or that which a ray to the
+middle meets. Of the others the area is measured (``disc_area.py``) that the faces' sides leave
+(``disc_sides.py``). Any faces will do, as in the sweep of the sky. Where a thicket of faces covers
+a disc, it is judged by many rays.
 """
 
 import math
@@ -17,24 +16,34 @@ from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
 from umbra.machine import use_threads
-from umbra.rays.disc_area import find_disc_side, integrate_disc
+from umbra.rays.disc_area import integrate_disc
+from umbra.rays.disc_sides import (
+    NO_LAND,
+    LandEdge,
+    add_face,
+    add_land,
+    add_plane,
+    clear,
+    make_frame,
+    make_sides,
+)
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
 from umbra.rays.lanes import meet_cone
 
-__all__ = ["find_free_disc"]
+__all__ = ["MOST_FACES", "find_free_disc", "gather_faces", "measure_disc"]
 
-_CORNERS = 6
-_FACES = 512  # most that cover one disc in part; of more it is judged by rays,
-_MEASURED = 128  # or of so many that are not joined
-_EDGES = 4096  # a power of 2, above twice the sides of all faces
-_HEIGHTS = 8192  # most corners and crossings in a disc, likewise
+MOST_FACES = 512
+"""Most faces that meet a disc's cone; of more it is judged by rays."""
 _RAYS = 4096
 _TINY = 1e-30
 _COARSE = 2.0**-21  # of coordinates: the rounding of boxes in float32
-_ASK = 4  # faces beside the disc's middle from which a ray to it is cast
-_NEAR = 1e-13  # nearest depth of a corner [m]
-_FAR = 4.0  # half side of the square that planes through the point are cut from [radii]
+_ASK = 6  # faces in a disc's cone from which a ray to its middle is cast
+_BLOCK, _GROUP = 64, 8  # points that are asked together
+_FEW = 12  # faces for which fewer points are not asked
+_LEVEL = (0.0, 0.0, 1.0)
+_OPEN = -1.0
+_POINT = 1e-7  # radius of a ray to the land [radians]
 
 
 def find_free_disc(
@@ -44,11 +53,12 @@ def find_free_disc(
     toward: NDArray[np.float64],
     radius: float,
     threads: int = 1,
+    land: LandEdge = NO_LAND,
 ) -> NDArray[np.float64]:
     """
     Return the share of a disc that each point sees, 0 to 1.
 
-    What lies behind the point's surface or below the horizon is not seen.
+    What lies behind the point's surface, the land or the horizon is not seen.
 
     Parameters
     ----------
@@ -57,11 +67,13 @@ def find_free_disc(
         In the caster's frame [m]. A face whose plane holds a point covers nothing.
     normals : (n, 3) float64
         Normals of the points' surfaces; NaN for points that have none.
-    toward : (m, n, 3) or (m, 1, 3) float64
-        Unit directions toward the disc's middle: of each point, or of all alike.
+    toward : (m, 3) float64
+        Unit directions toward the disc's middle.
     radius : float
         Of the disc [degrees].
     threads : int
+    land : LandEdge
+        None by default.
 
     Returns
     -------
@@ -69,65 +81,115 @@ def find_free_disc(
     """
     shares = np.zeros((len(toward), len(points)))
     use_threads(threads)
-    given = tree, points, normals, toward, math.tan(math.radians(radius)), shares
-    run_shared(-(-len(points) // 16), _find, *given)
+    slope = math.tan(math.radians(radius))
+    blocks = -(-len(points) // _BLOCK)
+    run_shared(blocks, _find, tree, points, normals, toward, slope, land, shares)
     return shares
 
 
 @njit(cache=True, nogil=True)
-def _find(tree, points, normals, toward, radius, shares, taken):
+def _find(tree, points, normals, toward, radius, land, shares, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)
-    sides = np.zeros((_FACES, _CORNERS, 2))
-    sizes = np.zeros(_FACES, np.int32)
-    faces = np.zeros(_FACES, np.int64)
-    edges = np.zeros(_EDGES, np.int64)
-    heights = np.zeros(_HEIGHTS)
-    spans = np.zeros((_FACES, 6))
+    sides = make_sides()
+    faces = np.zeros(MOST_FACES, np.int64)
+    lasts = np.zeros(_BLOCK, np.int64)
     while True:
         block = take_next(taken)
-        if block >= (n + 15) // 16:
+        if block >= (n + _BLOCK - 1) // _BLOCK:
             return
-        for i in range(block * 16, min(n, (block + 1) * 16)):
-            last = np.int64(-1)  # the last face that covered the disc usually still does
-            for k in range(toward.shape[0]):
-                d = get(toward[k], i if toward.shape[1] > 1 else 0)
-                shares[k, i], last = _find_one(
-                    tree, get(points, i), get(normals, i), d, radius, last, stack, sides, sizes,
-                    faces, edges, heights, spans,
-                )  # fmt: skip
+        first, end = block * _BLOCK, min(n, (block + 1) * _BLOCK)
+        for i in range(_BLOCK):
+            lasts[i] = -1  # the last face that covered a disc usually still does
+        for k in range(toward.shape[0]):
+            frame = make_frame(get(toward, k), radius)
+            _find_block(
+                tree, points, normals, frame, land, first, end, lasts, stack, sides, faces,
+                shares[k],
+            )  # fmt: skip
 
 
 @borrowing
-def _find_one(tree, p, n, d, radius, last, stack, sides, sizes, faces, edges, heights, spans):
-    """Return the free share of one disc, and a face that may cover the next."""
-    e = (1.0, 0.0, 0.0) if abs(d[0]) < abs(d[1]) else (0.0, 1.0, 0.0)
-    along = dot(e, d)
-    ux, uy, uz = e[0] - along * d[0], e[1] - along * d[1], e[2] - along * d[2]
-    length = math.sqrt(ux * ux + uy * uy + uz * uz)
-    u = (ux / length, uy / length, uz / length)
-    v = (d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0])
-    count = 0
-    for which in range(2):
-        # The horizon's plane, and the surface's own: what is behind them is covered.
-        m = (0.0, 0.0, 1.0) if which == 0 else n
-        if m[0] != m[0]:
+def _find_block(
+    tree, points, normals, frame, land, first, end, lasts, stack, sides, faces, shares
+):  # fmt: skip
+    """Find the free share of one disc for a block of points; shares are 0 before."""
+    count = add_plane(sides, 0, frame, _LEVEL)
+    if count >= 0:
+        count = add_land(sides, count, frame, land)
+    if count < 0:
+        return
+    for i in range(first, end):
+        last = lasts[i - first]
+        n = get(normals, i)
+        if n[0] == n[0] and add_plane(sides, 0, frame, n) < 0:
             continue
-        got = _cover_behind(dot(m, d), radius * dot(m, u), radius * dot(m, v), sides, sizes, count)
-        if got < 0:
-            return 0.0, last
-        count = got
-    planes = count
-    if last >= 0 and _add_face(tree, last, p, d, u, v, radius, sides, sizes, count) < 0:
-        return 0.0, last
-    middle = np.int64(-2)  # the face that hides the disc's middle, -1 for none, -2: not asked
-    if last >= 0 and planes == 0:
-        middle = is_hidden(p, n, d, tree, stack, last)
-        if middle >= 0 and _add_face(tree, middle, p, d, u, v, radius, sides, sizes, count) < 0:
-            return 0.0, middle
-    places, inverses, exits = _make_cone(p, d, radius)
+        if last < 0 or not _covers(tree, last, get(points, i), frame, sides):
+            shares[i] = _OPEN
+    whole = _gather_open(tree, points, shares, first, end, frame, stack, faces)
+    for start in range(first, end, _GROUP):
+        stop = min(start + _GROUP, end)
+        some = whole
+        if whole > _FEW:
+            some = _gather_open(tree, points, shares, start, stop, frame, stack, faces)
+        recent = np.int64(-1)
+        for i in range(start, stop):
+            if shares[i] != _OPEN:
+                continue
+            p, n = get(points, i), get(normals, i)
+            if recent >= 0 and _covers(tree, recent, p, frame, sides):
+                shares[i], lasts[i - first] = 0.0, recent
+                continue
+            mine = some
+            if some > _FEW:
+                mine = gather_faces(tree, p, p, frame, stack, faces)
+            shares[i], recent = measure_disc(
+                tree, p, n, frame, land, faces, mine, stack, sides
+            )  # fmt: skip
+            lasts[i - first] = recent
+
+
+@inlined
+def _covers(tree, f, p, frame, sides):
+    """Return whether a face covers all of a disc."""
+    count = add_face(sides, 0, frame, tree, f, p)
+    clear(sides, count)
+    return count < 0
+
+
+@borrowing
+def _gather_open(tree, points, shares, first, end, frame, stack, faces):
+    """List the faces that the open ones of some points may meet; return their number."""
+    low, high = (math.inf, math.inf, math.inf), (-math.inf, -math.inf, -math.inf)
+    for i in range(first, end):
+        if shares[i] == _OPEN:
+            p = get(points, i)
+            low = (min(low[0], p[0]), min(low[1], p[1]), min(low[2], p[2]))
+            high = (max(high[0], p[0]), max(high[1], p[1]), max(high[2], p[2]))
+    if low[0] > high[0]:
+        return 0
+    return gather_faces(tree, low, high, frame, stack, faces)
+
+
+@borrowing
+def gather_faces(tree, low, high, frame, stack, faces):
+    """
+    List the faces whose boxes a disc's cones from some places meet; return their number.
+
+    Parameters
+    ----------
+    tree : FaceTree
+    low, high : (3,) float64
+        Bounds of the places [m].
+    frame : DiscFrame
+    stack : (DEEPEST,) int32
+        Scratch.
+    faces : (n,) int64
+        Written to; where there are more, n + 1 is returned.
+    """
+    places, inverses, exits = _make_cone(low, high, frame.d, frame.radius)
     stack[0] = 0
-    size = 1
+    size, count = 1, 0
     while size > 0:
         size -= 1
         node = np.int64(stack[size])
@@ -139,91 +201,66 @@ def _find_one(tree, p, n, d, radius, last, stack, sides, sizes, faces, edges, he
                 stack[size] = child
                 size += 1
                 continue
-            if count == _FACES:
-                return _sample(tree, p, n, d, u, v, radius, stack), last
-            got = _add_face(tree, ~child, p, d, u, v, radius, sides, sizes, count)
-            if got < 0:
-                return 0.0, ~child
-            if got > count:
-                faces[count] = ~child
-            count = got
-            if count == _ASK and planes == 0 and middle == -2:
-                middle = is_hidden(p, n, d, tree, stack[size:], last)
-                if middle >= 0 and (
-                    _add_face(tree, middle, p, d, u, v, radius, sides, sizes, count) < 0
-                ):
-                    return 0.0, middle
+            if count == faces.size:
+                return count + 1
+            faces[count] = ~child
+            count += 1
+    return count
+
+
+@borrowing
+def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
+    """
+    Return the free share of a point's disc, and a face that covers all of it, else -1.
+
+    Parameters
+    ----------
+    tree : FaceTree
+    p, n : (3,) float64
+        The point, and its surface's normal, or NaN.
+    frame : DiscFrame
+    land : LandEdge
+    faces : (k,) int64
+        What ``gather_faces`` listed for places among which the point is.
+    number : int64
+        Its number.
+    stack, sides
+        Scratch.
+    """
+    if number > faces.size:
+        return _sample(tree, p, n, frame, land, stack, sides), np.int64(-1)
+    count = add_plane(sides, 0, frame, _LEVEL)
+    if count >= 0 and n[0] == n[0]:
+        count = add_plane(sides, count, frame, n)
+    if count >= 0:
+        count = add_land(sides, count, frame, land)
+    if count < 0:
+        return 0.0, np.int64(-1)
+    middle = np.int64(-1)
+    if number >= _ASK and count == 0:
+        middle = is_hidden(p, n, frame.d, tree, stack, middle)
+        if middle >= 0 and _covers(tree, middle, p, frame, sides):
+            return 0.0, middle
+    for k in range(number):
+        got = add_face(sides, count, frame, tree, faces[k], p)
+        if got < 0:
+            clear(sides, count)
+            return 0.0, faces[k]
+        count = got
     if count == 0:
         return 1.0, np.int64(-1)
-    if middle >= 0 and _are_joined(tree, p, sides, faces, sizes, count, edges):
-        return 0.0, middle
-    share = -1.0
-    if count <= _MEASURED:
-        share = integrate_disc(sides, sizes, count, heights, spans)
+    share = integrate_disc(sides, count)
+    clear(sides, count)
     if share < 0.0:
-        share = _sample(tree, p, n, d, u, v, radius, stack)
-    return share, max(middle, np.int64(-1))
+        share = _sample(tree, p, n, frame, land, stack, sides)
+    return share, middle
 
 
 @borrowing
-def _are_joined(tree, p, sides, faces, sizes, count, edges):
-    """
-    Return whether every side that crosses the disc joins two faces, which hide it both.
-
-    Then each place of the disc is behind as many faces as its middle. ``edges`` is a table of the
-    faces' sides: the first and last vertex, and whether the point is in front of the face.
-    """
-    for k in range(edges.size):
-        edges[k] = -1
-    for i in range(count):
-        if sizes[i] != 3:
-            return False  # cut at the viewer's plane: its sides are no edges
-        ids, front = get(tree.ids, faces[i]), _is_front(tree, faces[i], p)
-        for k in range(3):
-            key = _make_key(ids[k], ids[(k + 1) % 3], front)
-            at = _look_up(edges, key)
-            if edges[at] >= 0:
-                return False
-            edges[at] = key
-    for i in range(count):
-        ids, front = get(tree.ids, faces[i]), _is_front(tree, faces[i], p)
-        for k in range(3):
-            x, y, dx, dy, _ = find_disc_side(sides[i], k, 3)
-            if (x * dy - y * dx) ** 2 > dx * dx + dy * dy:
-                continue
-            if edges[_look_up(edges, _make_key(ids[(k + 1) % 3], ids[k], front))] < 0:
-                return False
-    return True
-
-
-@inlined
-def _make_key(a, b, front):
-    return (np.int64(a) << 32) | (np.int64(b) << 1) | np.int64(front)
-
-
-@inlined
-def _look_up(edges, key):
-    """Return the place of a key in a table, or where it would be."""
-    at = ((key * 0x9E3779B97F4A7C1) >> 20) & (edges.size - 1)
-    while edges[at] >= 0 and edges[at] != key:
-        at = (at + 1) & (edges.size - 1)
-    return at
-
-
-@inlined
-def _is_front(tree, f, p):
-    """Return whether a point is above a face's plane."""
-    m = tree.normals
-    c = tree.corners
-    return (
-        m[f, 0] * (p[0] - c[f, 0]) + m[f, 1] * (p[1] - c[f, 1]) + m[f, 2] * (p[2] - c[f, 2]) > 0.0
-    )
-
-
-@borrowing
-def _sample(tree, p, n, d, u, v, radius, stack):
+def _sample(tree, p, n, frame, land, stack, sides):
     """Return the free share of one disc by rays."""
     free, last = 0, np.int64(-1)
+    d, u, v, radius = frame
     for k in range(_RAYS):
         away, turn = radius * math.sqrt((k + 0.5) / _RAYS), k * 2.399963229728653
         x, y = away * math.cos(turn), away * math.sin(turn)
@@ -232,24 +269,28 @@ def _sample(tree, p, n, d, u, v, radius, stack):
         w = (w[0] / length, w[1] / length, w[2] / length)
         if w[2] <= 0.0 or dot(n, w) <= 0.0:
             continue
+        if land.azimuths.size and add_land(sides, 0, make_frame(w, _POINT), land) < 0:
+            continue
         last = is_hidden(p, n, w, tree, stack, last)
         free += last < 0
     return free / _RAYS
 
 
 @inlined
-def _make_cone(p, d, radius):
+def _make_cone(low, high, d, radius):
     """
-    Return the disc's cone for ``meet_cone``.
+    Return the cones of a disc from all places of a box, for ``meet_cone``.
 
-    At a distance t along the axis it reaches t (d - r) to t (d + r) from the point, on each
+    At a distance t along the axis one reaches t (d - r) to t (d + r) from its point p, on each
     axis, so that lo - p <= t (d + r) and hi - p >= t (d - r) for a box that it meets.
     """
     r = 1.0001 * radius + 1e-7
-    x, y, z = _COARSE * abs(p[0]) + 1e-9, _COARSE * abs(p[1]) + 1e-9, _COARSE * abs(p[2]) + 1e-9
+    x = _COARSE * max(abs(low[0]), abs(high[0])) + 1e-9
+    y = _COARSE * max(abs(low[1]), abs(high[1])) + 1e-9
+    z = _COARSE * max(abs(low[2]), abs(high[2])) + 1e-9
     places = (
-        np.float32(p[0] + x), np.float32(p[1] + y), np.float32(p[2] + z),
-        np.float32(p[0] - x), np.float32(p[1] - y), np.float32(p[2] - z),
+        np.float32(high[0] + x), np.float32(high[1] + y), np.float32(high[2] + z),
+        np.float32(low[0] - x), np.float32(low[1] - y), np.float32(low[2] - z),
     )  # fmt: skip
     inverses = (
         _invert(d[0] + r), _invert(d[1] + r), _invert(d[2] + r),
@@ -266,84 +307,3 @@ def _make_cone(p, d, radius):
 def _invert(x):
     """Return 1 / x in float32, or a large finite number for 0, so that no box makes NaN."""
     return np.float32(1.0 / x if abs(x) > _TINY else math.copysign(1.0 / _TINY, x))
-
-
-@borrowing
-def _cover_behind(a, b, c, sides, sizes, count):
-    """
-    Add the part of the disc where a + b x + c y < 0; return the number, -1 where that is all.
-
-    The part is a square cut by the line.
-    """
-    length = math.sqrt(b * b + c * c)
-    if a >= length:
-        return count
-    if a <= -length:
-        return -1
-    n = 0
-    x0, y0 = _FAR, _FAR
-    for k in range(4):
-        x1 = -_FAR if k in (0, 1) else _FAR
-        y1 = -_FAR if k in (1, 2) else _FAR
-        one, two = a + b * x0 + c * y0, a + b * x1 + c * y1
-        if one < 0.0:
-            sides[count, n, 0], sides[count, n, 1] = x0, y0
-            n += 1
-        if (one < 0.0) != (two < 0.0):
-            share = one / (one - two)
-            sides[count, n, 0] = x0 + share * (x1 - x0)
-            sides[count, n, 1] = y0 + share * (y1 - y0)
-            n += 1
-        x0, y0 = x1, y1
-    sizes[count] = n
-    return count + 1
-
-
-@borrowing
-def _add_face(tree, f, p, d, u, v, radius, sides, sizes, count):
-    """Add a face as it covers the disc; return the number, -1 where it covers all of it."""
-    m, c = get(tree.normals, f), get(tree.corners, f)
-    height = m[0] * (p[0] - c[0]) + m[1] * (p[1] - c[1]) + m[2] * (p[2] - c[2])
-    if abs(height) <= tree.normals[f, 3]:
-        return count
-    n = 0
-    for k in range(3):
-        j = 3 * k
-        a = (
-            tree.corners[f, j] - p[0],
-            tree.corners[f, j + 1] - p[1],
-            tree.corners[f, j + 2] - p[2],
-        )
-        j = 3 * ((k + 1) % 3)
-        b = (
-            tree.corners[f, j] - p[0],
-            tree.corners[f, j + 1] - p[1],
-            tree.corners[f, j + 2] - p[2],
-        )
-        one, two = dot(a, d), dot(b, d)
-        if one > _NEAR:
-            sides[count, n, 0] = dot(a, u) / (one * radius)
-            sides[count, n, 1] = dot(a, v) / (one * radius)
-            n += 1
-        if (one > _NEAR) != (two > _NEAR):
-            share = (_NEAR - one) / (two - one)
-            w = (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]),
-                 a[2] + share * (b[2] - a[2]))  # fmt: skip
-            sides[count, n, 0] = dot(w, u) / (_NEAR * radius)
-            sides[count, n, 1] = dot(w, v) / (_NEAR * radius)
-            n += 1
-    if n < 3:
-        return count
-    # All of the disc before one side: outside. Behind all sides: it is covered whole.
-    sign = -1.0 if height > 0.0 else 1.0  # wound as in the tree, or seen from behind
-    inside = True
-    for k in range(n):
-        x, y, dx, dy, turn = find_disc_side(sides[count], k, n)
-        away, length = sign * turn * (x * dy - y * dx), math.hypot(dx, dy)
-        if away <= -length:
-            return count
-        inside = inside and away >= length
-    if inside:
-        return -1
-    sizes[count] = n
-    return count + 1

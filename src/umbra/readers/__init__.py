@@ -108,7 +108,8 @@ def read(  # noqa: PLR0913  (each option by its name)
     lift : sequence of str
         ``LAYER=M``, by which the layer is raised [m], or ``LAYER=ground``.
     move : sequence of str
-        ``LAYER=DX,DY[,DZ]``, by which the layer is moved [m].
+        ``LAYER=DX,DY[,DZ][,TURN]``, by which the layer is moved [m], after it was turned clockwise
+        about the middle of its plan [degrees].
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
@@ -208,6 +209,8 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
             choices = replace(choices, region=choices.region.settle(model.crs))
             model = _keep_inside(model, choices.region, path)
         layers.append(FileLayer(name, path, model, placing))
+        if placing is not None:
+            source = replace(source, moved=(*placing.move, placing.turn))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     if unused := tell_unused_crs(named, choices.crs):
         model = layers[0].model

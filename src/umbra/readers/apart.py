@@ -216,6 +216,7 @@ def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | No
         return (
             f"it was placed there: {by_hand} takes x and y of the other layers, which lie at "
             f"x {x:.0f} to {right:.0f}, y {y:.0f} to {top:.0f}, or latitude, longitude"
+            + ("" if neighbour.crs else " once crs= names the CRS that they are in")
         )
     if place is not None and file.site is not None:
         x, y = place

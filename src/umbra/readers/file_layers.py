@@ -144,7 +144,7 @@ def _place(
 ) -> dict[str, NDArray[np.float64]]:
     """Place layers as the caller or their site says; return how, by the name of the file."""
     wanted = _find_placings(layers, moved, crs)
-    frames = {}
+    frames, plain = {}, list(moved)
     named = {one.layer for one in wanted if one}
     has_raster = any(layer.model.is_terrain for layer in layers)
     for k, (layer, placing) in enumerate(zip(layers, wanted)):
@@ -156,6 +156,12 @@ def _place(
                 moved[k], others or _list_others(layers, moved, layer.name), crs, placing,
                 is_afloat=layer.model.is_afloat and has_raster,
                 own_ground=layer.model.place.ground,
+                beside=[
+                    part
+                    for i, one in enumerate(layers)
+                    if i != k and one.name == layer.name
+                    for part in plain[i]
+                ] if placing.turn else (),
             )  # fmt: skip
             moved[k] = placed.parts
             if placed.note not in notes:
@@ -178,7 +184,7 @@ def _find_placings(
             rest = [plan for i, plan in enumerate(plans) if i != k and wanted[i] is None]
             found = find_by_site(layer.name, plans[k], rest, crs, plans[sited[0]])
             if found is not None and asked is not None:  # moved or lifted from there
-                found = replace(found, move=asked.move, lift=asked.lift)
+                found = replace(found, move=asked.move, turn=asked.turn, lift=asked.lift)
             wanted[k] = found or asked
     return wanted
 

@@ -34,7 +34,7 @@ _AFLOAT = ("Bridge", "Tunnel", "Canopy")  # kinds that begin so show nothing of 
 _FORMS = {
     "place": "LAYER=X,Y[,Z][,AZIMUTH], such as 'new=2500,340500' or 'new=48.2029,16.3658,,90'",
     "lift": "LAYER=M or LAYER=ground, such as 'new=0.5'",
-    "move": "LAYER=DX,DY[,DZ], such as 'new=10,-2.5'",
+    "move": "LAYER=DX,DY[,DZ][,TURN], such as 'new=10,-2.5' or 'new=10,-2.5,,30'",
 }
 
 
@@ -52,6 +52,8 @@ class Placing:
         Of its y axis, clockwise from the plan's [degrees].
     move : tuple of float
         Along x, y, z, afterwards [m].
+    turn : float
+        Clockwise about the middle of its plan, before the move [degrees].
     lift : float or str
         Afterwards [m]; or ``'ground'``, for its lowest point.
     reason : str
@@ -62,6 +64,7 @@ class Placing:
     at: tuple[float, ...] | None = None
     azimuth: float = 0.0
     move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: float = 0.0
     lift: float | str = 0.0
     reason: str = ""
 
@@ -107,10 +110,12 @@ def _read_place(placing: Placing, text: str, words: Sequence[str]) -> Placing:
 
 
 def _read_move(placing: Placing, text: str, words: Sequence[str]) -> Placing:
-    if not 2 <= len(words) <= 3:
+    if not 2 <= len(words) <= 4:
         raise _refuse(text, "move")
-    dx, dy, dz = (*_read_numbers("move", text, words), 0.0)[:3]
-    return replace(placing, move=(dx, dy, dz))
+    has_height = len(words) > 2 and bool(words[2].strip())
+    dx, dy, dz = (*_read_numbers("move", text, words[: 3 if has_height else 2]), 0.0)[:3]
+    (turn,) = _read_numbers("move", text, words[3:]) or (0.0,)
+    return replace(placing, move=(dx, dy, dz), turn=turn)
 
 
 def _read_lift(placing: Placing, text: str, words: Sequence[str]) -> Placing:
@@ -162,7 +167,7 @@ def check_placings(placings: Sequence[Placing], layers: Sequence[str]) -> None:
 def _name_option(placing: Placing) -> str:
     if placing.at is not None:
         return "place"
-    return "move" if any(placing.move) else "lift"
+    return "move" if any(placing.move) or placing.turn else "lift"
 
 
 def place_parts(
@@ -174,6 +179,7 @@ def place_parts(
     *,
     is_afloat: bool = False,
     own_ground: float | None = None,
+    beside: Sequence[Part] = (),
 ) -> Placed:
     """
     Bring the parts of a layer to their place.
@@ -192,6 +198,8 @@ def place_parts(
         Whether the parts are set on the ground one by one afterwards.
     own_ground : float, optional
         Height of its ground that the layer's file states, in the coordinates of ``parts`` [m].
+    beside : sequence of Part
+        Other files' parts of the layer, with which it turns.
 
     Returns
     -------
@@ -206,9 +214,7 @@ def place_parts(
     told: list[str] = []
     if placing.at is not None:
         x, y, how = _find_plan(placing, crs)
-        turn = math.radians(placing.azimuth)
-        cos, sin = round(math.cos(turn), 15), round(math.sin(turn), 15)
-        matrix[:2, :2] = [[cos, sin], [-sin, cos]]
+        matrix[:2, :2] = _turn_plan(placing.azimuth)
         matrix[:3, 3] = x, y, (*placing.at, 0.0)[2]
         if frame is not None:
             matrix = matrix @ np.linalg.inv(frame)
@@ -216,6 +222,13 @@ def place_parts(
         told.append(f"{how}, its y axis {azimuth:.2f}° clockwise from the plan's north")
     shift = np.eye(4)
     shift[:2, 3] = placing.move[:2]
+    if placing.turn:
+        corners = Scene((*parts, *beside), np.zeros(3)).triangles().find_corners()
+        plan = transform_points(matrix, corners)[:, :2]
+        middle = (plan.min(0) + plan.max(0)) / 2 if len(plan) else np.zeros(2)
+        shift[:2, :2] = _turn_plan(placing.turn)
+        shift[:2, 3] += middle - shift[:2, :2] @ middle
+        told.append(f"turned by {placing.turn:.2f}° clockwise about the middle of its plan")
     matrix = shift @ matrix
     if any(placing.move):
         told.append("moved by {:.2f}, {:.2f}, {:.2f} m".format(*placing.move))
@@ -228,6 +241,13 @@ def place_parts(
         told.append(f"lifted by {float(placing.lift):.2f} m")
     moved = move_parts_by(parts, matrix)
     return Placed(moved, matrix, _tell(placing, [*told, how]))
+
+
+def _turn_plan(azimuth: float) -> NDArray[np.float64]:
+    """Return the matrix (2, 2) that turns a plan clockwise [degrees]."""
+    turn = math.radians(azimuth)
+    cos, sin = round(math.cos(turn), 15), round(math.sin(turn), 15)
+    return np.array([[cos, sin], [-sin, cos]])
 
 
 def _tell(placing: Placing, told: Sequence[str]) -> str:

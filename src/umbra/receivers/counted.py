@@ -1,7 +1,7 @@
 """Receivers that count in a study's figures, and their weights."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,10 @@ class Counted:
     def add_up(self, test: NDArray[np.bool_]) -> float:
         """Return the weight of the receivers that pass a test."""
         return float(self.weight[self.which & test].sum())
+
+    def with_value(self, values: NDArray) -> "Counted":
+        """Return those of them whose value is a number."""
+        return replace(self, which=self.which & np.isfinite(values))
 
     def average(self, values: NDArray) -> float:
         """Return the weighted mean."""

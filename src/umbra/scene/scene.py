@@ -33,7 +33,8 @@ class Source:
     ``is_companion``: a file that belongs to a named one and holds a piece of it. ``path`` and
     ``layer``: where it was read, and the layer of its parts. ``frame``: the matrix, row by row, by
     which a file's own coordinates were brought to their place, if they were. ``ground``: the height
-    of the level ground in its own coordinates, if it states it [m].
+    of the level ground in its own coordinates, if it states it [m]. ``moved``: by how much its
+    layer was moved along x, y, z [m] and turned before [degrees], if the caller asked for it.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Source:
     layer: str = field(default="", compare=False, repr=False)
     frame: tuple[float, ...] = field(default=(), compare=False, repr=False)
     ground: float | None = field(default=None, compare=False, repr=False)
+    moved: tuple[float, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

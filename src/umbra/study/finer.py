@@ -7,9 +7,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.devices import DEVICES
 from umbra.lights import Lights, Period
 from umbra.scene.grid import Grid
-from umbra.study.loop import add_up, make_tile_run
+from umbra.study.light_sums import add_up
+from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
 from umbra.sun import find_sun
 
@@ -103,7 +105,8 @@ def count_finer(
     -------
     finer : FinerHours or None
         None if the work does not allow finer steps, and for nights, several dates together,
-        views of some parts, canopies, the sun's disc, and studies that solve instants exactly.
+        views of some parts, devices of packages, canopies, the sun's disc, and studies that solve
+        instants exactly.
     """
     facts, period = study.facts, study.period
     if (
@@ -112,6 +115,7 @@ def count_finer(
         or len(period.days) > 1
         or not period.sun.is_up.any()
         or not facts.keys().isdisjoint(_OTHERWISE)
+        or facts["device"] not in DEVICES  # whose work is not known
     ):
         return None
     grid = study.grid.coarser(longest) if longest else study.grid

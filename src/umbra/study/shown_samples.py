@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.devices import CHOICES, DEFAULT
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.nearest_samples import find_nearest
 from umbra.receivers.orthographic import SurfacesFromAbove
@@ -95,14 +96,14 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
             image[..., ground.pixels] = found.reshape(*lead, -1)[..., ground.cells]
         return image.reshape(*lead, *laid.shape)
 
-    shown = {name for of in _SHOWN for name in (of, f"{of}_by_day")}
+    shown = {name for of in _SHOWN for name in (of, f"{of}_by_day", f"{of}_by_month")}
     shown |= {name for one in study.quantities for name in (one.name, f"{one.name}_lost")}
     more = {
         name: ((*dims[:-1], *laid.dims), show(name, values))
         for name, (dims, values) in study.more.items()
         if name in shown
     }
-    others = {"day", "neighbour", "caster"}
+    others = {"day", "month", "neighbour", "caster"}
     more |= {name: one for name, one in study.more.items() if others.issuperset(one[0])}
     hours = show("shadow_hours", study.shadow_hours)
     return replace(
@@ -117,6 +118,8 @@ def _count_ground(
     x, y = tile.frame.position[::-1].reshape(-1, 3)[pixels, :2].T
     room = (_REACH + 1) * cell
     kept = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
+    if options.device not in CHOICES:  # that of a package counts what was asked, not backgrounds
+        kept["device"] = DEFAULT
     extent = (x.min() - room, y.min() - room, x.max() + room, y.max() + room)
     asked = options.ask_hours("ground", measures=True, cell=cell, size=None, extent=extent, **kept)
     plan = run(study.model.scene, study.site, asked)

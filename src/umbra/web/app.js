@@ -11,6 +11,8 @@ import { layHours } from "./hours.js";
 import { isShortcut } from "./keys.js";
 import { describeHours } from "./legend.js";
 import { findOpening } from "./opening.js";
+import { makeMove } from "./move_panel.js";
+import { isMoved, Proposal, tellMove } from "./moved.js";
 import { Orbit } from "./orbit.js";
 import { Dome, isUp } from "./paths.js";
 import { findShown, listThings, makeParts } from "./parts.js";
@@ -25,24 +27,6 @@ import { makeTimebar } from "./timebar.js";
 import { findBuilt, findDense, findRise, frame } from "./viewpoint.js";
 import { makeYearPanel } from "./year_panel.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
-
-/**
- * @typedef {object} Config
- * @property {string} name of the model, for files
- * @property {string} title
- * @property {string} subtitle
- * @property {Record<string, any>} view as umbra's window saves it, in the model's own coordinates
- * @property {boolean} isFramed whether the first view shows the whole model
- * @property {number | null} ground in the model's own coordinates [m]
- * @property {number[]} proposed parts of the proposal
- * @property {number[]} removed parts that it replaces
- * @property {string[]} notes
- * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
- * @property {Hours | null} hours
- * @property {boolean} hasLink whether the page's address keeps the view
- * @property {boolean} takesWheel whether the wheel zooms without Ctrl
- * @property {string} poster a picture for browsers without WebGL2
- */
 
 const SPARSE =
   "The objects stand far apart: the view opens where most of them are; " +
@@ -104,13 +88,16 @@ export class App {
     this.plane = findPlane(this, this.state);
     this.#findParts();
 
+    this.proposal = new Proposal(model);
     this.stage = new Stage(this);
+    this.#put();
     this.sunHours = new SunHours(this);
     this.parts = makeParts(this);
     this.timebar = makeTimebar(this);
     this.place = makePlacePanel(this);
     this.sky = makeSkyPanel(this, this.place.findDays);
     this.year = makeYearPanel(this);
+    this.move = makeMove(this);
     const share = makeShare(this);
     const hours = makeHours(this);
     this.panels = [
@@ -119,6 +106,7 @@ export class App {
       this.sky,
       ...(this.year ? [this.year] : []),
       this.parts,
+      this.move,
       ...(hours ? [hours] : []),
       makeMeasure(this),
       makeSection(this),
@@ -209,8 +197,10 @@ export class App {
     }
     if (some.standing && !this.hasChanges && this.state.compare !== "after")
       this.state.compare = "after";
+    if (some.standing || some.move) this.#put();
     if (some.section !== undefined) this.plane = findPlane(this, this.state);
-    if (some.hasHours !== undefined && some.hasHours !== state.hasHours) this.#layHours();
+    const isAway = isMoved(this.state.move);
+    if (this.state.hasHours !== state.hasHours || isAway !== isMoved(state.move)) this.#layHours();
     this.sun = this.daylight.sun(this.state);
     this.redraw();
   }
@@ -243,6 +233,16 @@ export class App {
   }
 
   saving = 0;
+
+  /** Bring the proposal to its place. */
+  #put() {
+    const { standing, move } = this.state;
+    const parts = [...standing].flatMap(([k, one]) => (one === "proposed" ? this.things[k].parts : []));
+    const moved = this.proposal.put(parts, move);
+    if (!moved) return;
+    this.revision++;
+    this.stage.renderer.remake(moved.faces, moved.turned, move.turn);
+  }
 
   #findParts() {
     const { standing } = this.state,
@@ -331,6 +331,7 @@ export class App {
     const hours = state.hasSunHours && describeHours(this);
     return [
       config.title,
+      tellMove(this.proposal),
       ...(hours
         ? [`${hours.title}, ${hours.when}`]
         : [when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`]),
@@ -386,7 +387,7 @@ export class App {
 
   async #layHours() {
     const { hours } = this.config,
-      isShown = () => hours && this.state.hasHours;
+      isShown = () => hours && this.state.hasHours && !isMoved(this.state.move);
     const overlay = hours && isShown() ? await layHours(hours, this.config.palette, this.model) : null;
     if (overlay && !isShown()) return;
     this.stage.renderer.setOverlay(overlay);

@@ -42,7 +42,7 @@ export const makeFrame = (app, panels, keys) => {
   );
   const picture = el("main", { class: "picture" }, stage.canvas, stage.cover, sides);
   const swipe = makeSwipe(app, picture);
-  picture.append(swipe, views, app.place.brief, app.sky.small, makeHourTip(app, stage.canvas));
+  picture.append(swipe, views, app.place.brief, app.sky.small, app.move.handles, makeHourTip(app, stage.canvas));
   const notes =
     app.notes.length > 0 &&
     fold(

@@ -1,6 +1,7 @@
 // A model as Python packed it (pack.py), unpacked for drawing and for rays.
 
 import { BLOCK, makeBoxes, widen } from "./boxes.js";
+import { findPlane } from "./planes.js";
 import { traceRay } from "./trace.js";
 
 /**
@@ -89,6 +90,8 @@ export class Model {
     this.hasGlass = this.parts.some(({ opacity }) => opacity < 1);
     /** @type {number} */
     this.faceCount = streams.part.length;
+    /** positions are whole multiples of it [m] @type {number} */
+    this.step = header.step;
     this.places = findPlaces(streams.places, header.step);
     this.faces = findFaces(streams.corners);
     this.facePart = streams.part;
@@ -208,7 +211,7 @@ function findFaces(below) {
 }
 
 /**
- * Planes (4, n) as `make_planes` of umbra.volume.
+ * Planes (4, n), row by row.
  * @param {Float64Array} places
  * @param {Uint32Array} faces
  */
@@ -216,17 +219,8 @@ function findPlanes(places, faces) {
   const count = faces.length / 3;
   const planes = new Float64Array(4 * count);
   for (let f = 0; f < count; f++) {
-    const [i, j, k] = [3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]];
-    const [x, y, z] = [places[i], places[i + 1], places[i + 2]];
-    const [ax, ay, az] = [places[j] - x, places[j + 1] - y, places[j + 2] - z];
-    const [bx, by, bz] = [places[k] - x, places[k + 1] - y, places[k + 2] - z];
-    const nx = ay * bz - az * by;
-    const ny = az * bx - ax * bz;
-    const nz = ax * by - ay * bx;
-    planes[f] = nx;
-    planes[count + f] = ny;
-    planes[2 * count + f] = nz;
-    planes[3 * count + f] = -(nx * x + ny * y + nz * z);
+    const plane = findPlane(places, faces, f);
+    for (let row = 0; row < 4; row++) planes[row * count + f] = plane[row];
   }
   return planes;
 }

@@ -1,7 +1,29 @@
 // The view with which a page begins.
 
 import { isDate } from "./clock.js";
+import { NOWHERE } from "./moved.js";
 import { fromLink } from "./state.js";
+
+/**
+ * @typedef {object} Config
+ * @property {string} name of the model, for files
+ * @property {string} title
+ * @property {string} subtitle
+ * @property {Record<string, any>} view as umbra's window saves it, in the model's own coordinates
+ * @property {boolean} isFramed whether the first view shows the whole model
+ * @property {number | null} ground in the model's own coordinates [m]
+ * @property {string | null} crs of the model's own coordinates
+ * @property {Record<string, [number, number, number, number]>} moves of layers that `--move` moved:
+ *   east, north, up [m], and clockwise about the middle of their plan [degrees]
+ * @property {number[]} proposed parts of the proposal
+ * @property {number[]} removed parts that it replaces
+ * @property {string[]} notes
+ * @property {import('./hours.js').Palette} palette of hours in shadow, and of no sun; sRGB 0 to 255
+ * @property {Hours | null} hours
+ * @property {boolean} hasLink whether the page's address keeps the view
+ * @property {boolean} takesWheel whether the wheel zooms without Ctrl
+ * @property {string} poster a picture for browsers without WebGL2
+ */
 
 /**
  * The link's view, else the one that was packed; a link's is not framed.
@@ -26,6 +48,7 @@ export const findOpening = ({ config, model: { origin, parts }, thingOf, things 
     azimuth: view.sun.azimuth,
     altitude: view.sun.altitude,
     standing,
+    move: NOWHERE,
     compare: standing.size ? "swipe" : "after",
     swipe: 0.5,
     place: null,

@@ -24,7 +24,7 @@ import { Passes, SKYLIGHT } from "./passes.js";
 import { Selection } from "./selection.js";
 import { findPlace } from "./shadows.js";
 import { Targets } from "./targets.js";
-import { findCreases, makeBuffers, makeSurfaces } from "./surfaces.js";
+import { findCreases, makeBuffers, makeSurfaces, moveSurfaces } from "./surfaces.js";
 import { findUniforms } from "./uniforms.js";
 import { measure, move, scale, subtract } from "./vectors.js";
 import { Sight } from "./view.js";
@@ -141,6 +141,28 @@ export class Renderer {
     this.cast = cast;
     this.show = show;
   }
+
+  /**
+   * Draw faces where the model has them now.
+   * @param {number[]} changed faces that moved
+   * @param {number[]} turned those of them that are turned from where they were packed
+   * @param {number} angle [degrees]
+   */
+  remake(changed, turned, angle) {
+    const { device, model, surfaces } = this,
+      { gl } = device;
+    this.packed ??= surfaces.vertices.slice(0);
+    moveSurfaces(model, surfaces, this.packed, changed, new Set(turned), angle);
+    for (const stage of this.stages) stage.delete();
+    this.stages = [];
+    this.sights.clear();
+    gl.deleteBuffer(this.buffers.surface);
+    gl.deleteBuffer(this.buffers.doubled);
+    this.buffers = makeBuffers(device, model, surfaces);
+  }
+
+  /** @type {ArrayBuffer | null} vertices of surfaces before any move */
+  packed = null;
 
   /** @param {View[] | null} views drawn in their order; null: one of the whole canvas */
   setViews(views) {

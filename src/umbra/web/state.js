@@ -1,6 +1,7 @@
 // What a page shows, as one record, and the same as a link or as a file.
 
 import { isDate } from "./clock.js";
+import { isMoved, NOWHERE } from "./moved.js";
 import { STEP } from "./steps.js";
 
 /** Where an object stands: in both states, only after or only before a change, or nowhere. */
@@ -21,6 +22,7 @@ import { STEP } from "./steps.js";
  * @property {number} azimuth
  * @property {number} altitude
  * @property {Map<number, Standing>} standing of objects that do not stand in both states
+ * @property {import('./moved.js').Move} move of what is proposed
  * @property {Compare} compare
  * @property {number} swipe share of the picture's width
  * @property {Place | null} place
@@ -41,6 +43,7 @@ export const COMPARE = /** @type {const} */ (["after", "before", "swipe", "besid
 export const AXES = /** @type {const} */ (["level", "north", "east"]);
 const PLAYED = /** @type {const} */ (["day", "year"]);
 const FLAGS = /** @type {const} */ (["hasPath", "hasCompass", "hasHours", "hasEdges", "hasSunHours"]);
+export const FARTHEST = 1e5; // way of a move [m]
 const LETTERS = { proposed: "p", removed: "r", off: "o" };
 
 /** @param {number} value @param {number} digits */
@@ -81,6 +84,8 @@ export const toLink = (state, origin) => {
       .map(([object]) => object);
     if (some.length) parts.push([letter, toRanges(some)]);
   }
+  const { dx, dy, turn } = state.move;
+  if (isMoved(state.move)) parts.push(["move", [dx, dy, turn].map((v) => round(v, 3)).join(",")]);
   if (section)
     parts.push(["cut", `${section.axis},${round(section.at, 4)},${Number(section.flipped)}`]);
   if (place)
@@ -153,6 +158,10 @@ export const fromLink = (link, origin, objects, partCount) => {
       standing.set(object, /** @type {Standing} */ (name));
   }
   if (standing.size || mode) state.standing = standing;
+  const move = numbers(given.get("move"), 3);
+  if (move && Math.hypot(move[0], move[1]) <= FARTHEST)
+    state.move = { dx: move[0], dy: move[1], turn: move[2] % 360 };
+  else if (look) state.move = NOWHERE;
   const [axis, at, flipped] = (given.get("cut") ?? "").split(",");
   const along = AXES.find((one) => one === axis);
   if (along)

@@ -1,5 +1,6 @@
 // The faces of a model as they are drawn: vertices with normals and colours, creases.
 
+import { turnPlan } from "./moved.js";
 import { dot } from "./vectors.js";
 
 const STRIDE = 24; // bytes: place 12, normal 8, colour 4
@@ -60,6 +61,32 @@ export function makeSurfaces(model) {
     }
   }
   return { vertices: buffer.slice(0, count * STRIDE), corners };
+}
+
+/**
+ * Bring the vertices of faces to where the model's places are, with their normals turned.
+ * @param {Model} model
+ * @param {ReturnType<typeof makeSurfaces>} surfaces
+ * @param {ArrayBuffer} packed their vertices before any move
+ * @param {number[]} changed faces
+ * @param {Set<number>} turned those of them whose normals turn; others are as packed
+ * @param {number} angle clockwise in the plan [degrees]
+ */
+export function moveSurfaces(model, { vertices, corners }, packed, changed, turned, angle) {
+  const floats = new Float32Array(vertices),
+    shorts = new Int16Array(vertices),
+    before = new Int16Array(packed);
+  for (const f of changed) {
+    for (let k = 0; k < 3; k++) {
+      const vertex = corners[3 * f + k],
+        at = (vertex * STRIDE + 12) / 2,
+        place = 3 * model.faces[3 * f + k];
+      floats.set(model.places.subarray(place, place + 3), (vertex * STRIDE) / 4);
+      const [x, y] = turnPlan(before[at], before[at + 1], turned.has(f) ? angle : 0);
+      shorts[at] = Math.round(x);
+      shorts[at + 1] = Math.round(y);
+    }
+  }
 }
 
 /**

@@ -101,7 +101,7 @@ interface Statistics {
 }
 
 type App = import("./app.js").App;
-type Config = import("./app.js").Config;
+type Config = import("./opening.js").Config;
 type Day = import("./daylight.js").Day;
 type Device = import("./device.js").Device;
 type Dome = import("./paths.js").Dome;

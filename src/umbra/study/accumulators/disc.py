@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.lights import Lights
+from umbra.rays.disc_contacts import SEEN, DiscTrack, find_contacts
 from umbra.rays.sun_disc import find_free_disc
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.step_masks import HourSums
+from umbra.study.light_sums import NO_PARTS, LightParts
 from umbra.study.loop import TileRun
 from umbra.sun import find_sun
 
@@ -19,11 +21,10 @@ __all__ = ["RADIUS", "DiscHours"]
 RADIUS = 0.2666
 """Of the sun's disc, its mean through the year [degrees]."""
 _AT_ONCE = 8
-_CLOSE = 1_000_000  # to which contacts are solved [us]
-_SEEN = 1e-9  # least share that is seen: above the rounding of areas, 1e-4 s after contact
-_MINUTE = 60_000_000  # [us]
+_SECOND = 1_000_000  # [us]
+_CLOSE = _SECOND  # to which contacts are solved
 _LOW = 0.02  # sine of the altitude above which the sun's place is smooth in time
-_SOME = 65_536  # receivers whose contacts are solved at a time
+_BITS = 12  # of a coordinate in an order by place
 _NEVER = np.iinfo(np.int64).min
 
 
@@ -43,47 +44,50 @@ class DiscHours(HourSums):
     def __init__(self, arrays: ResultArrays) -> None:
         super().__init__(arrays)
         self._contacts = np.full((2, *arrays.shape), _NEVER)
-        self._minutes, self._suns = np.zeros(0, np.int64), np.zeros((0, 3))
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
         """Add up the hours, and solve the contacts."""
-        count = len(run.tiles[0].places.points)
-        self._first, self._last = (np.full((2, count), _NEVER) for _ in range(2))
+        places = run.tiles[0].places
+        self._order = _order_by_place(places.points)
+        self._places = places.pick(self._order)
+        self._first, self._last = (np.full((2, len(places)), _NEVER) for _ in range(2))
         super().add_sums(run, lights, progress)
         where = run.where if isinstance(run.where, tuple) else (run.where,)
         for k, found in enumerate((self._first, self._last)):
-            solved = self._solve(run.tiles[0], *found)
+            solved = np.zeros(len(places), np.int64)
+            solved[self._order] = self._solve(run.tiles[0], *found)
             self._contacts[k, *where] = solved.reshape(run.shape)
 
     def _add_groups(
         self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
-        progress: Callable[[int], object],
+        progress: Callable[[int], object], parts: LightParts = NO_PARTS,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
         """Return the hours of hidden parts of the disc; canopies have none."""
-        places, casting = run.tiles[0].places, run.tiles[0].casting
+        tile, places = run.tiles[0], self._places
         hours = np.zeros(len(places.points))
         directions = np.ascontiguousarray(lights.directions[:, :3])
-        middles = (lights.starts + lights.ends) // 2
-        before, after = self._find_dark(lights, middles)
+        middles, before, after = self._find_times(lights.step)
         for first in range(0, len(lights), _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
             free = find_free_disc(
-                run.tiles[0].tree, places.points, places.normals, directions[some][:, None],
-                RADIUS, casting.threads,
+                tile.tree, places.points, places.normals, directions[some], RADIUS,
+                tile.casting.threads,
             )  # fmt: skip
             hours += lights.weights[some, 0] @ (1 - free)
-            for k, seen in enumerate(free > _SEEN, first):
+            for k, seen in enumerate(free > SEEN, first):
                 begins = seen & (self._first[1] == _NEVER)
-                self._first[:, begins] = np.array([[before[k]], [middles[k]]])
-                self._last[:, seen] = np.array([[after[k]], [middles[k]]])
+                self._first[:, begins] = [[before[k]], [middles[k]]]
+                self._last[:, seen] = [[after[k]], [middles[k]]]
             progress(len(free))
-        return hours.reshape(run.shape).astype(np.float32), np.zeros(run.shape, np.float32)
+        summed = np.zeros(len(places), np.float32)
+        summed[self._order] = hours
+        return summed.reshape(run.shape), np.zeros(run.shape, np.float32)
 
-    def _find_dark(
-        self, lights: Lights, middles: NDArray[np.int64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _find_times(
+        self, step: NDArray[np.intp]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """
-        Return times before and after each light between which its contacts lie, (n,) [us].
+        Return the middles of steps, and times before and after between which contacts lie [us].
 
         They are the neighbours' middles, and beyond the first and the last sun of a day those of
         the asked hours: the rim rises before the middle, and sets after it.
@@ -92,11 +96,12 @@ class DiscHours(HourSums):
         starts, ends = period.starts, period.ends
         breaks = np.flatnonzero(starts[1:] != ends[:-1]) + 1
         firsts, lasts = np.append(0, breaks), np.append(breaks, len(starts)) - 1
-        block = np.searchsorted(firsts, lights.step, "right") - 1
-        joined = np.append(lights.starts[1:] == lights.ends[:-1], False)
+        block = np.searchsorted(firsts, step, "right") - 1
+        middles = (starts[step] + ends[step]) // 2
+        joined = np.append(starts[step[1:]] == ends[step[:-1]], False)
         after = np.where(joined, np.append(middles[1:], 0), ends[lasts[block]])
         before = np.where(np.roll(joined, 1), np.roll(middles, 1), starts[firsts[block]])
-        return before, after
+        return middles, before, after
 
     def _solve(
         self, tile: Tile, dark: NDArray[np.int64], lit: NDArray[np.int64]
@@ -107,58 +112,31 @@ class DiscHours(HourSums):
         A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there.
         """
         found = lit.copy()
-        which = np.flatnonzero(lit != _NEVER)
-        for first in range(0, len(which), _SOME):
-            some = which[first : first + _SOME]
-            low, high = dark[some], lit[some]
-            high = np.where(self._is_seen(tile, some, low), low, high)
-            left = np.flatnonzero(np.abs(high - low) > _CLOSE)
-            while len(left):
-                middle = (low[left] + high[left]) // 2
-                is_lit = self._is_seen(tile, some[left], middle)
-                high[left[is_lit]] = middle[is_lit]
-                low[left[~is_lit]] = middle[~is_lit]
-                left = left[np.abs(high[left] - low[left]) > _CLOSE]
-            found[some] = high
-        return found
-
-    def _is_seen(
-        self, tile: Tile, some: NDArray[np.intp], times: NDArray[np.int64]
-    ) -> NDArray[np.bool_]:
-        """Return whether receivers see a part of the disc, each at its time."""
-        share = find_free_disc(
-            tile.tree, tile.places.points[some], tile.places.normals[some],
-            self._find_suns(times)[None], RADIUS, tile.casting.threads,
+        some = np.flatnonzero(lit != _NEVER)
+        if not len(some):
+            return found
+        pairs, which = np.unique(np.stack([dark[some], lit[some]]), axis=1, return_inverse=True)
+        found[some] = find_contacts(
+            tile.tree, self._places.points[some], self._places.normals[some], self._follow(pairs),
+            which.ravel(), np.stack([dark[some], lit[some]]), RADIUS, _CLOSE, tile.casting.threads,
         )  # fmt: skip
-        return np.asarray(share[0] > _SEEN)
-
-    def _find_suns(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """
-        Return directions of the sun, (n, 3), by cubics through those of whole minutes.
-
-        They are within 1e-7 of the sun's own, which moves as far in 2 ms. Near the horizon, where
-        refraction begins, each is found by itself.
-        """
-        nodes, which = np.unique(
-            (times // _MINUTE)[:, None] + np.arange(-1, 3), return_inverse=True
-        )
-        new = np.setdiff1d(nodes, self._minutes)
-        if len(new):
-            every = np.concatenate([self._minutes, new])
-            suns = np.concatenate([self._suns, self._find_sun(new * _MINUTE)])
-            order = np.argsort(every)
-            self._minutes, self._suns = every[order], suns[order]
-        each = self._suns[np.searchsorted(self._minutes, nodes)][which.reshape(-1, 4)]
-        t = times % _MINUTE / _MINUTE
-        weights = np.stack([
-            -t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
-            -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6,
-        ], 1)  # fmt: skip
-        found = np.einsum("nk,nkj->nj", weights, each)
-        found /= np.linalg.norm(found, axis=1, keepdims=True)
-        low = np.flatnonzero(each[:, :, 2].min(1) < _LOW)
-        found[low] = self._find_sun(times[low])
         return found
+
+    def _follow(self, pairs: NDArray[np.int64]) -> DiscTrack:
+        """
+        Return the sun's way between pairs of times, (2, n) [us].
+
+        It is straight within a quarter of a minute, to 2e-7, which the sun moves in 3 ms. Near the
+        horizon, where refraction begins at once, it has a direction each second.
+        """
+        starts, ends = pairs.min(0), pairs.max(0)
+        low = np.minimum(*(self._find_sun(times)[:, 2] for times in pairs)) < _LOW
+        steps = np.where(low, _SECOND, 15 * _SECOND)
+        counts = np.maximum(-(-(ends - starts) // steps), 1) + 1
+        first = np.append(0, np.cumsum(counts))
+        at = np.arange(first[-1]) - np.repeat(first[:-1], counts)
+        times = np.repeat(starts, counts) + at * np.repeat(steps, counts)
+        return DiscTrack(starts, steps, first, self._find_sun(times))
 
     def _find_sun(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return directions of the sun, (n, 3)."""
@@ -176,3 +154,15 @@ class DiscHours(HourSums):
             "first_contact": (laid.dims, times[0]),
             "last_contact": (laid.dims, times[1]),
         }
+
+
+def _order_by_place(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return an order in which points (n, 3) that follow each other lie together (Morton 1966)."""
+    low, high = points.min(0, initial=np.inf), points.max(0, initial=-np.inf)
+    scale = (2**_BITS - 1) / max(float((high - low).max()), 1e-9) if len(points) else 1.0
+    cells = ((points - low) * scale).astype(np.int64)
+    keys = np.zeros(len(points), np.int64)
+    for bit in range(_BITS):
+        for axis in range(3):
+            keys |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(keys, kind="stable")

@@ -38,6 +38,7 @@ from umbra.writers.folder.captions import (
     tell_times,
 )
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
+from umbra.writers.folder.month_maps import BY_MONTH, draw_months
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -99,6 +100,8 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
     names = ["hours.png", "profile.png"]
     if "hours_lost" in job.study.more:
         names += draw_lost(job, sheets.plan, sheets.preview)
+    if BY_MONTH in job.study.more:
+        names += draw_months(job, sheets.plan)
     if "caster" in job.study.more:
         from umbra.writers.folder.who import draw_who  # noqa: PLC0415  (it loads matplotlib)
 

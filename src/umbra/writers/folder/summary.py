@@ -95,9 +95,11 @@ def tell_answers(
         if counted is None or figures["mean"] is None:
             continue
         mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
+        of = counted.with_value(study.more[one.name][1])
         lines.append(
-            f"{one.long_name}: {mean} in the mean of {counted.tell_whole()} "
-            f"({counted.name}), from {least} to {most}"
+            f"{one.long_name}: {mean} in the mean of {of.tell_whole()} "
+            f"({counted.name}{' with a value' if of.whole < counted.whole else ''}), "
+            f"from {least} to {most}"
         )
     return lines
 
@@ -154,7 +156,10 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     days = study.period.days
     date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
     prefix = f"{date}: " if date else ""
-    left = f"{prefix}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"
+    possible = 100 * counted.average(study.sun_hours) / study.up_hours
+    share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
+    left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
+    left += f"{never:.3g} % without sun"
     if "hours_lost" not in study.more:
         return [left]
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
@@ -185,6 +190,7 @@ def _find_hours(study: Study) -> dict[str, Any]:
         "hours": study.up_hours,
         "most_shadow_hours": float(known.max(initial=0.0)),
         "mean_shadow_hours": float(known.mean()) if known.size else None,
+        "mean_sun_hours": study.up_hours - float(known.mean()) if known.size else None,
     }
 
 
@@ -199,7 +205,10 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
         names = np.asarray(study.more[one.per][1]).tolist()
         each = {name: counted.average(row) for name, row in zip(names, values, strict=True)}
         return {"unit": one.unit, "of": each}
+    counted = counted.with_value(values)
     known = values[counted.which]
+    if not len(known):
+        return figures
     least, most = float(known.min()), float(known.max())
     return {**figures, "mean": counted.average(values), "least": least, "most": most}
 
