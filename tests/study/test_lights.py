@@ -10,7 +10,8 @@ import umbra
 from umbra.lights import Lights
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Request
-from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, pass_lights
+from umbra.study.light_sums import add_up
+from umbra.study.loop import Accumulator, TileRun, count_passes, pass_lights
 from umbra.study.options import StudyOptions
 from umbra.study.shadow_study import count_lights
 

@@ -6,7 +6,8 @@ from support.cities import DAY, make_houses, write_city
 
 import umbra
 from umbra.lights import Lights
-from umbra.study.loop import Accumulator, add_up
+from umbra.study.light_sums import add_up
+from umbra.study.loop import Accumulator
 from umbra.study.setup import Setup
 from umbra.tiles.neighbourhood import find_reaching
 

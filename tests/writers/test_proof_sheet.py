@@ -3,13 +3,22 @@
 import numpy as np
 import pytest
 from matplotlib.text import Text
+from support.days import parts
+from support.shapes import box
 
+import umbra
+from umbra.study import StudyOptions
+from umbra.study.replaced import leave_replaced
+from umbra.verdicts.judged_receivers import Gathered
 from umbra.verdicts.outcome import FAIL, PASS
+from umbra.verdicts.sunlight import Model
 from umbra.writers.paper import SMALL, Leaf, Paper, measure_text
 from umbra.writers.proof.book import Book, Titles
 from umbra.writers.proof.column import Brief
 from umbra.writers.proof.drawing import Drawing, Line, group_windows
+from umbra.writers.proof.drawing import make_drawing as collect_drawing
 from umbra.writers.proof.flow import Flow, TableOf
+from umbra.writers.proof.key import list_key
 from umbra.writers.proof.labels import Labels, list_around
 from umbra.writers.proof.paper_sheets import draw_sheets
 from umbra.writers.proof.pen import draw_plan
@@ -134,3 +143,20 @@ def test_a_tables_head_stands_on_each_of_its_pages(paper):
     assert len(facts) > 1
     assert shown.count(f"sheet 2 of {len(book.leaves)}") == 1
     assert measure_text("x" * 90, SMALL) < flow.room
+
+
+def test_what_a_proposal_replaces_is_drawn_apart():
+    scene = parts(house=box((0, 0, 0), (9, 9, 9)), old=box((2, 2, 0), (8, 7, 4)),
+                  near=box((20, 0, 0), (30, 9, 9)))  # fmt: skip
+    asked = {"proposed": ["house"], "replace": ["old"]}
+    left, _ = leave_replaced(scene, asked["proposed"], asked["replace"], None)
+    model = Model(
+        scene=left, site=umbra.Site(48.2, 16.37, "Europe/Vienna"), year=2026,
+        options=StudyOptions(date="2026-03-21", **asked), proposed=("house",),
+    )  # fmt: skip
+    drawing = collect_drawing(Gathered(model), [])
+    outlines = (drawing.replaced, drawing.proposal, drawing.buildings)
+    assert [[ring.max(0).tolist() for ring in own] for own in outlines] == [
+        [[8, 7]], [[9, 9]], [[30, 9]]
+    ]  # fmt: skip
+    assert [key.kind for key in list_key(drawing, [])] == ["box", "dashed", "box"]

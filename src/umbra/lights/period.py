@@ -79,6 +79,16 @@ class Period:
         lengths = np.where(self.sun.is_up, self.hours, 0.0)
         return np.bincount(self.day_of_step, lengths, len(self.days)).astype(np.float64)
 
+    @property
+    def months(self) -> tuple[int, ...]:
+        """Months of the year in which the dates lie, ascending, January is 1."""
+        return tuple(sorted({day.month for day in self.days}))
+
+    @property
+    def month_of_day(self) -> NDArray[np.intp]:
+        """Index of each day's month in ``months``, (n_days,)."""
+        return np.searchsorted(self.months, [day.month for day in self.days])
+
     def make_lights(self, which: NDArray[np.bool_] | None = None) -> Lights:
         """
         Return the suns above the horizon at the steps' midpoints, weighted by hours.

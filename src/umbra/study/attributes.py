@@ -33,6 +33,12 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "under_canopy": {"long_name": "whether the cell is behind canopies alone", "units": "1"},
     "day": {"long_name": "local date"},
     "up_hours_by_day": {"long_name": "hours with the sun up on the day", "units": "h"},
+    "month": {"long_name": "month of the year, January is 1"},
+    "dates_by_month": {"long_name": "number of dates in the month", "units": "1"},
+    "up_hours_by_month": {
+        "long_name": "hours a day with the sun up, mean of the month's dates",
+        "units": "h",
+    },
     "first_sun": {"long_name": "when the first spell of sun begins, UTC", "standard_name": "time"},
     "first_contact": {
         "long_name": "when a part of the sun's disc first appears, UTC",
@@ -99,7 +105,7 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "neighbour_mean_hours_lost": {"long_name": "hours of sun lost, mean of the area", "units": "h"},
     "shaded_share": {"long_name": "share of the time with the sun up in shadow", "units": "1"},
 }
-_BY_DAY = "_by_day"
+_BY_DAY, _BY_MONTH = "_by_day", "_by_month"
 _SUMMED = {
     *("shadow_hours", "sun_hours", "canopy_hours", "cast_hours", "sole_hours", "hours_lost"),
     *("sun_spells", "sun_hours_in_spells", "neighbour_most_hours_lost"),
@@ -139,6 +145,10 @@ def find_attributes(
         attributes = dict(_ATTRIBUTES.get(name.removesuffix(_BY_DAY), {}))
         if attributes:
             attributes["long_name"] += ", on the day"
+    elif not attributes and name.endswith(_BY_MONTH):
+        attributes = dict(_ATTRIBUTES.get(name.removesuffix(_BY_MONTH), {}))
+        if attributes:
+            attributes["long_name"] += " a day, mean of the month's dates"
     elif dates > 1 and name in _SUMMED:
         how = "of" if name == "shaded_share" else "sum of"
         attributes["long_name"] += f", {how} {dates} dates"

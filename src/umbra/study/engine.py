@@ -17,7 +17,8 @@ from umbra.devices import StudyCounters
 from umbra.lights import Lights, Period
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.counters import RayCounter
-from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, make_tile_run, pass_lights
+from umbra.study.light_sums import add_up
+from umbra.study.loop import Accumulator, TileRun, count_passes, make_tile_run, pass_lights
 
 __all__ = ["HiddenSums", "Progress", "count_each_tile", "run_by_tiles", "run_on_device"]
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from umbra.devices import DEVICES
 from umbra.lights import Lights, Period
 from umbra.scene.grid import Grid
-from umbra.study.loop import add_up, make_tile_run
+from umbra.study.light_sums import add_up
+from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
 from umbra.sun import find_sun
 

@@ -11,16 +11,15 @@ from umbra.casters import Canopy
 from umbra.lights import Lights, Period
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.counters import LandCounter, LightCounter
+from umbra.study.light_sums import add_up
 
 __all__ = [
-    "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "make_tile_run", "pass_lights",
-    "round_weights",
+    "AT_ONCE", "Accumulator", "TileRun", "count_passes", "make_tile_run", "pass_lights",
 ]  # fmt: skip
 
 AT_ONCE = 8
 """Number of lights whose masks are held at a time."""
 Reach = Callable[[Lights], Iterable[tuple[NDArray[np.intp], Tile]]]
-_FEW = 4  # mean number of lights per weight from which integers are summed
 
 
 def _ignore(_: int) -> None:
@@ -237,78 +236,3 @@ def count_passes(accumulators: Sequence[Accumulator]) -> int:
     sums = sum(not one.is_streamed and not one.own_lights for one in accumulators)
     more = sum(one.more_passes for one in accumulators)
     return sums + more + len({one.needs_masks for one in accumulators if one.is_streamed})
-
-
-def add_up(
-    counter: Counter,
-    shape: tuple[int, ...],
-    lights: Lights,
-    progress: Callable[[int], object] = _ignore,
-) -> NDArray[np.float32]:
-    """
-    Add the weights of the lights that each receiver does not see.
-
-    Lights of equal weight are counted; distinct weights are added in fixed point, as multiples of
-    a number that is at most 2^-30 of a column's whole. Either way sums are of integers: they do not
-    depend on the order of the lights, on tiles or threads.
-
-    Parameters
-    ----------
-    counter : Counter
-    shape : tuple of int
-        Shape of the receivers.
-    lights : Lights
-    progress : callable
-
-    Returns
-    -------
-    sums : (k, ...) float32
-        Sum of each column.
-    """
-    sums = np.zeros((lights.weights.shape[1], *shape), np.float32)
-    rows, group = np.unique(lights.weights, axis=0, return_inverse=True)
-    group, directions = group.ravel(), lights.directions
-    if _FEW * len(rows) > len(lights) > _FEW * lights.weights.shape[1]:
-        unit = find_unit(lights.weights)
-        whole = np.zeros(sums.shape, np.int32)
-        counter.add_weights(
-            directions, np.rint(lights.weights / unit).astype(np.int32), whole, progress
-        )
-        for total, summed, step in zip(sums, whole, unit, strict=True):
-            np.multiply(summed, step, out=total, casting="same_kind")
-        return sums
-    for k, row in enumerate(rows):
-        counts = np.zeros(shape, np.int32)
-        some = directions[group == k]
-        counter.add_weights(some, np.ones((len(some), 1), np.int32), counts[None], progress)
-        for column in np.flatnonzero(row):
-            total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
-            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
-                total[i] += np.multiply(some, weight, dtype=np.float32)
-    return sums
-
-
-def find_unit(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Find the unit of each column in which its rounded weights (n, k) fit an int32 sum, (k,) float64.
-
-    Each of n roundings is off by half a unit: together by at most n / 2^32 of the column's sum.
-    """
-    whole = np.abs(weights).sum(0)
-    return np.where(whole > 0, whole, 1.0) / (2.0**31 - 1 - len(weights))
-
-
-def round_weights(
-    weights: NDArray[np.float64],
-) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """
-    Round weights (n, k) to whole numbers (n, k), and return the unit of each column (k,).
-
-    Equal weights of a column, zeros aside, are their own unit, so that their sums are exact.
-    """
-    unit = find_unit(weights)
-    if len(weights):
-        most = np.take_along_axis(weights, np.abs(weights).argmax(0)[None], 0)
-        is_equal = ((weights == most) | (weights == 0)).all(0) & (most[0] != 0)
-        unit = np.where(is_equal, most[0], unit)
-    return np.rint(weights / unit).astype(np.int32), unit

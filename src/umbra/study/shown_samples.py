@@ -96,14 +96,14 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
             image[..., ground.pixels] = found.reshape(*lead, -1)[..., ground.cells]
         return image.reshape(*lead, *laid.shape)
 
-    shown = {name for of in _SHOWN for name in (of, f"{of}_by_day")}
+    shown = {name for of in _SHOWN for name in (of, f"{of}_by_day", f"{of}_by_month")}
     shown |= {name for one in study.quantities for name in (one.name, f"{one.name}_lost")}
     more = {
         name: ((*dims[:-1], *laid.dims), show(name, values))
         for name, (dims, values) in study.more.items()
         if name in shown
     }
-    others = {"day", "neighbour", "caster"}
+    others = {"day", "month", "neighbour", "caster"}
     more |= {name: one for name, one in study.more.items() if others.issuperset(one[0])}
     hours = show("shadow_hours", study.shadow_hours)
     return replace(

@@ -228,7 +228,8 @@ class Workplace:
         """Setup of the study of a tile, without its scene."""
         job = self.job
         nowhere = Scene((), self.origin)
-        options, results = job.options, ResultOptions.of(self.period, job.options)
+        options = job.options
+        results = replace(ResultOptions.of(self.period, options), by_month=False)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
         attribution = AttributionOptions()
         if self.groups is not None and (options.asks_hours or self.sees_whole_sky):

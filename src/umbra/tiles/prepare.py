@@ -177,8 +177,8 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    if options.horizon is not None and sees_whole_sky(options):
-        msg = "the exact sky, sky_blocked_by and disc= take no horizon= in tiles; leave one out"
+    if options.horizon is not None and sees_whole_sky(replace(options, disc=False)):
+        msg = "the exact sky and sky_blocked_by take no horizon= in tiles; leave one out"
         raise InputError(msg, option="horizon")
     options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
     options, placed = settle_areas(options, catalogue, _locate(catalogue))

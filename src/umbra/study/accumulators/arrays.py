@@ -47,6 +47,8 @@ class ResultOptions:
         Whether to keep every instant.
     tolerance : float
         Tolerance of solved interval ends [s]; 0: intervals begin and end with steps.
+    by_month : bool
+        Whether hours are also kept for each month.
     """
 
     by_day: bool = False
@@ -54,10 +56,11 @@ class ResultOptions:
     min_spell: int = 0
     masks: bool = False
     tolerance: float = 0.0
+    by_month: bool = False
 
     @classmethod
     def of(cls, period: Period, options: StudyOptions) -> "ResultOptions":
-        """Read the options: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
+        """Read them: ``min_spell`` implies ``spells``, few dates ``by_day``, more ``by_month``."""
         tolerance = float(options.exact)  # True means 1 s
         if not (tolerance == 0 or LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE):
             msg = f"exact instants are solved to 0.001 to 60 s; got {options.exact}"
@@ -68,7 +71,10 @@ class ResultOptions:
         by_day = options.by_day
         if by_day is None:
             by_day = 1 < len(period.days) <= FEW_DAYS
-        return cls(by_day, options.spells or least > 0, least, options.masks, tolerance)
+        is_long = options.by_day is None and not by_day and not options.disc
+        by_month = is_long and len(period.months) > 1 and options.asks_hours
+        spells = options.spells or least > 0
+        return cls(by_day, spells, least, options.masks, tolerance, by_month)
 
     @property
     def is_streamed(self) -> bool:
@@ -78,7 +84,7 @@ class ResultOptions:
     def bytes_kept(self, days: int) -> int:
         """Return the memory of each receiver besides hours and masks [byte]."""
         each = sum(dtype.itemsize for dtype in self._interval_types().values())
-        return each + ((4 + each) * days if self.by_day else 0)
+        return each + ((4 + each) * days if self.by_day else 48 * self.by_month)
 
     def _interval_types(self) -> dict[str, np.dtype]:
         types = dict(_INTERVALS) if self.spells else {}
@@ -110,6 +116,9 @@ class ResultArrays:
     ----------
     shares : (n_days,) float64, optional
         Share of light that canopies transmit.
+    month_of_day : (n_days,) int
+    months : int
+        Number of months of which hours are kept.
     """
 
     def __init__(
@@ -133,6 +142,9 @@ class ResultArrays:
         if canopy is not None:
             self._whole["canopy_hours"] = np.zeros(shape, np.float32)
             types["canopy_hours"] = np.dtype(np.float32)
+        self.month_of_day = period.month_of_day
+        self.months = len(period.months) if results.by_month else 0
+        self._by_month = np.zeros((self.months, *shape), np.float32)
         if results.by_day:
             self._by_day = {name: np.zeros((days, *shape), t) for name, t in types.items()}
 
@@ -158,10 +170,18 @@ class ResultArrays:
         """Store hours in shadow of a tile: of the whole period, or of one day."""
         if day is None:
             self.shadow_hours[where] = hours
-        elif self._by_day:
+            return
+        if self._by_day:
             self._by_day["shadow_hours"][day][where] = hours
         elif self._of_tile:
             self._of_tile[day] = hours
+        if self.months:
+            self._by_month[self.month_of_day[day]][where] += hours
+
+    def keep_months(self, hours: NDArray[np.float32], where: Any = ...) -> None:
+        """Store the hours in shadow of a tile in each month, (n_months, ...)."""
+        for kept, own in zip(self._by_month, hours, strict=True):
+            kept[where] = own
 
     def keep_behind(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
         """Store the hours behind canopies alone: of the whole period, or of one day."""
@@ -193,7 +213,7 @@ class ResultArrays:
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Blank the values where nothing receives."""
         self.shadow_hours[nothing] = np.nan
-        for array in (*self._whole.values(), *self._by_day.values()):
+        for array in (*self._whole.values(), *self._by_day.values(), self._by_month):
             missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
             array[..., nothing] = missing
 
@@ -222,6 +242,22 @@ class ResultArrays:
             found["shadow_hours_by_day"] = (("day", *dims), hours)
             found["sun_hours_by_day"] = (("day", *dims), up - hours)
             found |= {f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()}
+        if self.months:
+            found |= self._list_months(dims)
         if self.shares is not None:
             found["canopy_transmissivity"] = (("time",), self.shares[self.period.day_of_step])
         return found
+
+    def _list_months(self, dims: tuple[str, ...]) -> Variables:
+        """Return the hours a day in each month, means of its dates."""
+        dates = np.bincount(self.month_of_day)
+        up = np.bincount(self.month_of_day, self.up_hours_by_day) / dates
+        each = (-1, *[1] * len(dims))
+        shadow = self._by_month / dates.astype(np.float32).reshape(each)
+        return {
+            "month": (("month",), np.array(self.period.months, np.int32)),
+            "dates_by_month": (("month",), dates.astype(np.int32)),
+            "up_hours_by_month": (("month",), up),
+            "shadow_hours_by_month": (("month", *dims), shadow),
+            "sun_hours_by_month": (("month", *dims), up.astype(np.float32).reshape(each) - shadow),
+        }

@@ -15,7 +15,8 @@ from umbra.scene.grid import Places
 from umbra.sky.land_curtain import add_land
 from umbra.study.accumulators.before_and_after import Proposal
 from umbra.study.counters import GroundLightCounter, LightCounter, find_ground_lights
-from umbra.study.loop import Accumulator, TileRun, round_weights
+from umbra.study.light_sums import round_weights
+from umbra.study.loop import Accumulator, TileRun
 from umbra.study.measures import Asked, Measure, Quantity, guard
 
 __all__ = ["MeasureSums", "compare_measured", "level_normals"]

@@ -15,7 +15,8 @@ from umbra.lights import Lights, Period
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.intervals import IntervalState, SunIntervalTable, join_days
-from umbra.study.loop import Accumulator, TileRun, add_up
+from umbra.study.light_sums import NO_PARTS, LightParts, add_up
+from umbra.study.loop import Accumulator, TileRun
 
 __all__ = [
     "MASKS",
@@ -285,8 +286,12 @@ class HourSums(Accumulator):
         shares = np.ones(len(arrays.period.days)) if arrays.shares is None else arrays.shares
         if not arrays.has_days:
             shares, group = np.unique(shares, return_inverse=True)
-            hours, behind = self._add_groups(run, lights, group.ravel()[day], shares, progress)
+            parts = LightParts.of(arrays.month_of_day[day], arrays.months, run.shape)
+            hours, behind = self._add_groups(
+                run, lights, group.ravel()[day], shares, progress, parts
+            )
             arrays.keep_hours(hours, where)
+            arrays.keep_months(parts.sums, where)
             arrays.keep_behind(behind, where)
             return
         total, total_behind = np.zeros((2, *run.shape))
@@ -303,18 +308,26 @@ class HourSums(Accumulator):
 
     def _add_groups(
         self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
-        progress: Callable[[int], object],
+        progress: Callable[[int], object], parts: LightParts = NO_PARTS,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
-        """Return the hours in shadow, and behind canopies alone; one share per group."""
+        """
+        Return the hours in shadow, and behind canopies alone; one share per group.
+
+        The hours in shadow of each part of the lights are added to ``parts``.
+        """
         hours, behind = np.zeros((2, *run.shape), np.float32)
         for k, share in enumerate(shares):
-            some = lights.pick(group == k)
-            (cast,) = add_up(run.counters[0], run.shape, some, progress)
+            mine = group == k
+            some, own = lights.pick(mine), parts.pick(mine)
+            (cast,) = add_up(run.counters[0], run.shape, some, progress, own)
             if len(run.counters) == 1:
                 hours = cast if len(shares) == 1 else hours + cast
+                parts.add(own.sums)
                 continue
-            (dark,) = add_up(run.counters[1], run.shape, some)
+            opaque = parts.pick(mine)
+            (dark,) = add_up(run.counters[1], run.shape, some, parts=opaque)
             cast -= dark
             hours += dark + np.float32(1 - share) * cast
             behind += cast
+            parts.add(opaque.sums + np.float32(1 - share) * (own.sums - opaque.sums))
         return hours, behind

@@ -37,7 +37,7 @@ from umbra.writers.folder.captions import (
 )
 from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.measure_map import find_end, make_measure_sheet
-from umbra.writers.picture_content import DayMap, Plan, find_map_size, name_hours
+from umbra.writers.picture_content import DayMap, Plan, Show, find_map_size, name_hours
 from umbra.writers.pixels import Ramp
 from umbra.writers.sheet import Sheet
 
@@ -203,13 +203,17 @@ def write_overviews(result: CityResult) -> list[Path]:
 def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
     """Draw the hours, and what a proposal takes of them."""
     hours, times, roofs = shrink_hours(result, plan=told)
+    show: Show = "shadow"
     divisor, words = 1, ""
     if told is not None:
         divisor, words = find_mean(told.study, told.job.options)
-    what = f"{name_hours('shadow')}{words}" if words else ""
+        if len(told.study.period.days) > 1:  # long days have more of both: those of sun compare
+            show = "sun"
+    what = f"{name_hours(show)}{words}" if words else ""
     end = result.up_hours / divisor
     drawn = _Drawing(result, told, times, roofs)
-    paths = [drawn.draw(hours / np.float32(divisor), "map.png", what, end, dark_from=end)]
+    hours = hours / np.float32(divisor)
+    paths = [drawn.draw(hours, "map.png", what, end, dark_from=end, show=show)]
     if _LOST in result.bands:
         lost, *_ = shrink_hours(result, _LOST, plan=told)
         lost /= np.float32(divisor)
@@ -248,12 +252,14 @@ class _Drawing:
         most: float,
         dark_from: float = math.inf,
         ramp: Ramp = "shade",
+        show: Show = "shadow",
     ) -> Path:
         """Draw hours on squares, those of a place without any sun from ``dark_from`` on."""
         plan, hatched = self._lay_out(hours.shape)
         sheet = make_hours_sheet(
             plan, [DayMap(hours, hatched=hatched, dark_from=dark_from)], most, what,
             hatch="tiles not counted" if self.result.missing else "",
+            show=show,
             has_lines=self.times == 1,  # around means lines would show noise
             ramp=ramp,
         )  # fmt: skip

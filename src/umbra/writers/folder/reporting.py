@@ -68,6 +68,7 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         "hours_lost": "Hours of sun lost to the proposed development",
         "profile": "Shadows through the day",
         "sheet": "Plan and elevations",
+        "months": f"{hours} by month",
         "who": "Who casts the shadow",
         "points": f"{hours} at the points",
     }

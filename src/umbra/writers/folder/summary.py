@@ -156,7 +156,10 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     days = study.period.days
     date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
     prefix = f"{date}: " if date else ""
-    left = f"{prefix}{what}: {mean} of {whole} in the sun on average; {never:.3g} % without sun"
+    possible = 100 * counted.average(study.sun_hours) / study.up_hours
+    share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
+    left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
+    left += f"{never:.3g} % without sun"
     if "hours_lost" not in study.more:
         return [left]
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
@@ -187,6 +190,7 @@ def _find_hours(study: Study) -> dict[str, Any]:
         "hours": study.up_hours,
         "most_shadow_hours": float(known.max(initial=0.0)),
         "mean_shadow_hours": float(known.mean()) if known.size else None,
+        "mean_sun_hours": study.up_hours - float(known.mean()) if known.size else None,
     }
 
 

@@ -20,6 +20,7 @@ from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
+from umbra.writers.folder.month_maps import write_month_table
 from umbra.writers.folder.named_tables import write_named_tables
 from umbra.writers.folder.pictures import (
     PictureSheets,
@@ -50,9 +51,9 @@ _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
 _OF_A_STUDY = re.compile(
     r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|areas_by_hours|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(cells|instants|areas|areas_by_hours|months|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
     r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
-    r"|(hours|hours_lost|profile|sheet|points|who)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
+    r"|(hours|hours_lost|profile|months|sheet|points|who)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
 )
 
 Say = Callable[[str], object]
@@ -249,7 +250,8 @@ def note_cut(job: FolderJob) -> None:
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
     pictures = _draw_points(job) if job.outputs.pictures else []
-    if job.study.samples is None and job.study.has_hours:
+    tells_roofs = job.study.kind.name == "areas"  # with how much of each lies under them
+    if job.study.samples is None and job.study.has_hours and not tells_roofs:
         _note_buried(job)
     return pictures, _write_files(job, describe_points(job))
 
@@ -271,7 +273,7 @@ def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
 
     study, outputs = job.study, job.outputs
     write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
-    own = write_named_tables(job)
+    own = write_named_tables(job) + write_month_table(job)
     if not outputs.report and not outputs.files and not outputs.rules:
         return own
     from umbra.writers.output_formats import Job  # noqa: PLC0415

@@ -17,14 +17,14 @@ from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.verdicts.sunlight import SunlightOf
 
 __all__ = [
-    "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "TINTS", "Drawing", "Line", "Spot", "group_windows",
-    "make_drawing",
+    "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "REPLACED", "TINTS", "Drawing", "Line", "Spot",
+    "group_windows", "make_drawing",
 ]  # fmt: skip
 
 COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
 TINTS = {PASS: "#cfe8df", FAIL: "#f6d3c8", UNKNOWN: "#e2e2e6", "": "#dbe4f0"}
-LAND, PROPOSAL, BOUNDARY = "#ececef", "#f3e3b5", "#7a4fa3"
-"""Colours of buildings, the proposal, and the plot."""
+LAND, PROPOSAL, REPLACED, BOUNDARY = "#ececef", "#f3e3b5", "#6a6a74", "#7a4fa3"
+"""Colours of buildings, the proposal, what it replaces, and the plot."""
 _WORST = {"": -1, PASS: 0, UNKNOWN: 1, FAIL: 2}
 _MOST_TRIANGLES = 400_000
 _MOST_BANDS = 2  # whose lines are drawn: more are of variants among which none was chosen
@@ -75,8 +75,8 @@ class Drawing:
     ----------
     frame : (4,) tuple
         xmin, ymin, xmax, ymax of what is judged.
-    buildings, proposal : list of (n, 2) float64
-        Outlines from above.
+    buildings, proposal, replaced : list of (n, 2) float64
+        Outlines from above; of what the proposal replaces, too.
     shapes : list of (rings, verdict, name); no verdict where rules only report
         Of areas and bands.
     windows : list of (x, y, azimuth in plan, verdict, name)
@@ -90,6 +90,7 @@ class Drawing:
     frame: tuple[float, float, float, float]
     buildings: list[NDArray] = field(default_factory=list)
     proposal: list[NDArray] = field(default_factory=list)
+    replaced: list[NDArray] = field(default_factory=list)
     shapes: list[tuple[list[NDArray], str, str]] = field(default_factory=list)
     windows: list[tuple[float, float, float, str, str]] = field(default_factory=list)
     lines: list[Line] = field(default_factory=list)
@@ -239,7 +240,8 @@ def _add_buildings(
     shapely: Any, gathered: Gathered, drawing: Drawing, boxes: list[NDArray]
 ) -> None:
     """Add outlines of the parts from above, and settle the frame."""
-    scene, model = gathered.model.scene, gathered.model
+    model = gathered.model
+    scene, standing = model.scene.whole, len(model.scene.parts)
     proposed = set(scene.select(model.proposed, option="proposed")) if model.proposed else set()
     bounds = np.array([part.bounds for part in scene.parts]) + scene.origin
     if not boxes:
@@ -274,4 +276,7 @@ def _add_buildings(
             for part in shapely.get_parts(whole)
             if shapely.get_type_id(part) == 3
         ]
-        (drawing.proposal if proposed & {*parts} else drawing.buildings).extend(rings)
+        if parts[0] >= standing:
+            drawing.replaced += rings
+        else:
+            (drawing.proposal if proposed & {*parts} else drawing.buildings).extend(rings)

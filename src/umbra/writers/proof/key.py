@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from umbra.writers.paper import INK, RULE, SMALL, Paper
-from umbra.writers.proof.drawing import BOUNDARY, COLORS, LAND, PROPOSAL, TINTS, Drawing
+from umbra.writers.proof.drawing import BOUNDARY, COLORS, LAND, PROPOSAL, REPLACED, TINTS, Drawing
 
 __all__ = ["Key", "draw_key", "list_key"]
 
@@ -22,7 +22,7 @@ class Key:
 
     Parameters
     ----------
-    kind : {'area', 'mark', 'both', 'box', 'line', 'number'}
+    kind : {'area', 'mark', 'both', 'box', 'line', 'dashed', 'number'}
     words : str
     color : str
         Of areas and marks the verdict; of a number its digits.
@@ -44,6 +44,8 @@ def list_key(drawing: Drawing, numbered: Sequence[str]) -> list[Key]:
             found.append(Key("both" if verdict in areas & windows else kind, words, verdict))
     if drawing.proposal:
         found.append(Key("box", "the proposal", PROPOSAL))
+    if drawing.replaced:
+        found.append(Key("dashed", "what the proposal replaces", REPLACED))
     if drawing.buildings:
         found.append(Key("box", "what stands around", LAND))
     if drawing.boundary:
@@ -61,8 +63,9 @@ def draw_key(paper: Paper, x: float, y: float, key: Key) -> None:
         pass
     elif key.kind == "number":
         paper.write(x + 0.1, y, color, SMALL, weight="bold", ha="center")
-    elif key.kind == "line":
-        paper.rule([np.array([(x, y + 0.045), (x + 0.2, y + 0.045)])], color, 1.0)
+    elif key.kind in {"line", "dashed"}:
+        line = paper.rule([np.array([(x, y + 0.045), (x + 0.2, y + 0.045)])], color, 1.0)
+        line.set_linestyle("--" if key.kind == "dashed" else "-")
     elif key.kind == "box":
         _box(paper, x, y, color, RULE)
     else:

@@ -13,6 +13,7 @@ from umbra.writers.proof.drawing import (
     COLORS,
     LAND,
     PROPOSAL,
+    REPLACED,
     TINTS,
     Drawing,
     Spot,
@@ -73,6 +74,7 @@ def draw_plan(paper: Paper, box: Box, drawing: Drawing, true_north: float) -> li
     for rings, verdict, _ in drawing.shapes:
         pen.fill_rings(rings, TINTS[verdict], COLORS[verdict], 1.1)
     pen.fill(drawing.proposal, PROPOSAL, "#8a6d1c", 0.9)
+    pen.rule(drawing.replaced, REPLACED, 0.8, "--")
     pen.labels.avoid([pen.put(ring) for ring in drawing.proposal])
     for lines, _ in drawing.offsets:
         pen.rule(lines, BOUNDARY, 0.7, "--")

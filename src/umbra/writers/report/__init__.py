@@ -59,6 +59,7 @@ from umbra.writers.report.tables import (
     find_figures,
     find_sun_areas,
     list_dates,
+    make_month_table,
 )
 
 __all__ = ["Table", "write_report"]
@@ -208,12 +209,13 @@ def _fill_page(
 ) -> str:
     """Put all into the page."""
     areas = find_sun_areas(study)
-    by_date = list_dates(study)
+    by_date, by_month = list_dates(study), make_month_table(study)
     named = list_areas(study)
     shown = [
         *([named] if named else []),
         *tables,
         *([by_date] if by_date else []),
+        *([by_month] if by_month else []),
         *find_comparisons(study),
         *([areas] if areas else []),
     ]

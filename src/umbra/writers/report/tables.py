@@ -4,6 +4,7 @@ Tables of a report: of several dates under one another, of figures, of verdicts.
 Others compare before with after, by neighbours that lose sun and by casters.
 """
 
+import calendar
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from umbra.receivers.counted import Counted
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight, name_date
+from umbra.writers.folder.month_maps import list_months
 from umbra.writers.report.markup import Pin, Table
 
 __all__ = [
@@ -22,6 +24,7 @@ __all__ = [
     "find_sun_areas",
     "join_dates",
     "list_dates",
+    "make_month_table",
     "make_verdict_table",
     "tell_hours_counted",
 ]
@@ -76,11 +79,13 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
     if not seen.any() or not study.up_hours > 0:  # a night has neither sun nor shadow
         return figures
     share = weight[seen] / weight[seen].sum()
+    mean = float(share @ study.sun_hours[seen])
     if what.startswith("all that"):
         what = "surfaces"
     return [
         *figures,
-        (f"mean sun, {what}", float(share @ study.sun_hours[seen]), "h"),
+        (f"mean sun, {what}", mean, "h"),
+        ("share of the possible", 100 * mean / study.up_hours, "%"),
         ("never in the sun", float(100 * share @ (study.sun_hours[seen] <= NEVER)), "%"),
         ("never in shadow", float(100 * share @ (hours[seen] <= NEVER)), "%"),
     ]
@@ -114,6 +119,26 @@ def list_dates(study: Study) -> Table | None:
         f"{tell_hours_counted(study)}Sunrise and sunset are when the sun's upper rim crosses a "
         "level horizon, as in almanacs.",
     )
+
+
+def make_month_table(study: Study) -> Table | None:
+    """Return the hours of sun a day in each month; None where months are not kept."""
+    rows = list_months(study)
+    if not rows:
+        return None
+    return Table(
+        "Month by month",
+        ("month", "dates", "possible [h a day]", "mean sun [h a day]", "share of the possible [%]",
+         "least [h]", "most [h]"),
+        [
+            (calendar.month_name[row["month"]], row["dates"], round(row["up_hours"], 2),
+             round(row["mean_sun_hours"], 2), round(100 * row["share_of_possible"], 1),
+             round(row["least_sun_hours"], 2), round(row["most_sun_hours"], 2))
+            for row in rows
+        ],
+        f"{tell_hours_counted(study)}Hours a day, means of each month's dates. Possible is what an "
+        "open place has in the hours of the day that count.",
+    )  # fmt: skip
 
 
 def find_sun_areas(study: Study) -> Table | None:
