@@ -23,7 +23,7 @@ from contextlib import chdir, contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path, PurePosixPath
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 from umbra.version import __version__
@@ -209,12 +209,6 @@ def load_compiler() -> None:
             return self._load_overload(signature, context)
 
     loaded.load_overload = load_overload
-    # Compiled kernels never read the globals of the modules that their parts are from; importing
-    # numba.np.arraymath for them would import scipy.linalg, too: 0.15 s.
-    environment: Any = import_module("numba.core.environment")
-    environment.importlib = SimpleNamespace(
-        import_module=lambda name: sys.modules.get(name) or ModuleType(name)
-    )
 
 
 FIRST_RUN = "compiling for this machine, once; later runs start at once"

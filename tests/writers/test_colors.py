@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.shapes import box
-from support.vision import VISIONS, see, to_cielab, to_oklab
+from support.vision import VISIONS, contrast, see, to_cielab, to_oklab
 
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
@@ -39,6 +39,10 @@ def test_hours_lost_have_a_legible_ramp_that_is_not_the_one_of_shadow(vision):
     lost, shadow = shade_ramp(9, "loss"), shade_ramp(9)
     assert find_steps(lost, vision).min() >= 5
     assert find_steps(shadow, vision).min() >= 5
+
+
+def test_a_shadow_alone_stands_out_from_paper():
+    assert contrast(find_tints(1), np.ones(3)).min() >= 2.8
 
 
 @pytest.mark.parametrize("vision", VISIONS)

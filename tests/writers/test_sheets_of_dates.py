@@ -12,7 +12,12 @@ from umbra.receivers.seen import ViewModel
 from umbra.study import StudyOptions, make_preview, run
 from umbra.sun import Site
 from umbra.writers.folder import FolderJob, Outputs
-from umbra.writers.folder.pictures import draw_surfaces, look_at_surfaces
+from umbra.writers.folder.pictures import (
+    PictureSheets,
+    draw_pictures,
+    draw_surfaces,
+    look_at_surfaces,
+)
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")
 DAYS = ["2026-03-21", "2026-04-21", "2026-05-21", "2026-06-21", "2026-07-21"]
@@ -58,3 +63,30 @@ def test_shared_cells_change_no_shadow():
 def test_more_than_four_dates_show_round_times(dates, count):
     maps = draw(dates)["profile.png"]
     assert [len(one.labels) for one in maps] == [count] * len(dates)
+
+
+@pytest.mark.parametrize(("walls", "at", "labels"), [
+    (8, (), [["09:00"], ["12:00"], ["15:00"]]),
+    (1, (), [[f"{hour:02}:00" for hour in range(9, 18)]]),
+    (8, ("10:00", "11:00"), [["10:00", "11:00"]]),
+])  # fmt: skip
+def test_shadows_of_a_dense_quarter_are_shown_at_three_times(walls, at, labels):
+    drawn = {}
+    painter = SimpleNamespace(
+        draw_profile=lambda path, plan, maps, **_: drawn.setdefault(path.name, (plan, maps)),
+        draw_hours=lambda *_, **__: None,
+    )
+    boxes = {f"w{k}": box((-60, 12 * k, 0), (60, 12 * k + 2, 14)) for k in range(walls)}
+    if walls == 1:
+        boxes = {"pole": box((0, 0, 0), (2, 2, 14))}
+    options = StudyOptions(
+        date=DAYS[0], every="1h", cell=2.0, ground=0.0, extent=(-80, -10, 80, 120)
+    )
+    study = run(parts(**boxes), SITE, options)
+    job = FolderJob(study, Path(), Outputs(at=at), options, painter, lambda _: None, only="profile")
+    draw_pictures(job, PictureSheets.of(job))
+    plan, maps = drawn["profile.png"]
+    assert [list(one.labels) for one in maps] == labels
+    assert all(mask.shape == plan.shape for one in maps for mask in one.shadows)
+    if len(maps) == 3:
+        assert len({mask.sum() for one in maps for mask in one.shadows}) == 3

@@ -98,6 +98,8 @@ STAMP_STOPS = [
 ]
 
 
+SINGLE = (0.66, -0.012, -0.055)
+"""Of a shadow that is alone on its map, OKLab: 2.8 : 1 on paper."""
 _TOE = 0.0031308  # below which sRGB is linear
 # Linear light to sRGB; a step is less than one of 255 even in the dark.
 _LINEAR = np.linspace(0, 1, 8192)
@@ -200,8 +202,8 @@ def make_stamp_tints(n: int) -> NDArray[np.float64]:
 
 
 def make_stamp_path(n: int) -> NDArray[np.float64]:
-    """Return the same tints in OKLab, (n, 3)."""
-    return follow(STAMP_STOPS, np.linspace(0, 1, n) if n != 1 else [0.5])
+    """Return the same tints in OKLab, (n, 3); one alone is the blue-grey of shadows."""
+    return np.array([SINGLE]) if n == 1 else follow(STAMP_STOPS, np.linspace(0, 1, n))
 
 
 def write_png(

@@ -1,10 +1,12 @@
 """
 The shadow profile: superposed shadows of several instants.
 
-Hue and lightness show the time of shadows: the later, the darker. Colours are mixed in OKLab: of
-each pixel the mean of the tints of the stamps whose shadow holds it, which darkens and fades as
-their share grows, since what lies in shadow all day belongs to no hour. So the deepest overlap of a
-long day is a grey that can still be read, and one shadow alone has its legend's tint.
+Hue and lightness show the time of shadows: the later, the darker. Of many stamps those nearest to
+a named one share its tint, so that neighbours differ by 5 of CIELAB's lightness, also in grey print
+and for the colour-blind. Colours are mixed in OKLab: of each pixel the mean of the tints of the
+shadows that hold it, which darkens and fades as their share grows, since what lies in shadow all
+day belongs to no hour. So the deepest overlap of a long day is a grey that can still be read, and
+one shadow alone has its legend's tint.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,7 +22,7 @@ from umbra.writers.contours import (
     outline_covers,
     trace,
 )
-from umbra.writers.marks import draw_color_bar, draw_swatches
+from umbra.writers.marks import draw_swatches
 from umbra.writers.paper import NIGHT, Panel
 from umbra.writers.picture_content import (
     MISSING,
@@ -98,7 +100,6 @@ def _mix(count: NDArray, lab: Sequence[NDArray], n: int) -> NDArray[np.float32]:
 
 
 MOST_SWATCHES = 9  # of stamps that are told apart by their tints
-MOST_OUTLINED = 12  # of stamps that are all outlined
 OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
 SHADE = 0.1  # of surfaces that slope, at most
@@ -108,14 +109,17 @@ def make_profile_sheet(plan: Plan, days: Sequence[DayShadows], zone: str = "") -
     """
     Draw shadow profiles, a map for each day: each shadow in a tint, its clock time at its tip.
 
-    Of more than 12 stamps only those that the key names are outlined. The zone, "CEST", is that
+    Of more than 9 stamps whole hours are outlined, and the shadows nearest to each share its tint.
+    The zone, "CEST", is that
     of the clock times. A ValueError says that the counts of shadows and labels differ.
     """
     sheet = lay_out_sheet(plan, 0.62, days)
     for panel, day in zip(sheet.maps, days, strict=True):
         _fill_map(panel, day)
     if not all(day.is_night for day in days):
-        _draw_key(sheet, max((day.labels for day in days), key=len), zone)
+        labels = max((day.labels for day in days), key=len)
+        is_each = len(labels) == 1 < len({tuple(day.labels) for day in days})
+        _draw_key(sheet, ["in shadow"] if is_each else labels, zone)
     return sheet
 
 
@@ -131,8 +135,9 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
         hidden = breaks if roofs is None else breaks | roofs
     outlines: dict[int, Lines] = {}
     tracer = Tracer(panel, hidden)
-    passing = _trace_named(tracer, day.shadows, _find_named(labels), outlines)
-    image = compose_profile(passing, len(labels), panel.map_size)
+    named = _find_named(labels)
+    passing = _trace_named(tracer, day.shadows, named, outlines)
+    image = compose_profile(_join_nearest(passing, named, len(labels)), len(named), panel.map_size)
     if plan.nothing is not None:
         image[resample(plan.nothing, panel.map_size) > HALF] = MISSING
     if plan.appearance is not None:
@@ -169,26 +174,43 @@ def _trace_named(
         yield mask
 
 
+def _join_nearest(
+    shadows: Iterable[NDArray[np.bool_]], named: Sequence[int], n: int
+) -> Iterator[NDArray[np.bool_]]:
+    """Iterate over the shadows of named stamps, each with those of the stamps nearest to it."""
+    nearest = np.abs(np.arange(n)[:, None] - named).argmin(1).tolist()
+    joined: NDArray[np.bool_] | None = None
+    given = -1
+    for given, mask in enumerate(shadows):
+        if given >= n:
+            break
+        if given and nearest[given] == nearest[given - 1] and joined is not None:
+            joined = joined | mask
+            continue
+        if joined is not None:
+            yield joined
+        joined = np.asarray(mask, bool)
+    if given != n - 1:
+        msg = f"{given + 1} shadows for {n} labels"
+        raise ValueError(msg)
+    if joined is not None:
+        yield joined
+
+
 def _draw_key(sheet: Sheet, labels: Sequence[str], zone: str) -> None:
-    n = len(labels)
-    tints, swatches = find_tints(n), find_swatches([sheet.plan])
-    title = ["shadows at", f"local time ({zone})" if zone else "local time"]
-    if n <= MOST_SWATCHES:
-        draw_swatches(sheet, tints, list(labels), title, OVERLAPS if n > 1 else "", swatches)
-    else:
-        draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS, swatches)
+    named = _find_named(labels)
+    tints, swatches = find_tints(len(named)), find_swatches([sheet.plan])
+    around = "shadows at" if len(named) == len(labels) else "shadows around"
+    title = [around, f"local time ({zone})" if zone else "local time"]
+    overlaps = OVERLAPS if len(named) > 1 else ""
+    draw_swatches(sheet, tints, [labels[stamp] for stamp in named], title, overlaps, swatches)
 
 
-def _find_bar_ticks(labels: Sequence[str]) -> list[tuple[float, str]]:
-    """Name stamps at the middles of their bands."""
-    return [((stamp + 0.5) / len(labels), labels[stamp]) for stamp in _find_named(labels)]
-
-
-def _find_named(labels: Sequence[str], most: int = 9) -> list[int]:
-    """Choose the stamps that are outlined: all of few, else whole hours if there are enough."""
+def _find_named(labels: Sequence[str]) -> list[int]:
+    """Choose the stamps that have a tint: all of few, else whole hours if there are enough."""
     stamps = list(range(len(labels)))
-    if len(stamps) <= MOST_OUTLINED:
+    if len(stamps) <= MOST_SWATCHES:
         return stamps
     whole = [stamp for stamp in stamps if labels[stamp].endswith(":00")]
     named = whole if len(whole) >= 3 else stamps
-    return named[:: -(-len(named) // most)]
+    return named[:: -(-len(named) // MOST_SWATCHES)]

@@ -157,6 +157,7 @@ def _find_ticks(plan: Plan, w: float, h: float) -> tuple[Ticks, Ticks, float]:
 
 SHAPE = 1.4  # of all maps together: width by height
 GAP, CAPTION = 0.2, 0.3  # between maps, and above each [inch]
+WIDEST = 16.5  # of a row of maps [inch]
 LEAST_HEIGHT = 3.6  # of the key [inch]
 
 
@@ -167,8 +168,10 @@ def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]
     cols = min(
         range(1, n + 1), key=lambda c: abs(math.log(c * aspect / (math.ceil(n / c) * SHAPE)))
     )
+    cols = 3 if n == 3 else cols  # beside each other they are compared
     rows = math.ceil(n / cols)
     area = min(AREA, 2 * AREA / n)
+    area = min(area, WIDEST**2 / (cols**2 * aspect))
     w, h = (to_pixels(side) for side in (math.sqrt(area * aspect), math.sqrt(area / aspect)))
     told = [wrap(remark, SMALL, w) for remark in remarks]
     caption_height = CAPTION + max(map(len, told)) * SMALL * LINE

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
 from umbra.receivers.zenith import find_surface
@@ -19,8 +20,8 @@ from umbra.study import (
 )
 from umbra.study.finer import LONGEST
 from umbra.study.preview import choose_stamps
-from umbra.sun import find_daylight
-from umbra.sun.clock import Stamps
+from umbra.sun import find_daylight, find_sun
+from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     Scale,
@@ -59,6 +60,10 @@ __all__ = [
 MOST_DAYS = 4
 """Most dates that also get separate pictures."""
 _MOST_STAMPS = 12  # of each date on a sheet of many small maps
+_DENSE = 0.25  # mean share of a day in shadow, of the ground that is ever in it
+_EDGE = 0.03  # around what three moments show, of its length
+_FEW_TIMES = "three times, as a day's shadows lie over one another here"
+_CLOCKS = ("09:00", "12:00", "15:00")
 TILT = 35
 _ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
@@ -116,7 +121,11 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
         view = refine_preview(study, sheets.preview, steps=steps[0])
-        _draw_profile(job, "profile.png", describe_smooth(plan, study, view), [(0, steps[0], view)])
+        smooth = describe_smooth(plan, study, view)
+        if study.is_plan and not job.outputs.at and _is_dense(view):
+            _draw_moments(job, smooth)
+        else:
+            _draw_profile(job, "profile.png", smooth, [(0, steps[0], view)])
         return
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
@@ -129,6 +138,49 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
         views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
+
+
+def _is_dense(view: Preview) -> bool:
+    """Return whether shadows of a day lie over one another nearly everywhere, as in a city."""
+    often = view.shadows.mean(0)
+    shaded = (often > 0) & ~(np.nan_to_num(view.heights) > 0)
+    return bool(shaded.any()) and float(often[shaded].mean()) > _DENSE
+
+
+def _span(is_seen: NDArray[np.bool_]) -> slice:
+    """Return the cells from the first to the last that is seen, with a margin."""
+    first, last = np.flatnonzero(is_seen)[[0, -1]].tolist()
+    room = round(_EDGE * (last - first)) + 1
+    return slice(max(first - room, 0), last + room + 1)
+
+
+def _draw_moments(job: FolderJob, plan: Plan) -> None:
+    """Draw the shadows of a date at three of its times, a map each."""
+    study = job.study
+    clocks = find_stamps(study.period.days[0], _CLOCKS, study.site.zone).stamps
+    own = study.steps.stamps
+    if not ((clocks >= own[0]) & (clocks <= own[-1])).all():
+        clocks = own[[0, len(own) // 2, -1]]
+    stamps = Stamps(stamps=clocks, zone=study.site.zone)
+    path = find_sun(study.site, clocks, refraction=study.refraction)
+    longest = round(LONGEST / math.sqrt(len(clocks)))
+    view = refine_preview(study, make_preview(study, longest, stamps), longest, stamps)
+    seen = view.shadows.any(0) | (np.nan_to_num(view.heights) > 0)
+    where = _span(np.asarray(seen.any(1))), _span(np.asarray(seen.any(0)))
+    maps = [
+        DayShadows([mask[where]], [label], None, label,
+                   f"sun {path.altitude[k]:.0f}\N{DEGREE SIGN} high", not path.is_up[k])
+        for k, (mask, label) in enumerate(zip(view.shadows, stamps.labels(), strict=True))
+    ]  # fmt: skip
+    zone = "/".join(dict.fromkeys(stamps.abbreviations()))
+    plan = describe_smooth(plan, study, view).crop(where)
+    plan = replace(plan, note=f"{plan.note} · {_FEW_TIMES}")
+    if plan.appearance is not None:
+        from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
+
+        grid = study.grid.coarser(max(seen.shape)).part(*where)
+        plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), grid))
+    job.painter.draw_profile(job.folder / "profile.png", plan, maps, zone=zone)
 
 
 def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
