@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from umbra_benchmarks.measure import run_in_turn
 from umbra_benchmarks.scenes import make_boulder, make_suns, make_town
 
 
+@cache
 def run(*arguments):
     return run_quick(*arguments, "--repeat", "1")
 
@@ -26,7 +28,7 @@ def run(*arguments):
 def test_a_benchmark_prints_one_object(name):
     if name != "silhouette":
         pytest.importorskip("embreex")
-    found = json.loads(run(name, "--json", "--threads", "1").stdout)
+    found = json.loads(run(name, "--threads", "1", "--json").stdout)
     assert found["benchmark"] == name
     assert found["threads"] == 1
     assert found["quick"] is True
@@ -52,9 +54,8 @@ def test_a_benchmark_prints_one_object(name):
 def test_whole_studies_are_measured_beside_a_script():
     pytest.importorskip("embreex")
     pytest.importorskip("trimesh")
-    report = run("study", "--threads", "1")
-    assert "call, another date" in report.stdout
-    found = json.loads(run("study", "--json", "--threads", "1").stdout)
+    assert "call, another date" in run("study", "--threads", "1").stdout
+    found = json.loads(run("study", "--threads", "1", "--json").stdout)
     (whole,) = found["wholes"]
     assert whole["work"] == "town, 120 triangles, 64\u00b2"
     assert whole["differ"] <= 0.01 * whole["cells"]

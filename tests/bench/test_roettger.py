@@ -2,7 +2,9 @@
 
 import json
 
+import numpy as np
 import pytest
+from PIL import Image
 from support.bench import run_quick
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -12,8 +14,12 @@ def run(*arguments):
     return run_quick("roettger", *arguments, "--repeat", "1").stdout
 
 
-def test_the_tables_have_the_papers_shape():
-    found = json.loads(run("--json"))
+def test_the_tables_have_the_papers_shape(tmp_path):
+    found = json.loads(run("--json", "--pictures", str(tmp_path)))
+    with Image.open(tmp_path / "roettger_figure_3.png") as sheet:
+        begun, normalised = np.array(sheet)[:, [10, -10]].T  # beside the blocks: lit throughout
+    assert {*begun[20:]} == {64}  # a quarter, above all text
+    assert {*normalised} == {254}
     assert (found["benchmark"], found["quick"], found["repeat"]) == ("roettger", True, 1)
     assert len(found["table_1"]) == 4
     for row in found["table_1"]:

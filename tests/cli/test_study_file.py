@@ -228,7 +228,10 @@ def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monke
 @pytest.mark.parametrize(
     "option", ["points", "rules", "area", "files", "weather", "horizon", "sunshine"]
 )
-def test_a_file_that_names_an_endless_one_is_refused(umbra_here, tmp_path, tower, option):
+def test_a_file_that_names_an_endless_one_is_refused(
+    umbra_here, tmp_path, tower, option, monkeypatch
+):
+    monkeypatch.setattr("umbra.readers.checks.find_memory", lambda: 4e8)
     path = tmp_path / "mine.toml"
     files = "" if option == "files" else f'files = "{tower}"\n'
     path.write_text(

@@ -29,8 +29,8 @@ def test_a_seed_gives_the_same_files_each_time(seeds, tmp_path):
 
 
 def test_few_files_are_ifc_as_each_costs_a_process(seeds):
-    names = Counter(damage(seeds, 0, number)[0] for number in range(4000))
-    assert 1 <= names["house.ifc"] <= 40 or "house.ifc" not in seeds
+    names = Counter(damage(seeds, 0, number)[0] for number in range(1000))
+    assert 1 <= names["house.ifc"] <= 10 or "house.ifc" not in seeds
     assert set(names) == set(seeds)
 
 
@@ -43,7 +43,7 @@ def test_a_file_of_any_bytes_can_be_damaged():
 
 @on_linux
 def test_the_runner_names_leaks_crashes_and_what_never_ends(tmp_path):
-    command = [sys.executable, str(HERE / "run.py"), "--seconds", "300", "--count", "50"]
+    command = [sys.executable, str(HERE / "run.py"), "--seconds", "300", "--count", "18"]
     done = subprocess.run(
         [*command, "--limit", "0.5", "--keep", str(tmp_path), "--target", "fuzz.planted:judge"],
         capture_output=True,

@@ -32,7 +32,7 @@ def gabled(seed, n=60):
 
 
 def gather(casters, p, normal):
-    skyline = find_skyline(casters.strips, casters.strip_boxes, p)
+    skyline = find_skyline(casters.strips, casters.strip_boxes, p, np.inf)
     return gather_faces(casters, p, normal, 0.0, skyline[None], np.zeros(1)), skyline
 
 

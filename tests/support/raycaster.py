@@ -202,6 +202,18 @@ class RayCaster:
         return distance
 
 
+# Tuples: numba takes seconds to compile arithmetic of whole arrays.
+@njit(cache=True, nogil=True)
+def _row(rows, i):
+    return rows[i, 0], rows[i, 1], rows[i, 2]
+
+
+@njit(cache=True, nogil=True)
+def _go(p, far, way):
+    """Give p + far * way."""
+    return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2]
+
+
 @njit(cache=True, nogil=True)
 def _triple(d, p, q):
     """Give d . (p x q)."""
@@ -242,15 +254,21 @@ def _pierce(
 ):
     way = np.empty(3)
     corners = np.empty((3, 3))
+    lamp, watcher = (light[0], light[1], light[2]), (eye[0], eye[1], eye[2])
     for f in range(faces.shape[0]):
-        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-        normal = np.cross(b - a, c - a)
-        length = np.sqrt((normal * normal).sum())
+        a, b, c = (
+            _row(vertices, faces[f, 0]),
+            _row(vertices, faces[f, 1]),
+            _row(vertices, faces[f, 2]),
+        )
+        u, v = _go(b, -1.0, a), _go(c, -1.0, a)
+        normal = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+        length = np.sqrt(_dot(normal, normal))
         if length == 0.0:
             continue
-        normal /= length
-        at_light = (normal * (light[:3] - light[3] * a)).sum()
-        at_eye = (normal * (eye[:3] - eye[3] * a)).sum()
+        normal = normal[0] / length, normal[1] / length, normal[2] / length
+        at_light = _dot(normal, _go(lamp, -light[3], a))
+        at_eye = _dot(normal, _go(watcher, -eye[3], a))
         if at_light == 0.0 or held[f]:
             continue
         casts = at_light > 0.0 or not is_closed[f]
@@ -284,23 +302,23 @@ def _pierce(
 @njit(cache=True, nogil=True)
 def _to_segment(p, q):
     """Give the distance from 0 to the segment between two points."""
-    along = q - p
-    square = (along * along).sum()
-    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -(p * along).sum() / square))
-    nearest = p + t * along
-    return np.sqrt((nearest * nearest).sum())
+    along = _go(q, -1.0, p)
+    square = _dot(along, along)
+    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -_dot(p, along) / square))
+    nearest = _go(p, t, along)
+    return np.sqrt(_dot(nearest, nearest))
 
 
 @njit(cache=True, nogil=True)
 def _measure(points, normals, own, light, vertices, faces, edges, distance):
     cut = np.empty((3, 3))
-    ends = np.empty((2, 3))
+    lamp = light[0], light[1], light[2]
     for i in range(points.shape[0]):
-        point, normal = points[i], normals[i]
-        way = light[:3] - light[3] * point
-        rise = (normal * way).sum()
+        point, normal = _row(points, i), _row(normals, i)
+        way = _go(lamp, -light[3], point)
+        rise = _dot(normal, way)
         if rise < 0.0:  # look at the plane from the side that the light is on
-            normal = -normal
+            normal = -normal[0], -normal[1], -normal[2]
             rise = -rise
         # Lines along which triangles cut the plane.
         for f in range(faces.shape[0]):
@@ -308,19 +326,20 @@ def _measure(points, normals, own, light, vertices, faces, edges, distance):
                 continue
             n = 0
             for k in range(3):
-                p, q = vertices[faces[f, k]] - point, vertices[faces[f, (k + 1) % 3]] - point
-                hp, hq = (normal * p).sum(), (normal * q).sum()
+                p = _go(_row(vertices, faces[f, k]), -1.0, point)
+                q = _go(_row(vertices, faces[f, (k + 1) % 3]), -1.0, point)
+                hp, hq = _dot(normal, p), _dot(normal, q)
                 if (hp > 0.0) != (hq > 0.0):
-                    cut[n] = p + hp / (hp - hq) * (q - p)
+                    cut[n, 0], cut[n, 1], cut[n, 2] = _go(p, hp / (hp - hq), _go(q, -1.0, p))
                     n += 1
             if n == 2:
-                distance[i] = min(distance[i], _to_segment(cut[0], cut[1]))
+                distance[i] = min(distance[i], _to_segment(_row(cut, 0), _row(cut, 1)))
         # Shadows of silhouette edges, of the part between the plane and the light.
         for e in range(edges.shape[0]):
-            ends[0] = vertices[edges[e, 0]] - point
-            ends[1] = vertices[edges[e, 1]] - point
+            start = _go(_row(vertices, edges[e, 0]), -1.0, point)
+            end = _go(_row(vertices, edges[e, 1]), -1.0, point)
             low, high = 0.0, 1.0
-            h0, h1 = (normal * ends[0]).sum(), (normal * ends[1]).sum()
+            h0, h1 = _dot(normal, start), _dot(normal, end)
             top = rise * (1.0 - 1e-12) if light[3] > 0.0 else np.inf
             for bound, sign in ((-TOUCH, 1.0), (top, -1.0)):
                 g0, g1 = sign * (h0 - bound), sign * (h1 - bound)
@@ -334,12 +353,12 @@ def _measure(points, normals, own, light, vertices, faces, edges, distance):
                     high = min(high, g0 / (g0 - g1))
             if low > high:
                 continue
-            along = ends[1] - ends[0]
-            p, q = ends[0] + low * along, ends[0] + high * along
-            down_p, down_q = way - light[3] * p, way - light[3] * q
-            fall_p, fall_q = (normal * down_p).sum(), (normal * down_q).sum()
+            along = _go(end, -1.0, start)
+            p, q = _go(start, low, along), _go(start, high, along)
+            down_p, down_q = _go(way, -light[3], p), _go(way, -light[3], q)
+            fall_p, fall_q = _dot(normal, down_p), _dot(normal, down_q)
             if fall_p <= 0.0 or fall_q <= 0.0:
                 continue
-            p = p - max(0.0, (normal * p).sum()) / fall_p * down_p
-            q = q - max(0.0, (normal * q).sum()) / fall_q * down_q
+            p = _go(p, -max(0.0, _dot(normal, p)) / fall_p, down_p)
+            q = _go(q, -max(0.0, _dot(normal, q)) / fall_q, down_q)
             distance[i] = min(distance[i], _to_segment(p, q))

@@ -140,6 +140,11 @@ def test_objects_are_listed_by_layer_and_set_with_it(live):
     rows = live.ask("[...document.querySelectorAll('.things li')].map((e) => "
                     "e.querySelector('.label').firstChild.data)")  # fmt: skip
     assert rows[:5] == ["old", "a", "c", "new", "b"]
+    # A layer folds, and its objects with it; the focus stays.
+    live.ask("document.querySelector('.things .layer button').click()")
+    assert live.ask("[...document.querySelectorAll('.things .label')].map((e) => "
+                    "e.firstChild.data)") == ["old", "new", "b"]  # fmt: skip
+    assert live.ask("document.activeElement.ariaExpanded") == "false"
     live.ask("(s => { s.value = 'off'; s.dispatchEvent(new Event('change')); })"
              "(document.querySelector('.things .layer select'))")  # fmt: skip
     settle(live)

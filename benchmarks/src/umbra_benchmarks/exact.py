@@ -9,9 +9,9 @@ to ask again beside each cell, where a shadow's edge may pass.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.scene.grid import Grid
 
 __all__ = ["Exact", "Mistakes", "find_exact"]
@@ -132,7 +132,7 @@ def _ask(
     return masks
 
 
-@njit(cache=True)
+@kernel
 def _cast(corners, suns, x0, y0, dx, dy, masks):
     rows, cols = masks.shape[1:]
     for k in range(len(suns)):

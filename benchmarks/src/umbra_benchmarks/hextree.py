@@ -17,11 +17,12 @@ Sources: Wallner 2008, section 3.1, with the signs corrected (docs/papers.md); O
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.volume.adjacency import Caster
 from umbra.volume.duals import (
     STRETCH,
@@ -98,7 +99,8 @@ def _make_cells(
     n = len(duals.edges)
     keys, levels = np.zeros(n, np.uint64), np.zeros(n, np.int32)
     depth = min(max(depth, 0), DEEPEST)
-    find(duals.points, duals.edges, caster.edge_faces, caster.turn, depth, keys, levels)
+    given = duals.points, duals.edges, caster.edge_faces, caster.turn, depth, keys, levels
+    run_shared(-(-len(duals.edges) // STRETCH), find, *given)
     order = np.lexsort((keys, levels))
     keys, levels = keys[order], levels[order]
     numbers = np.full(((n + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
@@ -141,10 +143,11 @@ def _find_centres(cells: NDArray[np.uint64], level: int) -> NDArray[np.float32]:
     return centres
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
+@partial(kernel, boundscheck=False)
+def _find_cells(points, edges, edge_faces, turn, depth, keys, levels, taken):
     """Find the level of the smallest cell that holds a segment, and its first end's key."""
-    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+    stretch = take_next(taken)
+    while stretch * STRETCH < edges.size:
         for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
             a = points[edge_faces[edges[i], 0]]
             b = points[edge_faces[edges[i], 1]]
@@ -156,12 +159,14 @@ def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
                 level += 1
             keys[i] = one
             levels[i] = level
+        stretch = take_next(taken)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_hough_cells(points, edges, edge_faces, turn, depth, keys, levels):
+@partial(kernel, boundscheck=False)
+def _find_hough_cells(points, edges, edge_faces, turn, depth, keys, levels, taken):
     """As ``_find_cells``, in Hough space; pairs that no sphere parts stay at the root."""
-    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+    stretch = take_next(taken)
+    while stretch * STRETCH < edges.size:
         for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
             a = points[edge_faces[edges[i], 0]]
             b = points[edge_faces[edges[i], 1]]
@@ -173,9 +178,10 @@ def _find_hough_cells(points, edges, edge_faces, turn, depth, keys, levels):
                     level += 1
             keys[i] = one
             levels[i] = level
+        stretch = take_next(taken)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _cut_cells(centres, children, normal, margin):
     """Follow the cells of dual space that the plane cuts from level to level."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
@@ -198,7 +204,7 @@ def _cut_cells(centres, children, normal, margin):
     return cut[:n]
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _part_cells(centres, children, normal, margin):
     """Follow the cells of Hough space that the light's sphere meets from level to level."""
     cut = np.empty(centres.shape[0] + 1, np.int32)
@@ -231,7 +237,7 @@ def _part_cells(centres, children, normal, margin):
     return cut[:n]
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _sift(cut, owned, segments, numbers, normal, margin):
     """Test the segments of cells."""
     places = 0

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.kernels import kernel
 
 __all__ = ["PACKETS", "EmbreePackets", "sort_along_curve"]
 
@@ -194,7 +194,7 @@ def _make_loop() -> Callable[..., None]:
     """Compile the loop that fills packets, asks Embree, and reads the answers."""
     occluded16 = _load_library().rtcOccluded16
 
-    @njit
+    @kernel
     def run(scene, arguments, valid_at, rays_at, valid, rays, flags, origins, directions, far, out):
         # Rays that no packet's end holds stay invalid; no mask, time 0.
         flags[_MASK] = -1

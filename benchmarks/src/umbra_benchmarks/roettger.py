@@ -17,6 +17,7 @@ from umbra_benchmarks.report import (
     BenchmarkRun,
     lay_out_table,
 )
+from umbra_benchmarks.roettger_pictures import draw_figure_3
 from umbra_benchmarks.scenes import make_town
 
 __all__ = ["Roettger", "bench_roettger"]
@@ -174,6 +175,9 @@ def bench_roettger(run: BenchmarkRun) -> Roettger:
         for size in sizes:
             run.say(f"Table 2, {size}²")
             times[size] = _measure(device, scene, size, run.repeat)
+        if run.pictures is not None:
+            run.pictures.mkdir(parents=True, exist_ok=True)
+            draw_figure_3((240, 180)).save(run.pictures / "roettger_figure_3.png")
         shape = f"{blocks} blocks and a lamp among them"
         return Roettger(run, device.renderer, shape, issued, times)
     finally:

@@ -12,9 +12,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.machine import use_threads
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
@@ -321,7 +321,7 @@ def _ask_all(
         search(sun)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _ask_as_printed(planes, edge_faces, turn, light, codes):
     """Loop through all edges and take the products of both triangles (Wallner, section 4)."""
     n = 0

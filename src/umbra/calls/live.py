@@ -16,12 +16,17 @@ from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.lights import Horizon
-from umbra.readers.georeference import show_crs
 from umbra.scene import Scene
 from umbra.study import Study
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site
-from umbra.writers.live_study import clear_ground, find_face_surfaces, make_hours, make_palette
+from umbra.writers.live_study import (
+    clear_ground,
+    describe_layers,
+    find_face_surfaces,
+    make_hours,
+    make_palette,
+)
 
 if TYPE_CHECKING:
     from umbra.web.widget import LiveView
@@ -61,8 +66,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         "view": to_json(view),
         "isFramed": options.view is None,
         "ground": _find_ground(scene, study, height),
-        "crs": None if scene.crs is None else show_crs(scene.crs),
-        "moves": {source.layer: source.moved for source in scene.sources if any(source.moved)},
+        **describe_layers(scene),
         "proposed": proposed,
         "removed": removed,
         "notes": [*scene.notes, *_tell_shadows(scene, study)],

@@ -9,11 +9,10 @@ are kept from sun to sun, and the changes are added to them.
 from functools import partial
 
 import numpy as np
-from numba import njit
 
 from umbra.cpu.raster_sweep import bound_counts
 from umbra.cpu.simd_loops import FEW_LANES, write_crossings
-from umbra.kernels import borrowing, inner, take_next
+from umbra.kernels import borrowing, inner, kernel, take_next
 
 __all__ = ["sweep"]
 
@@ -175,7 +174,7 @@ def _add_up(diff, base, first, last, level, weights, sums):
     diff[last] = 0
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def sweep(
     sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep, taken
 ):
@@ -216,8 +215,11 @@ def sweep(
         first, last = min(first, first_rim), max(last, last_rim)
         # Crossings of a closed chain in a column sum to 0: half of them count up.
         is_narrow = bound_counts(loads) // 2 <= _WRAPPED
-        level = np.cumsum(south[:-1]).astype(np.int32)
-        narrow = level.astype(np.int8)
+        level, narrow = np.zeros(diff.shape[2], np.int32), np.zeros(diff.shape[2], np.int8)
+        deep = 0
+        for c in range(level.size):
+            deep += south[c]
+            level[c], narrow[c] = deep, deep
         if has_spilled and (keep or not is_narrow):
             too_deep[s] = True
             diff[t, :, :] = 0

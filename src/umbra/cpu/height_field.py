@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.raster_sweep import Sweep, bound_counts
 from umbra.cpu.simd_loops import FEW_LANES, add_below
-from umbra.kernels import borrowing, copy_rows, inner, run_shared, take_next
+from umbra.kernels import borrowing, copy_rows, inner, kernel, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -237,7 +236,7 @@ def _find_end(edge, kx, ky, floor, lowest, box):
     return z
 
 
-@njit(inline="always")
+@partial(kernel, inline="always")
 def _lay_out(x0, y0, az, x1, y1, bz, kx, ky, end, box):
     """Return a side's far corners if it ends at a height, its first and end rows and columns."""
     west, south, east, north = box
@@ -376,7 +375,7 @@ def _add_up(level, weights, sums, cells, face, lit, sun):
             n[c] = 0
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _sweep(
     ends, weight, codes, starts, away, which, heights, lowest, floor, corner, cells, face, lit,
     level, weights, out, counts, too_deep, taken,

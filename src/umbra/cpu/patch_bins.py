@@ -8,10 +8,9 @@ the sun. Multiplicities of edges with the same ends are summed.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inlined, run_shared, take_next
+from umbra.kernels import inlined, kernel, run_shared, take_next
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 from umbra.volume.half_edges import find_roots
@@ -208,7 +207,7 @@ def _make_entries(n: int) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
     return np.zeros((n, 4), np.int32), np.zeros((n + LANES, 5), np.float32, order="F")
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _merge(codes, starts, weight, group, n_groups, edge, change, kept, taken):
     """Sum the multiplicities of edges with the same ends; keep nonzero sums."""
     while True:
@@ -236,7 +235,7 @@ def clamp(x, n):
     return np.int64(min(max(np.floor(x), 0.0), n - 1.0))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(
     ends, shell, edge, change, first, basis, grid, shape, starts, base, entries, table, taken
 ):  # fmt: skip

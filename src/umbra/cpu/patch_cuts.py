@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, inlined, kernel
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import LANES
 
@@ -96,7 +95,7 @@ def find_cuts(
     return start, cuts, face, mark_start, marks[order], far[order]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _thin(start, marks, far, nearest):
     """Keep each mark of a patch once, with its least distance; return the number of all."""
     n = 0
@@ -253,7 +252,7 @@ def _list_near(p, w, top, f, t, reach, tree, work):
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(
     frame, place, size, tau, graze, cell, before, own, own_corners, spacing, tree, found
 ):  # fmt: skip

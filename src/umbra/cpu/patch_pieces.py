@@ -9,7 +9,6 @@ count at all other samples. Where ``patch_count`` casts rays, rays list the face
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
@@ -26,7 +25,7 @@ from umbra.cpu.patch_work import (
 )
 from umbra.cpu.patches import Patches
 from umbra.cpu.shares import Membership, add_group_shares, make_share_work
-from umbra.kernels import borrowing, inlined, inner, run_shared, take_next
+from umbra.kernels import borrowing, inlined, inner, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -152,7 +151,7 @@ class _PieceRows(NamedTuple):
     found: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(patches, bins, edges, tree, faces, suns, weights, membership, cast, sole, taken):
     """Add blocks of patches until all are taken."""
     n = patches.size.shape[0]

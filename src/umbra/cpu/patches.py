@@ -8,10 +8,10 @@ column by column, so that any run of a column is a range of samples.
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_cuts import find_cuts
+from umbra.kernels import kernel
 from umbra.rays.face_tree import FaceTree
 
 __all__ = ["PatchSource", "Patches", "make_patches"]
@@ -217,7 +217,7 @@ def _lay_out(
     ), surface  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_squares(points, own, along, up, shift, square, low, high, is_ray):
     """Find each sample's square and each patch's bounds; flag patches with off-centre samples."""
     for i in range(own.size):
@@ -234,7 +234,7 @@ def _find_squares(points, own, along, up, shift, square, low, high, is_ray):
             high[k, q] = max(high[k, q], square[i, q])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sort(own, square, low, size, cell, first, is_ray, before, where):
     """Sort the samples by column and row; flag patches with two samples in one square."""
     at = np.zeros(own.size, np.int64)
@@ -256,7 +256,7 @@ def _sort(own, square, low, size, cell, first, is_ray, before, where):
         filled[k] += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _split(order, owner, corners, normals, is_thick):
     """Assign a plane number to each triangle; only thick surfaces have several."""
     plane = np.full(order.size, -1, np.int64)
@@ -288,7 +288,7 @@ def _split(order, owner, corners, normals, is_thick):
     return plane
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _make_hulls(own, square, corner, n):
     """Find the bounding octagons of the patches' samples, with their corners."""
     low = np.full((n, 4), np.inf)

@@ -12,12 +12,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.crossings import sweep
 from umbra.cpu.raster_sweep import Sweep
-from umbra.kernels import run_shared
+from umbra.kernels import kernel, run_shared
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster, weld_vertices
@@ -73,7 +72,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_cuts(faces, above, edges, edge_faces, crossed, cuts):
     """Write for each face which of the crossed edges its outline goes below on, and returns on."""
     for i in range(crossed.size):

@@ -10,10 +10,9 @@ polygon is counted against a depth buffer, without tiles: for caps and for z-fai
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, inner, kernel
 from umbra.rays.depth import bound
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
@@ -157,7 +156,7 @@ def _plane_of(p, slope):
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count(points, multiplicity, surface, nearer, sums):
     rows, cols = sums.shape
     n = points.shape[1]

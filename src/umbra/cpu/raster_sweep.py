@@ -2,13 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, run_shared, take_next
+from umbra.kernels import borrowing, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
@@ -27,7 +27,7 @@ def bound_counts(load):
     return deepest
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _empty_into(sums, out, weight, taken):
     """Add ``weight`` times each thread's ``out`` to ``sums``, and reset ``out`` to 0."""
     while True:

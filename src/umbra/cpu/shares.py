@@ -8,10 +8,9 @@ known which pieces hide which receivers.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inlined, inner
+from umbra.kernels import inlined, inner, kernel
 
 __all__ = ["Membership", "ShareWork", "add_group_shares", "make_share_work"]
 
@@ -41,7 +40,9 @@ class Membership(NamedTuple):
     def of(cls, member: NDArray[np.bool_], is_weak: NDArray[np.bool_]) -> "Membership":
         """List the groups of each piece."""
         first = np.append(0, np.cumsum(member.sum(0))).astype(np.int64)
-        return cls(member, first, np.nonzero(member.T)[1].astype(np.int64), is_weak)
+        return cls(
+            member, first, np.nonzero(member.T)[1].astype(np.int64), np.ascontiguousarray(is_weak)
+        )
 
 
 class ShareWork(NamedTuple):
@@ -85,7 +86,7 @@ def make_share_work(membership):
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def add_group_shares(
     bits, pieces, low, high, where, normals, suns, weights, membership, work, cast, sole
 ):  # fmt: skip

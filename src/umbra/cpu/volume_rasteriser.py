@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.nearer import add_where_nearer
-from umbra.kernels import borrowing, cross, dot, inlined, run_shared, take_next
+from umbra.cpu.raster_sweep import bound_counts
+from umbra.kernels import borrowing, cross, dot, inlined, kernel, run_shared, take_next
 from umbra.rays.depth import NOTHING, STRIPE, DepthBuffer
 
 __all__ = ["SurfaceKeys", "count_sides"]
@@ -52,13 +52,13 @@ class SurfaceKeys:
         return cls(keys, tiles)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _make_rows(rows, cols, kind):
     """Return an array of the type of ``kind`` that a kernel fills."""
     return np.empty((rows, cols), kind.dtype)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _prepare(key, face, keys, tiles, taken):
     """Write a surface's keys and tiles, one row of tiles after another."""
     rows, cols = key.shape
@@ -107,7 +107,7 @@ def count_sides(
     return counts[:, :cols]
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _list_sides(spans, filled, rows):
     """Return the sides of each stripe, and a bound on counts."""
     # Offsets in the list of stripes, and the largest sum of multiplicities that share a row.
@@ -121,15 +121,17 @@ def _list_sides(spans, filled, rows):
             load[spans[i, 1]] -= abs(spans[i, 2])
             for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
                 places[stripe + 1] += 1
-    places = np.cumsum(places)
+    cursor = np.zeros(places.size, np.int64)
+    for stripe in range(1, places.size):
+        places[stripe] += places[stripe - 1]
+        cursor[stripe] = places[stripe]
     listed = np.empty(places[-1], np.int32)
-    cursor = places.copy()
     for chunk in range(chunks):
         for i in range(chunk * length, chunk * length + filled[chunk]):
             for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
                 listed[cursor[stripe]] = i
                 cursor[stripe] += 1
-    return places, listed, np.cumsum(load).max()
+    return places, listed, bound_counts(load)
 
 
 @inlined
@@ -206,7 +208,7 @@ def _bound(quads, out, t, line, side, span):
     return first_row, end_row
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _set_up(ends, codes, weight, matrix, light, floor, tiles, size, quads, spans, filled, taken):
     """Turn edges into bounds and key planes; drop sides that cannot change a count."""
     rows, cols = size
@@ -308,7 +310,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, size, quads, spans
         filled[chunk] = out - chunk * length
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _fill(quads, spans, places, listed, keys, counts, taken):
     """
     Write the sums of all sides into ``counts`` (rows, cols + LANES).
@@ -371,7 +373,7 @@ def _fill_stripe(quads, spans, mine, top, first, wide, near, members, start, wid
         _add_rows(LANES, 3, many, batch, quads, spans, top, runs, picture)
 
 
-@njit(cache=True, nogil=True, boundscheck=False, inline="always")
+@partial(kernel, boundscheck=False, inline="always")
 def _add_rows(lanes, kind, n, batch, quads, spans, top, runs, picture):
     """Add the n sides of a batch that are of one kind by width, ``lanes`` pixels at once."""
     mine, begin, members = batch

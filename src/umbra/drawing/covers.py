@@ -12,10 +12,9 @@ one are skipped, and triangles are cut at it before they are divided by w.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, copy_rows, inner
+from umbra.kernels import borrowing, copy_rows, inner, kernel
 from umbra.volume.adjacency import sort_along_curve
 
 __all__ = [
@@ -217,7 +216,7 @@ def _cut(corners, f, limits, first, end, p, q):
     return n, p, q
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_all(corners, matrix, limits, points, ends):
     p, q = np.zeros((CORNERS, 3)), np.zeros((CORNERS, 3))
     count = used = 0
@@ -282,7 +281,7 @@ def misses(box, limits, least):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_covers(
     triangles, sheet, is_there, matrix, walls, subject, own, tolerance, hides_below, room
 ):

@@ -9,8 +9,9 @@ that Clipper's products of coordinates are exact in float64.
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["LATTICE", "Ring", "intersect", "subtract", "unite"]
 
@@ -52,7 +53,7 @@ def _overlay(subject: Sequence[Ring], others: Sequence[Ring], kind: str) -> list
     return [ring for ring in found if not _is_thin(ring)]
 
 
-@njit(cache=True)
+@kernel
 def _is_thin(ring):
     """Return whether a ring is narrower than can be seen: twice its area by its length."""
     area = length = 0.0

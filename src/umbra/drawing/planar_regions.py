@@ -7,9 +7,9 @@ A region is drawn as one surface, and its shadows are cut out of its one plane.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.scene.scene import Triangles
 from umbra.volume.adjacency import weld_vertices
 
@@ -137,7 +137,7 @@ def _list_neighbours(
     return np.searchsorted(one[order], np.arange(count + 1)), two[order]
 
 
-@njit(cache=True)
+@kernel
 def _spread(corners, starts, planes, order, away, ascending, tolerance, sheet):
     """Walk from each region, the larger first, on to those in its plane; number the sheets."""
     n = order.size
@@ -177,7 +177,7 @@ def _spread(corners, starts, planes, order, away, ascending, tolerance, sheet):
                 place += 1
 
 
-@njit(cache=True)
+@kernel
 def _find_left(left, place):
     """Follow the places to one that is left, and shorten the way."""
     end = place
@@ -188,7 +188,7 @@ def _find_left(left, place):
     return end
 
 
-@njit(cache=True)
+@kernel
 def _is_in_plane(corners, first, end, plane, tolerance):
     """Return whether all corners of some faces are as near to a plane as ``tolerance``."""
     for face in range(first, end):
@@ -201,7 +201,7 @@ def _is_in_plane(corners, first, end, plane, tolerance):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _grow(order, starts, others, corners, planes, tolerance, owner):
     """Join faces to the largest one around, as long as they lie in its plane."""
     queue = np.zeros(order.size, np.int64)

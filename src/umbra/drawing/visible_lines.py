@@ -8,12 +8,11 @@ through its edges: half spaces all. So along an edge each triangle hides one int
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.drawing.covers import BLOCK, CORNERS, CoverTriangles, clip_polygon, misses
 from umbra.drawing.planar_regions import PlanarRegions
-from umbra.kernels import borrowing, copy_rows, inner
+from umbra.kernels import borrowing, copy_rows, inner, kernel
 from umbra.volume.adjacency import weld_vertices
 
 __all__ = ["ModelEdges", "VisibleLines", "find_edges", "find_lines"]
@@ -255,7 +254,7 @@ def _misses(points, n, limits):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_clear(
     ends, own, own_sheet, triangles, sheet, is_there, matrix, apex, walls, tolerance, found, count
 ):

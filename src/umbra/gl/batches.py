@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.geometry import is_mirrored
+from umbra.kernels import kernel
 from umbra.scene import Material, Mesh, Part, Scene
 from umbra.scene.material import MORE_IMAGES
 from umbra.scene.mesh import transform_points
@@ -62,7 +62,7 @@ def _find_better(mesh: Mesh) -> NDArray[np.intp] | None:
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_placed(faces):
     """Count the vertices that a device with a small store places for faces (n, 3) in order."""
     kept = np.full(_KEPT, -1, np.int64)

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.convexity import Balls, PosedShape, find_balls, find_welds, measure_shape
 from umbra.gl.geometry import Geometry, Group, find_mirrored
+from umbra.kernels import kernel
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster, make_planes
@@ -240,7 +240,7 @@ class Body:
         return self._world_bounds
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_radii(vertices, faces, order, starts, middles):
     """Find how far the corners of each shell reach from a point, (n_shells,)."""
     radii = np.zeros(len(middles))

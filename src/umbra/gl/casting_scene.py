@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.flags import CUT, LOW, SIDES, VolumeSelection
 from umbra.gl.levels import LevelTable
+from umbra.kernels import dot, kernel
 from umbra.volume.box_tree import BoxTree
 
 __all__ = ["CastingScene", "IsolatedCasters"]
@@ -83,7 +83,7 @@ class IsolatedCasters:
         return replace(selection, flags=flags, top=self.top)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_isolated(balls, light, wanted):
     """Find the wanted balls whose shadow under a light meets no ball, and which none shades."""
     n, is_point = balls.shape[0], light[3] != 0.0
@@ -91,16 +91,18 @@ def _find_isolated(balls, light, wanted):
     ways, sines, cosines = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
     for i in range(n):
         way = ways[i]
-        way[:] = balls[i, :3]
+        for axis in range(3):
+            way[axis] = balls[i, axis] - light[axis] if is_point else balls[i, axis]
         if is_point:
-            way -= light[:3]
-            distance = max(np.sqrt((way**2).sum()), 1e-300)
+            distance = max(np.sqrt(dot(way, way)), 1e-300)
             holds[i] = distance <= balls[i, 3]
-            way /= distance
+            way[0], way[1], way[2] = way[0] / distance, way[1] / distance, way[2] / distance
             sines[i] = min(balls[i, 3] / distance, 1.0)
             cosines[i] = np.sqrt(1.0 - sines[i] ** 2)
         else:
-            way -= (way * light[:3]).sum() * light[:3]
+            along = dot(way, light)
+            for axis in range(3):
+                way[axis] -= along * light[axis]
     isolated = wanted.copy()
     for i in range(n):
         if not wanted[i]:

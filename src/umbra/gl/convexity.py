@@ -15,9 +15,9 @@ Adjacency is kept.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import dot, kernel
 from umbra.rays.eye_count import BLOCK
 from umbra.volume.adjacency import Caster, make_planes
 
@@ -105,7 +105,7 @@ def find_convex(
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _check_edges(vertices, faces, component, edges, edge_faces, planes, found):
     """Drop components where a neighbour rises above a face, or a face has no area."""
     for edge in range(edges.shape[0]):
@@ -126,7 +126,7 @@ def _check_edges(vertices, faces, component, edges, edge_faces, planes, found):
             found[component[a]] = False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _check_fans(vertices, faces, planes, components, order, starts, sums, found):
     """
     Drop components where the faces around a vertex do not wind once around a line.
@@ -141,7 +141,7 @@ def _check_fans(vertices, faces, planes, components, order, starts, sums, found)
             found[components[k]] = _winds_once(vertices, faces, planes, mine, sums)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_lines(vertices, faces, planes, mine, sums):
     """Find a line through each corner of some faces, to whose side these look."""
     for face in mine:
@@ -166,18 +166,18 @@ def _find_lines(vertices, faces, planes, mine, sums):
     for face in mine:
         for i in faces[face]:
             if np.isnan(sums[i, 6]):
-                sums[i, :3] = sums[i, 3:6]
+                sums[i, 0], sums[i, 1], sums[i, 2] = sums[i, 3], sums[i, 4], sums[i, 5]
                 sums[i, 6] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _winds_once(vertices, faces, planes, mine, sums):
     """Return whether some faces look along their corners' lines and wind once around each."""
     for face in mine:
         for n in range(3):
             i = faces[face, n]
             line = sums[i, :3]
-            if _look(planes, face, line) < -_DENT * np.sqrt((line**2).sum()):
+            if _look(planes, face, line) < -_DENT * np.sqrt(dot(line, line)):
                 return False
             j, k = faces[face, (n + 1) % 3], faces[face, (n + 2) % 3]
             sums[i, 6] += _cross(line, vertices[i], vertices[j], vertices[k])
@@ -188,14 +188,14 @@ def _winds_once(vertices, faces, planes, mine, sums):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_normal(planes, face, axis):
     """Return a coordinate of a face's unit normal."""
     x, y, z = planes[0, face], planes[1, face], planes[2, face]
     return planes[axis, face] / np.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _look(planes, face, way):
     """Return the length along a face's normal of a vector."""
     found = 0.0
@@ -204,7 +204,7 @@ def _look(planes, face, way):
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cross(line, corner, first, second):
     """Return how often, 1, 0 or -1, the way between two points crosses a half-plane at a line."""
     x, y, z = line
@@ -272,7 +272,7 @@ def measure_shape(caster: Caster, vertices: NDArray[np.float64], balls: Balls) -
     return PosedShape(planes, bounds, blocks, volumes, is_convex)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
     """Write boxes and volumes in one pass over faces."""
     for face in range(faces.shape[0]):

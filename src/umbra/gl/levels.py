@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body, make_level_body
+from umbra.kernels import kernel
 from umbra.volume.bounds import throw_box
 
 __all__ = ["DetailLevel", "LevelTable", "choose_levels", "make_levels"]
@@ -158,7 +158,7 @@ class LevelTable:
         return cls(chain, moves, np.arange(total) >= fine)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def choose_levels(
     bounds, lights, reaches, floor, eye, pixel, detail, chain, moves, flags, case, undecided
 ):
@@ -204,7 +204,7 @@ def choose_levels(
     return largest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_allowed(box, light, reach, floor, eye, pixel, detail, points):
     """Return how far a corner of what is in a box may move, for a shadow off by few pixels [m]."""
     throw_box(box, light, floor, reach, points)

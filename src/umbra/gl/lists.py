@@ -10,13 +10,12 @@ else can be seen beyond them, since the ground has no end.
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, DRAWS, FAN, LIGHT_CAPS, LOW, SIDES, Z_FAILS
 from umbra.gl.sides import find_ends
-from umbra.kernels import inlined
+from umbra.kernels import inlined, kernel
 from umbra.scene.mesh import transform_points
 
 __all__ = ["count_draws", "find_level_points", "is_level", "list_cap", "split_level", "write_draws"]
@@ -103,7 +102,7 @@ def list_cap(
     return cap[:n], shells[:n]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _list_cap(wanted, face_starts, faces, corners, planes, component, instances, held, cap, shells):
     """Write the faces of ``list_cap``; return their number. Sums equal those of ``find_lit``."""
     lights, is_closed, first, mirrored = instances
@@ -133,7 +132,7 @@ def _list_cap(wanted, face_starts, faces, corners, planes, component, instances,
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_draw(flags):
     """Return the place in ``DRAWS`` of a volume's sides, of its dark cap, and of its light cap."""
     if flags & COARSE:
@@ -151,7 +150,7 @@ def _has_fan(flags):
     return flags & LOW or (flags & DARK_CAP and flags & FAN)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_draws(sides, shape, cap, flags, is_point, counts):
     """
     Count the vertex numbers of each of the `DRAWS` (n_draws,), of one body.
@@ -190,7 +189,7 @@ def _add_triangle(numbers, place, a, b, c):
     numbers[place], numbers[place + np.uint64(1)], numbers[place + np.uint64(2)] = a, b, c
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def write_draws(sides, shape, cap, flags, is_point, places, numbers):
     """
     Write the vertex numbers that ``count_draws`` counts, each draw from its place on.

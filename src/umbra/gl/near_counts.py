@@ -9,10 +9,10 @@ may start: no caps are drawn, and only what is before the visible surface.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.volumes import BodyVolumes
+from umbra.kernels import copy_rows, kernel
 from umbra.rays.eye_count import Anchor, find_anchor
 from umbra.volume.placement import ask_faces
 
@@ -66,7 +66,7 @@ class NearCounts:
         return None
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def ask_shell(caster, faces, edges, is_closed, light, pyramid, view, slack):
     """
     Ask a shell's triangles for its case.
@@ -101,8 +101,9 @@ def ask_shell(caster, faces, edges, is_closed, light, pyramid, view, slack):
         return blocks, is_seen, False
     # The pyramid's first plane is the near one, moved outward.
     slab = np.zeros((pyramid.shape[0] + 1, 4))
-    slab[:-1] = pyramid
-    slab[-1] = -pyramid[0]
+    copy_rows(pyramid, slab)
+    for k in range(4):
+        slab[-1, k] = -pyramid[0, k]
     slab[-1, 3] += _THICK * slack
     touches, _ = ask_faces(
         vertices, corners, faces, planes, component, is_closed, light, slab, slab
@@ -110,7 +111,7 @@ def ask_shell(caster, faces, edges, is_closed, light, pyramid, view, slack):
     return blocks, is_seen, not touches
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _meets_sides(
     vertices, ends, edge_faces, turn, edges, planes, component, is_closed, light, pyramid
 ):

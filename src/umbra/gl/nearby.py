@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.open_components import REACH
 from umbra.gl.volumes import BodyVolumes
+from umbra.kernels import cross, dot, inlined, kernel
 from umbra.rays.holding import find_near_faces
 from umbra.scene.mesh import transform_points
 
@@ -63,7 +63,7 @@ class Nearby:
         return np.concatenate([triangles[~is_near].ravel(), cut[:n].ravel()])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_corners(triangles, corners, found):
     """Mark the triangles (n, 3) of vertex numbers with a corner among points in order."""
     is_any = False
@@ -77,7 +77,7 @@ def _find_corners(triangles, corners, found):
     return is_any
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_place(places, count, a, b, c):
     """Return which of the first places is this corner, edge or face, in any order; -1 if none."""
     low, high = min(a, b, c), max(a, b, c)
@@ -88,7 +88,7 @@ def _find_place(places, count, a, b, c):
     return -1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut(triangles, places, first, cut):
     """Split triangles at the points on their edges and, if they are faces, inside."""
     rim = np.zeros(6, np.uint32)
@@ -175,7 +175,7 @@ def find_nearby(
     return Nearby(stacked, np.concatenate(places), np.unique(np.concatenate(met)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_points(numbers, ways, reach, points, places):
     """
     Write the points within reach of corners, edges and faces, each once; return their number.
@@ -194,9 +194,10 @@ def _find_points(numbers, ways, reach, points, places):
             a, b = k, (k + 1) % 3
             if names[a] > names[b]:
                 a, b = b, a  # the same direction for both faces
-            along = corners[b] - corners[a]
-            part = -(corners[a] * along).sum() / (along * along).sum()
-            foot[:] = corners[a] + part * along
+            along = _subtract(corners[b], corners[a])
+            part = -dot(corners[a], along) / dot(along, along)
+            for axis in range(3):
+                foot[axis] = corners[a, axis] + part * along[axis]
             if (
                 0.0 < part < 1.0
                 and _is_within(foot, reach)
@@ -205,39 +206,49 @@ def _find_points(numbers, ways, reach, points, places):
                 n = _add(foot, names[a], names[b], names[b], points, places, n)
         if _find_foot(corners, foot) and _is_within(foot, reach):
             low, high = min(names[0], names[1], names[2]), max(names[0], names[1], names[2])
-            n = _add(foot, low, names.sum() - low - high, high, points, places, n)
+            n = _add(
+                foot, low, names[0] + names[1] + names[2] - low - high, high, points, places, n
+            )
     return n
 
 
-@njit(cache=True, nogil=True)
+@inlined
+def _subtract(p, q):
+    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
+
+
+@kernel
 def _is_within(way, reach):
     """Return whether a vector is shorter than a reach, and not 0."""
-    return 0.0 < np.sqrt((way * way).sum()) < reach
+    return 0.0 < np.sqrt(dot(way, way)) < reach
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(way, a, b, c, points, places, n):
     """Write a point and its place; return the number of points."""
-    points[n] = way
+    for axis in range(3):
+        points[n, axis] = way[axis]
     places[n, 0], places[n, 1], places[n, 2] = a, b, c
     return n + 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_foot(ways, foot):
     """Write the point of a face's plane nearest to 0; return whether the face (3, 3) holds it."""
     a, b, c = ways[0], ways[1], ways[2]
-    normal = np.cross(b - a, c - a)
-    square = (normal * normal).sum()
+    normal = cross(_subtract(b, a), _subtract(c, a))
+    square = dot(normal, normal)
     if square == 0.0:
         return False
     nearest = a
     for way in (b, c):
-        if (way * way).sum() < (nearest * nearest).sum():
+        if dot(way, way) < dot(nearest, nearest):
             nearest = way
-    foot[:] = (normal * nearest).sum() / square * normal
+    share = dot(normal, nearest) / square
+    for axis in range(3):
+        foot[axis] = share * normal[axis]
     return (
-        (normal * np.cross(a, b)).sum() > 0.0
-        and (normal * np.cross(b, c)).sum() > 0.0
-        and (normal * np.cross(c, a)).sum() > 0.0
+        dot(normal, cross(a, b)) > 0.0
+        and dot(normal, cross(b, c)) > 0.0
+        and dot(normal, cross(c, a)) > 0.0
     )

@@ -11,11 +11,11 @@ the light or is wound inward; most scenes have none, and nothing is done.
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.volumes import BodyVolumes, list_drawn
+from umbra.kernels import kernel
 from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders
 from umbra.scene import Camera
@@ -139,12 +139,15 @@ def find_opened(
     return opened
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _hold(bounds, place):
     """Find the boxes (n, 2, 3) that hold a lamp, about."""
-    found = np.ones(bounds.shape[0], np.bool_)
+    found = np.zeros(bounds.shape[0], np.bool_)
     for i in range(bounds.shape[0]):
-        margin = 1e-6 * (bounds[i, 1] - bounds[i, 0]).max()
+        size = 0.0
+        for axis in range(3):
+            size = max(size, bounds[i, 1, axis] - bounds[i, 0, axis])
+        margin, found[i] = 1e-6 * size, True
         for axis in range(3):
             low, high = bounds[i, 0, axis] - margin, bounds[i, 1, axis] + margin
             found[i] &= low <= place[axis] <= high

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
 from umbra.gl.stacking import AXES, stack_boxes, stack_shapes
 from umbra.gl.volume_plan import STENCIL_MOST
 from umbra.gl.volumes import BodyVolumes, list_drawn
+from umbra.kernels import kernel
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import move_boxes
 from umbra.volume.facing import find_sides
@@ -229,7 +229,7 @@ def _count_in_rows(
     return int(np.cumsum(load).max()) // 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_heights(sides, instances, first, vertices, transforms, light, ahead, across, heights):
     """
     Write the heights of edges' ends in the light's view.
@@ -255,7 +255,7 @@ def _find_heights(sides, instances, first, vertices, transforms, light, ahead, a
     return nearest, largest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _load_rows(heights, load):
     """Mark the row in which each edge begins, and that after which it ends."""
     low, high = np.inf, -np.inf

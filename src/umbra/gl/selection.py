@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.flags import COARSE, CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, VolumeSelection
@@ -20,6 +19,7 @@ from umbra.gl.lists import is_level
 from umbra.gl.near_counts import NearCounts, ask_shell
 from umbra.gl.projection import CameraProjection, Rectangle, find_pixel
 from umbra.gl.volumes import BodyVolumes
+from umbra.kernels import kernel
 from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane, is_beyond_any
 from umbra.volume.box_tree import BoxTree
 from umbra.volume.placement import place_box
@@ -220,7 +220,7 @@ def select_lights(
     return [VolumeSelection(*each, moved) for each in zip(flags, case, starts, strict=True)]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _select(
     bounds, found, lights, regions, reaches, is_coarse, floor, method, rules, flags, case, undecided
 ):

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.bodies import Body
-from umbra.kernels import inlined
+from umbra.kernels import inlined, kernel
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
@@ -86,7 +85,7 @@ class ShellSides:
         return corners, np.repeat(np.arange(len(lengths)), lengths)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _gather(sides, starts, lengths, found):
     """Copy the first sides of each shell, one shell after another."""
     n = 0
@@ -109,7 +108,7 @@ def find_ends(side, edges, first, is_mirrored):
     return (two, one) if is_ahead else (one, two)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _list_corners(sides, starts, lengths, shape, corners):
     """Write the two triangles of each side of some shells."""
     edges, firsts, mirrored = shape
@@ -210,7 +209,7 @@ def _find_silhouettes(
             yield flat[which], found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _list_codes(
     wanted, face_starts, faces, edge_starts, edge_faces, turn, planes, lights, all_closed, codes,
     starts, is_flat,
@@ -243,7 +242,7 @@ def _list_codes(
         starts[k + 1] = n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _are_in_order(codes, starts):
     """Return whether the codes of each row are in the order of edges."""
     is_in_order = True
@@ -253,7 +252,7 @@ def _are_in_order(codes, starts):
     return is_in_order
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pack_sides(codes, code_starts, weight, rows, shape, wanted, first, starts, ends, sides):
     """
     Write the sides of the wanted shells (n_rows, n_shells); return their number.

@@ -1,9 +1,9 @@
 """Weights of boxes and other shapes, added up on a grid in a light's view."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.volume.bounds import find_box_points
 
 __all__ = ["AXES", "stack_boxes", "stack_shapes"]
@@ -48,7 +48,7 @@ def _count_cells(shapes: int) -> int:
     return int(np.clip(4 * np.sqrt(shapes), 64, 1024))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_deepest(points, shapes, weights, light, frames, cells):
     """Return the largest weight in one cell of the light's view, over all frames (3, 3)."""
     boxes, owners = np.zeros((shapes.shape[0], 4)), np.zeros(shapes.shape[0], np.int64)
@@ -60,7 +60,7 @@ def _find_deepest(points, shapes, weights, light, frames, cells):
     return deepest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_peak(boxes, weights, cells):
     """Return the largest total weight of boxes (n, 4) in one cell of a grid."""
     heap, column = np.zeros((cells + 1, cells + 1), np.int64), np.zeros(cells + 1, np.int64)
@@ -75,7 +75,7 @@ def _find_peak(boxes, weights, cells):
     return deepest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _flatten_boxes(boxes, frame, flat):
     """Bound boxes (n, 2, 3) in the view along a frame's third row, without their corners."""
     for i in range(boxes.shape[0]):
@@ -88,7 +88,7 @@ def _flatten_boxes(boxes, frame, flat):
             flat[i, 2 * k], flat[i, 2 * k + 1] = low, high
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _flatten(points, shapes, light, frame, boxes, owners):
     """
     Bound the shapes in a light's view along a frame's third row; return how many are in view.
@@ -136,7 +136,7 @@ def _flatten(points, shapes, light, frame, boxes, owners):
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pile(boxes, weights, heap):
     """Mark where boxes begin and end: two cumulative sums then give the weight in each cell."""
     cells = heap.shape[0] - 1

@@ -118,7 +118,8 @@ def _find_patches(corners: NDArray[np.float64], thing: NDArray[np.integer]) -> N
     keys = np.column_stack([np.repeat(thing, 3), corners.reshape(-1, 3)])
     _, place = np.unique(keys, axis=0, return_inverse=True)
     place = place.reshape(-1, 3)
-    one, two = np.concatenate([place[:, :2], place[:, 1:]]).astype(np.int32).T
+    pairs = np.concatenate([place[:, :2], place[:, 1:]])
+    one, two = np.ascontiguousarray(pairs.T, np.int32)
     roots = find_roots(one, two, int(place.max()) + 1)
     return np.asarray(roots[place[:, 0]], np.intp)
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.ground.feet import Feet, find_base_faces
+from umbra.kernels import kernel
 from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND, find_standing
 
@@ -191,7 +191,7 @@ def settle_level(bases: Bases) -> Level:
     return Level(middle, float(feet[0]), float(feet[-1]), len(feet), is_read)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _measure(vertices, faces, thing, count):
     """
     Measure the faces, and bound the objects that they belong to.

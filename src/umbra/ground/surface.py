@@ -6,13 +6,14 @@ so that tiles of a city cut the same surface.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.ground.feet import Feet
 from umbra.ground.triangulation import find_blades, find_mean_heights, triangulate_with_edges
+from umbra.kernels import kernel
 
 __all__ = ["AWAY", "FeetSurface", "make_surface"]
 
@@ -299,7 +300,7 @@ def _find_steps(
     return np.concatenate(found).astype(np.int32)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_bases(points, triangles, neighbours, faces, low, order):
     """
     Find the base face that holds each triangle, -1 if none does: the last of some order.
@@ -355,7 +356,7 @@ def _find_bases(points, triangles, neighbours, faces, low, order):
     return label, areas
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _turn(points, a, b, x, y):
     ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     return ux * (y - points[a, 1]) - uy * (x - points[a, 0])

@@ -10,11 +10,13 @@ A surface through feet alone runs from two corners that are near each other, one
 straight to the next building, however far that is.
 """
 
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["find_blades", "find_mean_heights", "triangulate_with_edges"]
 
@@ -78,7 +80,7 @@ def triangulate_with_edges(
     return triangles, neighbours, int(missed)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _turn(points, a, b, c):
     """Return the sign of the turn from a over b to c, exactly: positive to the left."""
     ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
@@ -86,12 +88,12 @@ def _turn(points, a, b, c):
     return np.sign(ux * vy - uy * vx)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _find(row, value):
     return 0 if row[0] == value else 1 if row[1] == value else 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _flip(triangles, neighbours, fixed, at, t, k):
     """Turn the edge opposite to corner k of a triangle to the other diagonal of its two."""
     o = neighbours[t, k]
@@ -115,7 +117,7 @@ def _flip(triangles, neighbours, fixed, at, t, k):
     at[p], at[b], at[q], at[c] = t, t, t, o
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _insert(points, triangles, neighbours, fixed, at, edges):
     """Insert the edges, each as far as it crosses no other; return how many do."""
     missed = 0
@@ -129,7 +131,7 @@ def _insert(points, triangles, neighbours, fixed, at, edges):
     return missed
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _advance(points, triangles, neighbours, fixed, at, u, v):
     """Make the edge from u toward v up to the first point on it; return the point, -1 if none."""
     t, k = _look(points, triangles, neighbours, at, u, v)
@@ -190,7 +192,7 @@ def _advance(points, triangles, neighbours, fixed, at, u, v):
     return end
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fix(neighbours, fixed, t, k):
     """Hold the edge opposite to corner k of a triangle."""
     fixed[t, k] = True
@@ -199,7 +201,7 @@ def _fix(neighbours, fixed, t, k):
         fixed[o, _find(neighbours[o], t)] = True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _look(points, triangles, neighbours, at, u, v):
     """Find the triangle at a point u whose angle there holds the way to v; -1 if none does."""
     start = at[u]
@@ -216,7 +218,7 @@ def _look(points, triangles, neighbours, at, u, v):
     return -1, 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_edge(triangles, neighbours, at, a, b):
     """Find a triangle with an edge, and the corner opposite to it; -1 if there is none."""
     start = at[a]
@@ -234,7 +236,7 @@ def _find_edge(triangles, neighbours, at, a, b):
     return -1, 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _restore(points, triangles, neighbours, fixed, at):
     """Flip each edge that is not held, and whose circle holds the fourth point; count them."""
     flips = 0
@@ -253,7 +255,7 @@ def _restore(points, triangles, neighbours, fixed, at):
     return flips
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _holds(points, a, b, c, d):
     """Return whether the circle of three corners, counter-clockwise, holds a fourth."""
     ax, ay = float(points[a, 0] - points[d, 0]), float(points[a, 1] - points[d, 1])

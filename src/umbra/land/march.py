@@ -7,9 +7,7 @@ elevation is at one of its ends or where its derivative is 0: nothing is sampled
 
 import math
 
-from numba import njit
-
-from umbra.kernels import inlined
+from umbra.kernels import inlined, kernel
 
 __all__ = ["interpolate", "march"]
 
@@ -31,7 +29,7 @@ def find_land_slope(height, distance, eye, radius):
     return (height - eye - low) / away
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def interpolate(heights, u, v):
     """Return the height (NaN without) at a column u and a row v of cell centres."""
     i = min(max(math.floor(u), 0), heights.shape[1] - 2)
@@ -84,7 +82,7 @@ def find_highest_land(near, far, twist, here, length, eye, radius):
     return slope, at
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def march(heights, frame, core, nodes, eyes, radii, slopes, distances, seen, missing):
     """
     Raise the slopes of rays by the land of one block.

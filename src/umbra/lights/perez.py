@@ -14,8 +14,9 @@ References
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["find_shape", "sum_sky"]
 
@@ -98,7 +99,7 @@ def find_shape(
     return shape
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sum_sky(directions, angles, suns, shape, energy, total):
     """Add up skies; see ``sum_sky``."""
     count = len(directions)

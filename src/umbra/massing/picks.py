@@ -6,8 +6,8 @@ than its planes; pieces that share cells cost less together.
 """
 
 import numpy as np
-from numba import njit
 
+from umbra.kernels import kernel
 from umbra.massing.planes import LONGEST, SLACK, SUM
 
 __all__ = ["NOT_DEAR", "keep_enough"]
@@ -19,7 +19,7 @@ _SHARE = 6
 """Of the pieces that are still needed, one by this is taken before costs are found again."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
     """
     Choose the needs of a group that are met, and their pieces; lower the heights by them.
@@ -64,7 +64,7 @@ def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
             break
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _keep(needs, need, heights, kept):
     """Choose a need's pieces beside given heights, and lower these; False if there are too few."""
     if needs.measure[need] == SUM:
@@ -72,7 +72,7 @@ def _keep(needs, need, heights, kept):
     return _keep_runs(needs, need, heights, kept)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cost(crossings, u, heights):
     """Return what a piece lowers the heights by."""
     cost = 0.0
@@ -81,14 +81,14 @@ def _cost(crossings, u, heights):
     return cost
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _lower(crossings, u, heights):
     for i in range(crossings.start[u], crossings.start[u + 1]):
         c = crossings.cell[i]
         heights[c] = min(heights[c], crossings.clear[i])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _keep_sum(needs, need, heights, kept):
     """Choose pieces by their cost per hour, the cheapest first, until their hours are enough."""
     first, last = needs.start[need], needs.start[need + 1]
@@ -125,7 +125,7 @@ def _keep_sum(needs, need, heights, kept):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _keep_runs(needs, need, heights, kept):
     """
     Choose an unbroken spell of the limit's length; or spells of a least length, one by one.

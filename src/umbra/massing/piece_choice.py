@@ -12,9 +12,9 @@ Raising cells, one after the other, until each is capped or would break a rule.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.massing.picks import keep_enough
 from umbra.massing.planes import SLACK, SUM, Needs, measure_lit
 from umbra.massing.upper_bounds import take_cheapest
@@ -52,7 +52,7 @@ def fill_up(
     return raised
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill_up(needs, heights, top, cells, first, piece, clear):
     crossings = needs.crossings
     hiding = np.zeros(needs.hours.size, np.int32)  # cells that hide each piece
@@ -175,7 +175,7 @@ def _is_fixed(needs: Needs) -> bool:
     return bool((total - least < needs.limit[some] - SLACK).all())
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_cell_heights(needs, top, kept, without=-1):
     """Return the heights (n_cells,) that the kept pieces leave, without those of one group."""
     heights = top.copy()
@@ -192,7 +192,7 @@ def find_cell_heights(needs, top, kept, without=-1):
     return heights
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _settle_all(needs, heights, kept):
     """Let each group choose its pieces among what given heights leave; return these."""
     for g in range(needs.wanted.size):
@@ -200,7 +200,7 @@ def _settle_all(needs, heights, kept):
     return heights
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _take_turns(needs, top, order, kept, begin, rounds):
     """Let each group choose its pieces beside those of all others, until none improves."""
     heights = top.copy()
@@ -221,7 +221,7 @@ def _take_turns(needs, top, order, kept, begin, rounds):
     return heights
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _exchange(needs, top, kept, heights, chances):
     """
     Take out groups that bind one place, put them back in another order; keep what is better.
@@ -263,7 +263,7 @@ def _exchange(needs, top, kept, heights, chances):
             kept[:] = before
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _binds(needs, g, kept, cell, height):
     """Return whether a kept piece of a group limits a cell to a height at most."""
     crossings = needs.crossings

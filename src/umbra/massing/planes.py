@@ -10,13 +10,13 @@ cell: along an edge between them the ray's height is convex, and within a minute
 What rules ask of receivers: pieces of lit time, and how many of them must remain.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.massing.plot import Plot
 
 __all__ = [
@@ -111,7 +111,7 @@ def cross_cells(
     return RayCrossings(start, cell, clear, dark)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cross(pieces, points, toward, corner, index, start, cell, clear, dark, fill, taken):
     """Count the crossings of each piece, one place later; or fill them in."""
     receiver, first, last = pieces
@@ -163,7 +163,7 @@ def _cross(pieces, points, toward, corner, index, start, cell, clear, dark, fill
             start[u + 1] = found
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _span(at, step, low, high):
     """Return the distances at which a ray enters and leaves an interval of one axis."""
     if abs(step) < _ALONG:
@@ -172,7 +172,7 @@ def _span(at, step, low, high):
     return max(min(one, two), 0.0), max(one, two)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _follow(p, d, corner, index, at, z, ray, count, k):
     """List the cells under one ray, with its height where it enters each."""
     rows, cols = index.shape
@@ -212,7 +212,7 @@ def _follow(p, d, corner, index, at, z, ray, count, k):
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sweep(p, d, e, corner, index, at, z, ray, count):
     """
     List the corners of cells between two rays, with the height of the ray through each.
@@ -306,7 +306,7 @@ class Needs(NamedTuple):
     wanted: NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def measure_lit(needs, need, is_lit):
     """Return what a need's measure is of the pieces that are lit [h]."""
     total, longest, counted, run = 0.0, 0.0, 0.0, 0.0

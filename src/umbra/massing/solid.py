@@ -7,9 +7,9 @@ drawn back from it by a millimetre: the mesh then stays a solid, and is never la
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.massing.plot import Plot
 from umbra.scene import Mesh
 
@@ -47,7 +47,7 @@ def make_solid(plot: Plot, tops: NDArray[np.float64]) -> Mesh | None:
     return Mesh(vertices[used], index.reshape(-1, 3).astype(np.int32))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _build(raster, base, x0, y0, side, back):
     """Build the faces; the raster (rows + 2, cols + 2) has an empty margin."""
     rows, cols = raster.shape[0] - 1, raster.shape[1] - 1  # corners of cells
@@ -128,7 +128,7 @@ def _build(raster, base, x0, y0, side, back):
     return vertices, faces[:n]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(levels, who, above, cols, corner, z):
     """Return the vertex of a corner at a height, as one of the cells around it has it."""
     r, c, place = corner

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer, rasterise_depth
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.scene import Triangles
@@ -107,7 +107,7 @@ def locate(
     return VisibleSurface(position, normal, part)
 
 
-@njit(cache=True)
+@kernel
 def _place(
     key: NDArray[np.float64],
     face: NDArray[np.int32],
@@ -143,7 +143,7 @@ def _place(
     return position, normal
 
 
-@njit(cache=True)
+@kernel
 def _find_normal(
     vertices: NDArray[np.float64], faces: NDArray[np.int32], face: int
 ) -> tuple[float, float, float]:

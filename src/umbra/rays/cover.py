@@ -5,9 +5,8 @@ Rows, materials, texels and the rule are those of `umbra.rays.transmission.Trans
 """
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import take_next
+from umbra.kernels import cross, dot, kernel, take_next
 from umbra.scene.material import find_linear
 
 __all__ = [
@@ -31,7 +30,7 @@ BLOCK = 256  # points per block of a thread
 _LINEAR = find_linear(np.arange(LEVELS) / (LEVELS - 1))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_texels(at, count, how):
     """Find the texels on both sides of a coordinate, and the weight of the second."""
     place = at * count - 0.5
@@ -52,7 +51,7 @@ def _find_texels(at, count, how):
     return one, two, share
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_cover(f, w0, w1, w2, rows, materials, texels, color):
     """
     Find a triangle's opacity at barycentric weights, 0 in a hole; write its colour.
@@ -90,7 +89,7 @@ def find_cover(f, w0, w1, w2, rows, materials, texels, color):
     return look[3]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _invert(x):
     """Return 1 / x, or a large finite number for 0, so that no box's corner makes NaN."""
     if abs(x) < _TINY:
@@ -98,7 +97,7 @@ def _invert(x):
     return 1.0 / x
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cross(f, p, light, way, tolerance, rows, weights):
     """Return whether the ray from p along ``way`` to the light crosses a triangle; write where."""
     row = rows[f]
@@ -148,7 +147,7 @@ def _cross(f, p, light, way, tolerance, rows, weights):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, hidden, taken):
     """Traverse the hierarchy for each point; multiply the transmittance of the triangles hit."""
     n = points.shape[0]
@@ -186,7 +185,7 @@ def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, 
                     left[i, k] *= (1.0 - cover) * (1.0 - cover * (1.0 - color[k]))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_opacities(which, places, rows, materials, texels):
     """Find the opacity of triangles at points on them; masks as if without holes."""
     found = np.empty(which.size)
@@ -197,11 +196,13 @@ def find_opacities(which, places, rows, materials, texels):
         found[i] = look[3]
         if look[4] != BLEND:
             continue
-        u, v, p = row[4:7] - row[0:3], row[8:11] - row[0:3], places[i] - row[0:3]
-        normal = np.cross(u, v)
-        square = max((normal * normal).sum(), _TINY)
-        second = (np.cross(p, v) * normal).sum() / square
-        third = (np.cross(u, p) * normal).sum() / square
+        u = row[4] - row[0], row[5] - row[1], row[6] - row[2]
+        v = row[8] - row[0], row[9] - row[1], row[10] - row[2]
+        p = places[i, 0] - row[0], places[i, 1] - row[1], places[i, 2] - row[2]
+        normal = cross(u, v)
+        square = max(dot(normal, normal), _TINY)
+        second = dot(cross(p, v), normal) / square
+        third = dot(cross(u, p), normal) / square
         found[i] = find_cover(
             which[i], 1.0 - second - third, second, third, rows, materials, texels, color
         )

@@ -8,12 +8,12 @@ rounded up on both sides: every pixel centre belongs to exactly one of two faces
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, run_shared, take_next
+from umbra.kernels import borrowing, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.cover import find_cover
 from umbra.rays.transmission import Transmitters
@@ -175,7 +175,7 @@ def find_ground_keys(matrix: NDArray[np.float64], height: float) -> NDArray[np.f
     return np.linalg.solve(points[:, :3], points[:, 3]).astype(np.float64)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _draw_ground(slope, near, key, face, taken):
     """Draw the ground, of affine keys, where it is nearer than what is seen."""
     while True:
@@ -191,7 +191,7 @@ def _draw_ground(slope, near, key, face, taken):
             face[r, c] = GROUND if is_nearer else face[r, c]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def bound(a, b, c, sign, left, right, rows):
     """
     Turn the half plane sign * (a x + b y + c) >= 0 into a bound on a pixel row.
@@ -281,7 +281,7 @@ def _place_edge(p, i, j, line, k, sign, edge, span):
         edge[k, 4] = np.nan
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_there(skin, f, line, r, c, key, color):
     """Return whether a pixel sees a face, given by its edges' lines: behind ``before``, no hole."""
     before, rows, materials, texels = skin
@@ -297,7 +297,7 @@ def _is_there(skin, f, line, r, c, key, color):
     return find_cover(f, w0, w1, w2, rows, materials, texels, color) > 0.0
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _rasterise(points, faces, key, face, near, threads, corner, skin, taken):
     """Draw faces; faces with a skin (see ``add_transmitting``) except in its holes."""
     col, row = corner

@@ -4,10 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, inlined, run_shared, take_next
+from umbra.kernels import borrowing, dot, inlined, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.disc_sides import NO_LAND, LandEdge, make_frame, make_sides
 from umbra.rays.face_tree import DEEPEST, FaceTree
@@ -84,7 +83,7 @@ def find_contacts(
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _solve(tree, points, normals, track, which, between, radius, close, land, found, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inlined
+from umbra.kernels import inlined, kernel
 from umbra.scene import Camera
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
@@ -64,7 +63,7 @@ class FaceBlocks:
         return derive(caster, "blocks", None, bound)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bound_blocks(vertices, faces):
     """Return the lowest and highest corner of each run of faces."""
     bounds = np.empty(((faces.shape[0] + BLOCK - 1) // BLOCK, 6))
@@ -152,7 +151,7 @@ def find_anchor(
     return Anchor(faces, is_lit, caster.component[faces], len(caster.is_closed), is_clean)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _side(a, b, start, way):
     """Return the side of the directed line on which the edge a to b passes (Pluecker)."""
     ax, ay, az = a[0] - start[0], a[1] - start[1], a[2] - start[2]
@@ -180,7 +179,7 @@ def _misses(boxes, block, start, way, inverse, far):
     return near > far * (1.0 + 1e-9)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _lies_on(point, a, b, c, normal):
     """Return whether a point of a triangle's plane lies in the triangle, edges included."""
     for k in range(3):
@@ -203,7 +202,7 @@ def _lies_on(point, a, b, c, normal):
     return square > 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def pierce(vertices, faces, planes, boxes, start, way, finite, eye, light, crossed):
     """
     List the crossed faces, inverted (``~face``) if unlit; ``crossed`` has room for all faces.
@@ -264,7 +263,7 @@ def pierce(vertices, faces, planes, boxes, start, way, finite, eye, light, cross
     return n, clean
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _size_of_side(a, b, start, way):
     """Return the magnitude to which rounding in ``_side`` is relative."""
     apart_a = 0.0
@@ -343,7 +342,7 @@ def find_faces_before(
     return faces[depth < camera.near]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_blocks_before(bounds, forward, limit):
     """Find the boxes whose nearest corner lies before a plane across the view."""
     found = np.empty(bounds.shape[0], np.intp)

@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, kernel
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 
@@ -127,7 +126,7 @@ def _clear(box):
     box[3:] = -np.inf
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _halve(low, high, middle, order, boxes, children):
     """
     Split faces recursively by the binned surface area heuristic; reorder ``order``.
@@ -205,7 +204,7 @@ def _halve(low, high, middle, order, boxes, children):
         nodes += 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _join(halves, children, margin):
     """Collapse levels so that each node has up to LANES children, largest boxes first."""
     some = np.zeros(LANES, np.int64)

@@ -11,10 +11,9 @@ whether the shadow count is not 0.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
+from umbra.kernels import borrowing, dot, find_lowest, inlined, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.lanes import meet_boxes
@@ -297,7 +296,7 @@ def _measure(u):
     return abs(u[0]) + abs(u[1]) + abs(u[2])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(points, normals, lights, tree, attached, masks, taken):
     n = points.shape[0]
     while True:

@@ -16,10 +16,9 @@ the limit from the viewer's side, so both devices ask a ray from just beside the
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.kernels import cross, dot, inlined
+from umbra.kernels import cross, dot, inlined, kernel
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
 from umbra.rays.eye_count import (
@@ -112,7 +111,7 @@ def _find_near(
     return faces, apart, largest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_blocks(bounds, place, margin, share):
     """Find the boxes within ``margin`` of a point, and ``share`` of their largest coordinate."""
     found = np.empty(bounds.shape[0], np.intp)
@@ -145,7 +144,7 @@ def _to_segment(p, q):
     return np.sqrt(dot(nearest, nearest))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _measure(vertices, faces, some, place, apart, largest):
     """Find the distances of faces from a point, and their largest coordinates."""
     for i in range(some.size):
@@ -196,7 +195,7 @@ def find_edge_on(
     return is_edge_on[view.face]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mark_seen(view, n_faces):
     """Mark the faces that a view shows."""
     is_seen = np.zeros(n_faces, np.bool_)
@@ -256,15 +255,18 @@ def recount_edge_on(
     return recounted
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count(points, vertices, faces, planes, is_open, boxes, light, counts):
     crossed = np.empty(faces.shape[0], np.int32)
-    start = np.ones(4)
+    start, to_light = np.empty(4), np.empty(3)
+    start[3] = 1.0
     for i in range(points.shape[0]):
-        start[:3] = points[i]
+        for axis in range(3):
+            start[axis] = points[i, axis]
+            to_light[axis] = light[axis] - light[3] * points[i, axis]
         n, _ = pierce(
-            vertices, faces, planes, boxes, points[i], light[:3] - light[3] * points[i],
-            light[3] > 0.0, start, light, crossed,
+            vertices, faces, planes, boxes, points[i], to_light, light[3] > 0.0, start, light,
+            crossed,
         )  # fmt: skip
         for k in range(n):
             counts[i] += crossed[k] >= 0 or is_open[~crossed[k]]

@@ -5,10 +5,9 @@ Weights of directions are summed by the group of faces that takes them.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, run_shared, take_next
+from umbra.kernels import borrowing, dot, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, list_hiding
@@ -53,7 +52,7 @@ def add_taken(
     run_shared(-(-len(points) // _BLOCK), _add, *given)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(tree, owner, points, normals, facing, directions, weights, taken, blocks):
     n = points.shape[0]
     while True:
@@ -137,7 +136,7 @@ def drop_plumb(
     return z, normals, count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _drop(plan, floor, tree, z, normals, count, taken):
     n = plan.shape[0]
     while True:
@@ -145,13 +144,13 @@ def _drop(plan, floor, tree, z, normals, count, taken):
         if block >= (n + _PLACES - 1) // _PLACES:
             return
         stack = np.zeros(DEEPEST, np.int32)
-        found = np.zeros(tree.corners.shape[0], np.int64)
+        found = np.zeros(tree.corners.shape[0], np.int32)
         for i in range(block * _PLACES, min(n, (block + 1) * _PLACES)):
             p = plan[i, 0], plan[i, 1], floor
             met = list_hiding(p, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), tree, stack, found)
             count[i] = met
             for k in range(met):
-                f = found[k]
+                f = np.int64(found[k])
                 x, y, up = get(tree.normals, f)
                 if abs(up) < _UPRIGHT:
                     continue

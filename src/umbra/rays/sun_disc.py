@@ -11,10 +11,9 @@ a disc, it is judged by many rays.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, dot, find_lowest, inlined, run_shared, take_next
+from umbra.kernels import borrowing, dot, find_lowest, inlined, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.disc_area import integrate_disc
 from umbra.rays.disc_sides import (
@@ -87,7 +86,7 @@ def find_free_disc(
     return shares
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(tree, points, normals, toward, radius, land, shares, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)

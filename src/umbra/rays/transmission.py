@@ -21,10 +21,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared
+from umbra.kernels import kernel, run_shared
 from umbra.machine import use_threads
 from umbra.rays.cover import BLEND, BLOCK, HIGH, LEVELS, MASK, find_opacities, trace_light
 from umbra.rays.face_tree import halve_boxes
@@ -255,7 +254,7 @@ def _describe(kinds: Sequence[Material]) -> tuple[NDArray[np.float64], NDArray[n
     return materials, np.concatenate(texels)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _line_up(halves, children, margin, nodes):
     """Write a hierarchy's nodes in traversal order, each with its next node."""
     waiting = np.zeros(halves.shape[0] + 3, np.int64)  # nodes; -1 - index marks the end of a branch
@@ -267,8 +266,9 @@ def _line_up(halves, children, margin, nodes):
         if node < 0:
             nodes[-1 - node, 3] = place
             continue
-        nodes[place, :3] = halves[node, :3] - margin
-        nodes[place, 4:7] = halves[node, 3:] + margin
+        for axis in range(3):
+            nodes[place, axis] = halves[node, axis] - margin
+            nodes[place, 4 + axis] = halves[node, 3 + axis] + margin
         nodes[place, 7] = -1.0
         child = children[node]
         if child < 0:

@@ -8,10 +8,10 @@ share all of it.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.kernels import kernel
 from umbra.readers.model import CrownRaster
 from umbra.scene import Mesh, Part
 
@@ -75,7 +75,7 @@ def make_body(
     return corner, z
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(cells, corners, low, high, is_left, corner, z):
     """Write the triangles if there is room; return their number."""
     rows, cols = cells.shape
@@ -122,7 +122,7 @@ def _fill(cells, corners, low, high, is_left, corner, z):
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(corner, z, n, i, zi, j, zj, k, zk):
     if corner.size:
         corner[3 * n], corner[3 * n + 1], corner[3 * n + 2] = i, j, k
@@ -130,7 +130,7 @@ def _add(corner, z, n, i, zi, j, zj, k, zk):
     return n + 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_levels(cells, low, high, r, c, which, start, end, levels):
     """List the heights, ascending, at which columns about a corner begin or end in a span."""
     levels[0] = start

@@ -241,7 +241,7 @@ def _assemble(
     rise = altitude or 0.0 if mode == "relativeToGround" else 0.0
     place = FilePlace(
         latitude, longitude, altitude if is_absolute else None, -first.heading % 360,
-        None if is_absolute else 0.0 - rise, "below the origin that its KML sets on it",
+        None if is_absolute else 0.0 - rise, "as its KML places it",
         altitude=altitude if is_absolute else None,
     )  # fmt: skip
     notes = [note for one in read.values() if one is not None for note in one.notes]

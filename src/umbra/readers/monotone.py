@@ -8,8 +8,9 @@ themselves may be refused.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["cut_by_sweep", "is_tangled"]
 
@@ -76,13 +77,13 @@ def _link(
     return origin, onward
 
 
-@njit(cache=True)
+@kernel
 def _turn(x, y, a, b, c):
     """Return twice the signed area of the corners a, b, c: positive if c is left of a to b."""
     return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])
 
 
-@njit(cache=True)
+@kernel
 def _find_diagonals(x, y, before, following, order, rank):
     """
     Find the diagonals that leave monotone pieces; one row of -1 if the rings forbid it.
@@ -191,7 +192,7 @@ def _find_diagonals(x, y, before, following, order, rank):
     return diagonals[:count]
 
 
-@njit(cache=True)
+@kernel
 def _cut_pieces(x, y, origin, onward, rank):
     """Cut monotone pieces, each a ring of half-edges, into triangles."""
     total = len(onward)
@@ -278,7 +279,7 @@ def is_tangled(points: NDArray[np.float64], following: NDArray[np.int64]) -> boo
     return bool(_count(points, following, low, high, order, axis, len(points) // 2 + 20))
 
 
-@njit(cache=True)
+@kernel
 def _count(points, following, low, high, order, axis, most):
     n = len(order)
     crossings = tests = 0
@@ -306,7 +307,7 @@ def _count(points, following, low, high, order, axis, most):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _side(points, a, b, c):
     turn = (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1]) - (
         points[b, 1] - points[a, 1]

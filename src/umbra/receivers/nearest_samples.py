@@ -1,9 +1,9 @@
 """The nearest samples to places on surfaces, so that each place shows what was counted by it."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.receivers.surface_samples import Samples
 
 __all__ = ["find_nearest"]
@@ -49,7 +49,7 @@ def find_nearest(
     return nearest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_squares(points, surface, axes, start, spacing, square):
     """Find the column and row of the square that holds each sample."""
     for i in range(surface.size):
@@ -58,7 +58,7 @@ def _find_squares(points, surface, axes, start, spacing, square):
             square[i, k] = np.int64(np.rint(place))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _locate(point, surface, axes, start, spacing, k):
     """Return a point's place along a surface's axis [squares]."""
     along = -start[surface, k]
@@ -67,7 +67,7 @@ def _locate(point, surface, axes, start, spacing, k):
     return along / spacing
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(points, surface, first, order, square, axes, start, spacing, nearest):
     """Search row after row away from each point, until no row can hold a nearer sample."""
     for i in range(surface.size):
@@ -101,7 +101,7 @@ def _find(points, surface, first, order, square, axes, start, spacing, nearest):
         nearest[i] = order[best]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bisect(square, begin, end, row, col):
     """Return the first of some samples, sorted by row and column, that is not before a square."""
     while begin < end:

@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.casters.casting import Casting
 from umbra.errors import InputError
+from umbra.kernels import kernel
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import ReceiverKind, Request, SampleKind, Variables
+from umbra.receivers.kind import DIMS, ReceiverKind, Request, SampleKind, Variables
 from umbra.receivers.on_demand import OnDemand
 from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.receivers.samples import LEVEL, sample_surfaces
-from umbra.receivers.single import DIMS, SingleReceivers, is_kept
+from umbra.receivers.single import SingleReceivers, is_kept
 from umbra.receivers.surface_samples import SampledPlaces, Samples
 from umbra.scene import Scene
 from umbra.scene.derived import derive
@@ -139,7 +139,7 @@ class SurfaceSamples(SingleReceivers):
         def weigh(values: ArrayLike) -> list[NDArray[np.float64]]:
             nothing = [0.0, 0.0, np.inf, -np.inf]
             sums = [np.tile(nothing, (count, 1)) for count in (len(first) - 1, len(labels))]
-            _weigh(first, owner, samples.share, np.asarray(values), *sums)
+            _weigh(first, owner, samples.share, np.asarray(values, np.float64), *sums)
             return sums
 
         measured = {one.name: study.more[one.name][1] for one in study.quantities if not one.per}
@@ -170,7 +170,7 @@ def _tell_figures(sums: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
     return {name: figure.astype(np.float32) for name, figure in figures.items()}
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _weigh(first, part, share, values, of_surface, of_part):
     """
     Add up the area of samples and their values times the area, and find the least and most value.

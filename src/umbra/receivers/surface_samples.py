@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inlined
+from umbra.kernels import inlined, kernel
 from umbra.scene.grid import Places
 
 __all__ = ["SampledPlaces", "Samples", "place_samples"]
@@ -182,7 +181,7 @@ class SampledPlaces(Places):
         return self.samples.normals
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def place_samples(flat, owner, is_border, start, spacing, corners, counts, is_lone, first, points):
     """
     Place the samples of triangles at the centres of squares that they hold.

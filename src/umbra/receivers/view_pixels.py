@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import Patches, make_patches
+from umbra.kernels import kernel
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.rays.face_tree import FaceTree
 from umbra.receivers.samples import join_coplanar
@@ -129,7 +129,7 @@ def make_pixel_patches(
     return patches._replace(where=seen[patches.where])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def snap_to_faces(points, face, vertices, faces):
     """
     Move points onto the planes of the triangles that they show, where rounding has left them off.

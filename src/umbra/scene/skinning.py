@@ -6,8 +6,9 @@ stay bit-identical, wherever they stand in their arrays.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["move_skin"]
 
@@ -48,7 +49,7 @@ def move_skin(
     return moved, None if normals is None else turned
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _move(pulls, joints, influences, vertices, normals, moved, turned):
     """Write the vertices of ``move_skin``, and its normals if there are any."""
     mean, cofactors = np.zeros((3, 4)), np.zeros((3, 3))
@@ -68,7 +69,7 @@ def _move(pulls, joints, influences, vertices, normals, moved, turned):
             _turn(mean, cofactors, normals[vertex], turned[vertex])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_cofactors(matrix, cofactors):
     """Write the inverse transposed of a matrix, up to scale, by which normals move."""
     for i in range(3):
@@ -78,7 +79,7 @@ def _find_cofactors(matrix, cofactors):
             cofactors[i, j] = one[u] * other[v] - one[v] * other[u]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turn(matrix, cofactors, normal, turned):
     """Write a unit normal; leave it 0 where it has no direction."""
     volume = 0.0

@@ -9,9 +9,8 @@ ends or crosses another.
 import math
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
 from umbra.sky.gather import find_azimuths
 from umbra.sky.skyline import find_highest
 
@@ -36,7 +35,7 @@ def _add_span(spans, owner, n, low, high, which):
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_spans(seen):
     """
     Find the azimuths of faces: spans (m, 2) sorted by their start, and the face of each (m,).
@@ -50,11 +49,11 @@ def find_spans(seen):
     for i in range(n):
         low, high = find_azimuths(seen.corners[i], seen.size[i])
         m = _add_span(spans, owner, m, low, high, i)
-    order = np.argsort(spans[:m, 0])
+    order = _order(spans[:m])
     return spans[order], owner[order]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_events(seen, normal, is_asked, skyline):
     """
     Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
@@ -86,7 +85,8 @@ def find_events(seen, normal, is_asked, skyline):
                 continue
             after = k + 1 if k + 1 < seen.size[i] else 0
             a, b = seen.corners[i, k], seen.corners[i, after]
-            pair[0], pair[1] = a, b
+            copy_numbers(a, pair[0])
+            copy_numbers(b, pair[1])
             if find_highest(skyline, pair, 2, True) < 0.0:
                 continue
             count = _add_event(events, count, a[0], a[1])
@@ -96,14 +96,15 @@ def find_events(seen, normal, is_asked, skyline):
                 continue
             if turn < 0.0:
                 a, b = b, a
-            ends[e, 0], ends[e, 1] = a, b
+            copy_numbers(a, ends[e, 0])
+            copy_numbers(b, ends[e, 1])
             turns[e, 0] = a[1] * b[2] - a[2] * b[1]
             turns[e, 1] = a[2] * b[0] - a[0] * b[2]
             turns[e, 2] = abs(turn)
             low, high = math.atan2(a[1], a[0]), math.atan2(b[1], b[0])
             m = _add_span(spans, owner, m, low, high + (2.0 * math.pi if high < low else 0.0), e)
             e += 1
-    order = np.argsort(spans[:m, 0])
+    order = _order(spans[:m])
     active = np.empty(m, np.int32)
     n_active = 0
     for which in order:
@@ -118,7 +119,7 @@ def find_events(seen, normal, is_asked, skyline):
             if x != 0.0 or y != 0.0:
                 if count + 4 > events.shape[0]:
                     more = np.empty((2 * events.shape[0], 3))
-                    more[:count] = events[:count]
+                    copy_rows(events[:count], more)
                     events = more
                 count = _add_event(events, count, x, y)
         active[n_active] = which
@@ -161,9 +162,18 @@ def _cross(ends, turns, one, two):
 
 
 @inner
+def _order(rows):
+    """Sort rows by their first number."""
+    first = np.empty(rows.shape[0])  # not a column: sorting is compiled for each layout
+    for i in range(rows.shape[0]):
+        first[i] = rows[i, 0]
+    return np.argsort(first)
+
+
+@inner
 def _sort(events):
     """Sort events, drop the same ones, and close the turn at -pi."""
-    order = np.argsort(events[:, 0])
+    order = _order(events)
     found = np.empty((events.shape[0] + 2, 2))
     found[0, 0], found[0, 1] = -1.0, 0.0
     n = 1

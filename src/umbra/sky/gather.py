@@ -10,10 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, kernel
 from umbra.sky.skyline import find_highest, find_layer, is_box_hidden
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
@@ -79,7 +78,7 @@ def _find_distance(corners):
     return math.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def gather_faces(casters, p, normal, least, skylines, reaches):
     """
     Find the faces that can cover sky before a plane.

@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from umbra.kernels import kernel
 from umbra.sky.events import find_spans
 from umbra.sky.meridians import cut_face
 
 __all__ = ["find_heights"]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_heights(seen, toward):
     """
     Find the lowest free altitude of meridians [radians].

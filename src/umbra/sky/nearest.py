@@ -9,9 +9,8 @@ the line in which they cross is taken as straight within a slice.
 import math
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, kernel
 from umbra.sky.events import find_spans
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_face, find_slope
@@ -35,7 +34,7 @@ def find_distance(seen, casters, i, x, y, z):
     return up / toward if toward != 0.0 else math.inf
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def add_shares(seen, casters, normal, events, moments, bands):
     """
     Add the moments of what each object takes, (n_objects, 7).
@@ -150,7 +149,7 @@ def _find_label(seen, casters, cut, n_cut, low, high, one, two, dx, dy, from_, t
     return casters.part[seen.face[best]] if best >= 0 else _FREE
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_hits(seen, casters, directions):
     """Return the object nearest in each direction (n, 3), or -1 where the sky is free, (n,)."""
     found = np.full(directions.shape[0], -1, np.int32)

@@ -10,9 +10,8 @@ differ by a sinusoid, so that what holds at both sides of a bin holds between th
 import math
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import borrowing
+from umbra.kernels import borrowing, kernel
 from umbra.sky.gather import SeenFaces
 from umbra.sky.meridians import cut_face
 from umbra.sky.skyline import BINS, CLEAR, find_bin, find_highest, look_along
@@ -24,7 +23,7 @@ _PASSES = 1
 _WIDEST = BINS // 4
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def raise_skyline(seen, skyline):
     """
     Raise a skyline (BINS,) in place by the faces of a ``SeenFaces`` that go on from it.
@@ -32,7 +31,8 @@ def raise_skyline(seen, skyline):
     What is covered below it stays covered; it is only known better.
     """
     tops = np.empty((BINS, 2))
-    tops[:, 0] = tops[:, 1] = skyline
+    for b in range(BINS):
+        tops[b, 0] = tops[b, 1] = skyline[b]
     for _ in range(_PASSES):
         for i in range(seen.size.size):
             if seen.slope[i] < math.inf:
@@ -84,7 +84,7 @@ def _cut(corners, n, column):
     return low, high
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def keep_above(seen, skyline):
     """Return the faces of a ``SeenFaces`` that come above a skyline (BINS,)."""
     kept = np.empty(seen.size.size, np.int32)

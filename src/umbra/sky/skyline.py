@@ -9,9 +9,8 @@ height in all its bins is left out of the sweep, which starts there instead of a
 import math
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import borrowing, inlined
+from umbra.kernels import borrowing, copy_numbers, inlined, kernel
 
 __all__ = [
     "BINS", "CLEAR", "STRIPS", "find_bin", "find_highest", "find_layer", "find_skyline",
@@ -123,7 +122,7 @@ def find_highest(skyline, corners, n, may_hide):
     return -1.0 if may_hide and _is_hidden(skyline, first, last, slope) else slope
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_skylines(strips, boxes, p, nearest):
     """
     Find the skylines of what is nearer than some distances, ``nearest`` and its doubles.
@@ -138,12 +137,12 @@ def find_skylines(strips, boxes, p, nearest):
     skylines, reaches = np.zeros((n, BINS)), np.zeros(n)
     for k in range(n):
         reaches[k] = nearest * 2.0**k
-        skylines[k] = find_skyline(strips, boxes, p, reaches[k])
+        copy_numbers(find_skyline(strips, boxes, p, reaches[k]), skylines[k])
     return skylines, reaches
 
 
-@njit(cache=True, nogil=True)
-def find_skyline(strips, boxes, p, farthest=math.inf):
+@kernel
+def find_skyline(strips, boxes, p, farthest):
     """
     Find up to which slope each bin is covered from the horizon on, (BINS,), 0 where unknown.
 
@@ -161,7 +160,8 @@ def find_skyline(strips, boxes, p, farthest=math.inf):
     skyline = alone[0]
     # Of each bin what covers it from its first side to a place, and from a place to its last side.
     first_part, last_part = np.zeros((BINS, 2)), np.zeros((BINS, 2))
-    last_part[:, 0] = 1.0
+    for b in range(BINS):
+        last_part[b, 0] = 1.0
     distance = np.empty(boxes.shape[0])
     for b in range(boxes.shape[0]):
         x = max(boxes[b, 0] - p[0], p[0] - boxes[b, 3], 0.0)

@@ -12,10 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, inner
+from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
 from umbra.sky.skyline import BINS, find_bin
@@ -67,7 +66,7 @@ def place_bound(seen, code, normal, dx, dy):
     return cut_edge(seen.corners[i, k], seen.corners[i, after], dx, dy)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_pieces(seen, normal, events, spans, owner, skyline):
     """
     Find the pieces of the free upper sky before a plane.
@@ -201,19 +200,21 @@ def _find_lowest(seen):
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _grow(which, below, above, under, over):
     n = which.size
     more = np.empty(2 * n, np.int32)
-    more[:n] = which
     lower, upper = np.empty((2 * n, 4)), np.empty((2 * n, 4))
-    lower[:n], upper[:n] = below, above
     codes, others = np.empty(2 * n, np.int32), np.empty(2 * n, np.int32)
-    codes[:n], others[:n] = under, over
+    copy_numbers(which, more)
+    copy_rows(below, lower)
+    copy_rows(above, upper)
+    copy_numbers(under, codes)
+    copy_numbers(over, others)
     return more, lower, upper, codes, others
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def integrate(pieces, moments):
     """Add the moments (7,) of pieces, see ``add_arc``."""
     events = pieces.events

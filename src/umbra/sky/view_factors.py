@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import copy_numbers, kernel, run_shared, take_next
 from umbra.machine import choose_threads, use_threads
 from umbra.sky.casters import SkyCasters
 from umbra.sky.events import find_events, find_spans
@@ -98,27 +97,28 @@ def measure_sky(
     return PointSkies(svf, 100.0 * share, taken / np.where(whole > 0, whole, np.inf)[:, None])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_seen(casters, p, normal):
     """Find the faces that a point sees or may see, (``SeenFaces``); hidden ones may be left out."""
     layers = find_skylines(casters.strips, casters.strip_boxes, p, _NEAREST)
     return gather_faces(casters, p, normal, 0.0, layers[0], layers[1])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trace_free_sky(casters, p, normal):
     """Find the pieces of the free upper sky before a plane through a point, and its faces."""
     skylines, reaches = np.zeros((1, BINS)), np.zeros(1)
-    skylines[0] = find_skyline(casters.strips, casters.strip_boxes, p)
+    skyline = skylines[0]
+    copy_numbers(find_skyline(casters.strips, casters.strip_boxes, p, np.inf), skyline)
     seen = gather_faces(casters, p, normal, 0.0, skylines, reaches)
-    raise_skyline(seen, skylines[0])
-    seen = keep_above(seen, skylines[0])
-    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), skylines[0])
+    raise_skyline(seen, skyline)
+    seen = keep_above(seen, skyline)
+    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), skyline)
     spans, owner = find_spans(seen)
-    return seen, find_pieces(seen, normal, events, spans, owner, skylines[0])
+    return seen, find_pieces(seen, normal, events, spans, owner, skyline)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _measure(casters, points, normals, found, taken):
     while True:
         i = take_next(taken)
@@ -130,7 +130,7 @@ def _measure(casters, points, normals, found, taken):
         found[i, 0], found[i, 1] = sum_tensors(moments, normals[i])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _share(casters, points, normals, shares, taken):
     while True:
         i = take_next(taken)

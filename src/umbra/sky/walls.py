@@ -8,10 +8,9 @@ cut into triangles, and tell without an edge how high the skyline is at least.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import inner
+from umbra.kernels import copy_rows, inner, kernel
 from umbra.volume.adjacency import sort_along_curve
 
 __all__ = ["find_strips"]
@@ -47,7 +46,7 @@ def find_strips(
     return np.ascontiguousarray(strips[along])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _join_walls(walls, edges, planes, n_edges, n_faces):
     """Give the walls' faces that an edge joins in one plane a common label, (n_faces,)."""
     label = np.arange(n_faces)
@@ -78,7 +77,7 @@ def _join_walls(walls, edges, planes, n_edges, n_faces):
     return label
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _decompose(vertices, faces, planes, order, starts):
     """Cut each wall into strips."""
     room = 64
@@ -97,17 +96,22 @@ def _decompose(vertices, faces, planes, order, starts):
             for k in range(3):
                 v = vertices[faces[some[i], k]]
                 place[i, k] = ux * v[0] + uy * v[1]
-        marks = np.sort(place.ravel())
-        marks = marks[np.append(True, np.diff(marks) > _SAME)]
+        corners = place.ravel()
+        marks, last = np.empty(corners.size), -np.inf
+        n_marks = 0
+        for i in np.argsort(corners):
+            marks[n_marks] = corners[i]
+            n_marks += corners[i] - last > _SAME
+            last = corners[i]
         low, high = np.empty(some.size), np.empty(some.size)
-        for s in range(marks.size - 1):
+        for s in range(n_marks - 1):
             middle = (marks[s] + marks[s + 1]) / 2
             _, bottom, edge_a, edge_b = _find_top(vertices, faces, some, place, middle, low, high)
             if edge_a < 0:
                 continue
             if n == room:
                 more = np.empty((2 * room, 8))
-                more[:n] = strips
+                copy_rows(strips, more)
                 strips, room = more, 2 * room
             a, b = vertices[edge_a], vertices[edge_b]
             pa = ux * a[0] + uy * a[1]

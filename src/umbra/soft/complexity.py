@@ -20,11 +20,10 @@ hidden equally often.
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface
@@ -117,7 +116,7 @@ def _cover(
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_to_spots(ax, ay, bx, by, times, spots, counts):
     """Add to the count of each spot (2, n) whose segment from the centre crosses a to b."""
     nx, ny, n0 = ay - by, bx - ax, ax * by - ay * bx
@@ -130,7 +129,7 @@ def _add_to_spots(ax, ay, bx, by, times, spots, counts):
         counts[j] += times if crosses else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _estimate(counts, mean):
     """Estimate the coverage from the spots' counts and the mean count over the whole light."""
     n = counts.size
@@ -150,7 +149,7 @@ def _estimate(counts, mean):
     return hidden / n + slope * (mean - total / n)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count_over_light(
     position, normal, origin, where, edges, lamp, spots, hard, coverage, unsure, taken
 ):

@@ -9,9 +9,9 @@ and Assarsson 2002).
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.soft import AreaLight, make_axes
 from umbra.volume.adjacency import Caster
 
@@ -160,7 +160,7 @@ def _make_planes_again(caster: Caster, vertices: NDArray[np.float64]) -> NDArray
     return planes
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def make_coverage_planes(ends, light, radius, planes):
     """
     Bound the penumbra wedge of each edge by four planes.
@@ -242,7 +242,7 @@ def make_coverage_planes(ends, light, radius, planes):
                 planes[i, p, 3] -= planes[i, p, k] * ends[i, first + k]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_in(planes, x, y, z, margin):
     """Tell whether a point is in a wedge of ``make_coverage_planes``, or within a margin of it."""
     for k in range(4):
@@ -252,7 +252,7 @@ def is_in(planes, x, y, z, margin):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_multiplicity(edges, e, x, y, z, margin):
     """
     Find an edge's multiplicity, wound as in the faces that a receiver sees from outside.

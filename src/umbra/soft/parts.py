@@ -11,9 +11,8 @@ are ours: they are exact, where the papers look them up in textures.
 """
 
 import numpy as np
-from numba import njit
 
-from umbra.kernels import copy_rows
+from umbra.kernels import copy_rows, kernel
 
 __all__ = ["find_disc_part", "find_signed_part", "find_square_part", "place_axes", "project_edge"]
 
@@ -21,7 +20,7 @@ _NEAREST = 1e-9  # of the distance to the light: nearer edges touch the receiver
 _AT_MIDDLE = 1e-6  # of the light's radius: an edge this near the centre is on both sides
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def place_axes(x, y, z, light, radius, is_square, axes, out):
     """
     Write the axes of the light's plane for a receiver; False if it lies in the plane or light.
@@ -61,7 +60,7 @@ def place_axes(x, y, z, light, radius, is_square, axes, out):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def project_edge(v, x, y, z, light, axes):
     """
     Project the part of an edge (6,) between a receiver and the light to the light's plane.
@@ -106,7 +105,7 @@ def project_edge(v, x, y, z, light, axes):
     return True, ax, ay, bx, by
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_signed_part(ax, ay, bx, by, is_square, one, two):
     """Return s Q / area of a projected edge, and whether it passes the light's centre."""
     cross = ax * by - ay * bx
@@ -124,7 +123,7 @@ def find_signed_part(ax, ay, bx, by, is_square, one, two):
     return (part if cross > 0.0 else -part), is_unsure
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_disc_part(ax, ay, bx, by):
     """
     Find Q / area, 0 to 1/2, for a disc; the edge (a, b) in radii about its centre.
@@ -149,7 +148,7 @@ def find_disc_part(ax, ay, bx, by):
     return 0.5 * (np.arctan2(t1, d) - np.arctan2(t0, d) - d * (t1 - t0)) / np.pi
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _clip(corners, n, fx, fy, f0, out):
     """Clip a convex polygon to fx x + fy y + f0 >= 0; return its number of corners."""
     kept = 0
@@ -169,7 +168,7 @@ def _clip(corners, n, fx, fy, f0, out):
     return kept
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_square_part(ax, ay, bx, by, one, two):
     """Find Q / area for the square [-1, 1]²; ``one`` and ``two`` (8, 2) are scratch."""
     cross = ax * by - ay * bx

@@ -14,10 +14,9 @@ culled against tiles of pixels first.
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
@@ -49,7 +48,7 @@ BLOCK = 64
 """... and of the larger blocks against which they are tested first."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_in_tile(position, origin, seen, planes, tile, asked, found):
     """
     List the wedges of ``asked`` that may contain a visible point of a tile of pixels.
@@ -81,7 +80,7 @@ def find_in_tile(position, origin, seen, planes, tile, asked, found):
     return n_found, slack
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_tile(number, rows, cols, side):
     """Return a tile's pixels by its index: first row, end row, first column, end column."""
     across = (cols + side - 1) // side
@@ -90,13 +89,13 @@ def find_tile(number, rows, cols, side):
     return top, min(top + side, rows), left, min(left + side, cols)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_tiles(rows, cols, side):
     """Count the tiles of a picture; ``side`` is their size [pixels]."""
     return ((rows + side - 1) // side) * ((cols + side - 1) // side)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def split_block(block):
     """List the tiles of a block of pixels, as rows of an array."""
     top, bottom, left, right = block
@@ -107,7 +106,7 @@ def split_block(block):
     return tiles
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def add_wedges(position, normal, origin, seen, edges, lamp, cover, unsure, taken):
     """
     Sum s Q multiplicity / area over the silhouette edges, for each visible point.

@@ -7,12 +7,13 @@ and the light, and is never capped.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.kernels import kernel
 from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.job import Workplace
@@ -70,7 +71,7 @@ def find_reaching(
     return reaches
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_any(boxes, target, lights, reaches):
     """
     Add the boxes that rays from a box of receivers to any lights can meet.
@@ -92,7 +93,7 @@ def _find_any(boxes, target, lights, reaches):
             reaches[i] = low <= high
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _cut_below(start, slope, low, high):
     """Cut an interval of s to where start + s slope <= 0."""
     if slope > 0.0:
@@ -102,7 +103,7 @@ def _cut_below(start, slope, low, high):
     return (low, high) if start <= 0.0 else (1.0, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find(boxes, target, slopes, bounds, reaches):
     for i in range(boxes.shape[0]):
         box = boxes[i]
@@ -125,7 +126,7 @@ def _find(boxes, target, slopes, bounds, reaches):
                 break
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _meets(least, rise, slope0, slope1, a, b):
     """Return whether steps of some slopes, up to a rise, meet an interval along an axis."""
     low = min(slope0 * least, slope0 * rise)
@@ -133,7 +134,7 @@ def _meets(least, rise, slope0, slope1, a, b):
     return low <= b and high >= a
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def _cut(slope, a, b, low, high):
     """Cut an interval of heights to those at which a sun's step lies in [a, b] along an axis."""
     if slope == 0.0:

@@ -22,9 +22,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.volume.half_edges import HalfEdges, renumber, sort
@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _first_at_place(bits, table, first):
     """Fill ``first`` with the lowest index of equal 192 bits (open addressing)."""
     mask = np.uint64(table.size - 1)
@@ -77,7 +77,7 @@ def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     return first
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _double(edge_faces, component, change, weight):
     """Double the weights of the edges of some components."""
     for edge in range(weight.size):
@@ -241,7 +241,7 @@ def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDAr
     return planes
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill_planes(vertices, faces, planes):
     for f in range(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -13,9 +13,9 @@ Source: McGuire et al. 2003, sections 5 and 6.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.kernels import copy_rows, kernel
 from umbra.scene.camera import Camera
 from umbra.volume.regions import find_view_planes
 
@@ -81,7 +81,7 @@ def find_span(
     return float(low), float(high)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_beyond_any(planes, box):
     """Return whether a box lies wholly beyond any plane."""
     for k in range(planes.shape[0]):
@@ -93,7 +93,7 @@ def is_beyond_any(planes, box):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_span(planes, bounds, along):
     lowest, highest = np.inf, -np.inf
     for i in range(bounds.shape[0]):
@@ -128,7 +128,7 @@ def find_shadow_points(
     return points
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def can_box_end(box, light):
     """Return whether a box (2, 3) lies wholly below a light (4,): its volume meets every floor."""
     size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
@@ -137,7 +137,7 @@ def can_box_end(box, light):
     return light[2] - light[3] * box[1, 2] > level
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_box_distance(box, light):
     """Return the distance of a box from a light; 0 for a directional light."""
     square = 0.0
@@ -148,7 +148,7 @@ def find_box_distance(box, light):
     return np.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def throw_box(box, light, floor, reach, points):
     """Write the points of ``find_shadow_points`` for one box (16, 4); NaN means no floor."""
     for k in range(8):
@@ -178,7 +178,7 @@ def throw_box(box, light, floor, reach, points):
             points[8 + k, 3] = 1.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_beyond(plane, points):
     """Return whether a shape lies wholly beyond a plane, as ``is_outside``."""
     for k in range(points.shape[0]):
@@ -190,7 +190,7 @@ def _is_beyond(plane, points):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_seen(box, light, planes, floor, reach, points):
     """
     Return whether a box (2, 3) is in range and its shadow volume beyond none of planes (k, 4).
@@ -215,7 +215,7 @@ def is_seen(box, light, planes, floor, reach, points):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_box_parts(box, light, planes, far, floor, reach, scratch):
     """
     Return whether the volume, the light cap and the dark cap of a box (2, 3) may be in view.
@@ -235,19 +235,20 @@ def find_box_parts(box, light, planes, far, floor, reach, scratch):
     # hull would miss the projection from just above it.
     throw_box(box, light, floor, np.inf, ends)
     is_cut = ends[8, 3] > 0.0
-    feet[:] = ends[8:]
-    if is_cut and box[0, 2] < floor:
-        feet[:] = points[:8]
-        feet[:, 2] = np.minimum(feet[:, 2], floor)
+    starts_below = is_cut and box[0, 2] < floor
+    copy_rows(points[:8] if starts_below else ends[8:], feet)
+    for k in range(8 if starts_below else 0):
+        feet[k, 2] = min(feet[k, 2], floor)
     light_cap = True
     dark_cap = is_cut or light[3] != 0.0  # at infinity it is a single point
-    for plane in planes:
+    for number in range(planes.shape[0]):
+        plane = planes[number]
         light_cap = light_cap and not _is_beyond(plane, points[:8])
         dark_cap = dark_cap and not (_is_beyond(plane, ends[8:]) and _is_beyond(plane, feet))
     return True, light_cap, dark_cap
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_parts(bounds, light, planes, far, floor, reach, parts):
     """Write the parts of each box that may be in view."""
     scratch = np.zeros((40, 4))

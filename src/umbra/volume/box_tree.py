@@ -11,9 +11,9 @@ from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.volume.adjacency import sort_along_curve
 from umbra.volume.bounds import is_beyond_any, is_seen
 
@@ -87,7 +87,7 @@ class BoxTree:
         """
         found = np.zeros((len(lights), len(self.bounds)), np.bool_)
         around = [_NOWHERE if cone is None else cone for cone in cones] or [_NOWHERE] * len(lights)
-        starts = np.append(0, np.cumsum([len(cone) for cone in around]))
+        starts = np.append(0, np.cumsum([len(cone) for cone in around], dtype=np.int64))
         _find_seen(
             self.bounds, self._order, self._starts, self._nodes, lights, views,
             np.nan if floor is None else float(floor),
@@ -110,7 +110,7 @@ class BoxTree:
         return points, boxes
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fit(bounds, order, starts, nodes):
     """Write the boxes of all nodes; return the total size of the lowest nodes."""
     size = 0.0
@@ -118,18 +118,19 @@ def _fit(bounds, order, starts, nodes):
         below = order.size if level == 0 else starts[level] - starts[level - 1]
         for node in range(starts[level + 1] - starts[level]):
             box = nodes[starts[level] + node]
-            box[0], box[1] = np.inf, -np.inf
+            for axis in range(3):
+                box[0, axis], box[1, axis] = np.inf, -np.inf
             for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
                 mine = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
                 for axis in range(3):
                     box[0, axis] = min(box[0, axis], mine[0, axis])
                     box[1, axis] = max(box[1, axis], mine[1, axis])
             if level == 0:
-                size += (box[1] - box[0]).sum()
+                size += box[1, 0] - box[0, 0] + (box[1, 1] - box[0, 1]) + (box[1, 2] - box[0, 2])
     return size
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_within_all(planes, box):
     """Return whether a box lies wholly within all planes."""
     for k in range(planes.shape[0]):
@@ -141,7 +142,7 @@ def _is_within_all(planes, box):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_seen(
     bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, found
 ):
@@ -152,7 +153,10 @@ def _find_seen(
         light, planes, reach = lights[k], views[k], reaches[k]
         cone = cones[cone_starts[k] : cone_starts[k + 1]]
         stack[0, 0], stack[0, 1] = starts.size - 2, 0  # level and node; the root is the highest
-        depth = 1 if order.size and planes.any() else 0
+        depth = 0
+        for plane in range(planes.shape[0] if order.size else 0):
+            for axis in range(4):
+                depth = 1 if planes[plane, axis] != 0.0 else depth
         while depth:
             depth -= 1
             level, node = stack[depth, 0], stack[depth, 1]
@@ -174,7 +178,7 @@ def _find_seen(
                     depth += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_holding(bounds, order, starts, nodes, places, margin, found):
     """Mark the boxes of ``find_holding``, from the root down."""
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)

@@ -8,15 +8,15 @@ because it crosses a cell boundary.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from llvmlite import ir
-from numba import njit
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.volume.adjacency import Caster
 from umbra.volume.duals import (
     STRETCH,
@@ -114,7 +114,7 @@ def _sort_along_curve(caster: Caster, duals: Duals) -> NDArray[np.int32]:
     return duals.edges[np.argsort(keys)]
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _make_keys(points, edges, edge_faces, turn, keys, taken):
     while True:
         stretch = take_next(taken)
@@ -132,7 +132,7 @@ def _make_keys(points, edges, edge_faces, turn, keys, taken):
             )
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _put_boxes(children, boxes, taken):
     """Bound each block of boxes or segments by a box, rounded outward."""
     while True:
@@ -156,7 +156,7 @@ def _put_boxes(children, boxes, taken):
                     boxes[block, 4 + axis, i] = np.float32(half * (1.0 + 2.0**-22))
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _sift(boxes, starts, segments, numbers, normal, margin):
     """Descend through the boxes that the plane cuts, down to segments."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]

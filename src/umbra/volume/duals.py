@@ -21,12 +21,12 @@ docs/papers.md: duals of faces, scaled about the centre.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import inlined, kernel, run_shared, take_next
 from umbra.volume.adjacency import Caster
 
 __all__ = [
@@ -128,7 +128,7 @@ def make_duals(caster: Caster) -> Duals:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _place_points(planes, centre, reach, points, taken):
     while True:
         stretch = take_next(taken)
@@ -145,14 +145,14 @@ def _place_points(planes, centre, reach, points, taken):
                 points[face, 3] = away / length / reach
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _find_loose(has_no_point, edge_faces, loose):
     for edge in range(loose.size):
         a, b = edge_faces[edge, 0], edge_faces[edge, 1]
         loose[edge] = a == b or has_no_point[a] or has_no_point[b]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_key(x, y, z, w):
     """
     Find a point's key on the Morton curve through the cube, uint64.
@@ -255,7 +255,7 @@ def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> S
     return Segments(duals.fit, duals.always, numbers, blocks)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _lay_out(points, numbers, edge_faces, turn, blocks, taken):
     at_once = STRETCH // WIDTH
     while True:
@@ -276,7 +276,7 @@ def _lay_out(points, numbers, edge_faces, turn, blocks, taken):
                     blocks[block, 4 + axis, i] = 0.5 * (one - two)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(inlined, boundscheck=False)
 def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n, unsure, k):
     """
     Find the segments of a block that a plane cuts, and the unsure ones.
@@ -305,7 +305,7 @@ def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n,
     return n, k
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _ask_edges(edges, light, planes, edge_faces, turn, component, is_closed, codes):
     """
     Test whether edges are in the silhouette; return the number of codes written.

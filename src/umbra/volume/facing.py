@@ -8,12 +8,12 @@ dropped; each light then tests the rest.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import find_lowest, run_shared, take_next
+from umbra.kernels import find_lowest, kernel, run_shared, take_next
 from umbra.scene.derived import derive
 from umbra.volume.adjacency import Caster
 
@@ -43,7 +43,7 @@ def find_lit(
     run_shared(len(edge_on), _find_lit, planes, lights, lit, edge_on)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _find_lit(planes, lights, lit, edge_on, taken):
     """Find the lit faces of one block after another."""
     n = planes.shape[1]
@@ -76,7 +76,7 @@ def _find_lit(planes, lights, lit, edge_on, taken):
         edge_on[block] = flat
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bound_normals(planes, low, high):
     """Bound the unit normals of each group of faces; without limit where one has no direction."""
     n = planes.shape[1]
@@ -96,7 +96,7 @@ def _bound_normals(planes, low, high):
                 high[group, k] = max(high[group, k], part)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _find_lit_in_groups(planes, low, high, suns, lit, edge_on, taken):
     """
     Find what ``find_lit`` does, for suns (n, 3).
@@ -242,7 +242,7 @@ def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
     return Silhouettes(*_drop_edge_on(caster, light, flat, codes[: max(n, 1)].copy(), starts))
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _list_for_one(edge_faces, turn, lit, codes, active, taken):
     """List the codes of one light, every stretch's from its own start on."""
     while True:
@@ -259,7 +259,7 @@ def _list_for_one(edge_faces, turn, lit, codes, active, taken):
         active[stretch] = n - start
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _join_stretches(codes, active):
     """Close the gaps between the codes of stretches; return the number of codes."""
     n = 0
@@ -271,7 +271,7 @@ def _join_stretches(codes, active):
     return n
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts, taken):
     """
     Find the edges that are in some light's silhouette, in stretches of edges.
@@ -314,7 +314,7 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
             counts[k, stretch] = m
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _list_codes(edges, found, first, active, places, codes, taken):
     """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
     while True:

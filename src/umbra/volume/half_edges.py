@@ -3,16 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from umbra.kernels import kernel
 
 __all__ = ["HalfEdges", "find_roots", "renumber", "sort"]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sort(numbers, order):
     """Sort an order of things by their numbers, (n,) int32 both; of equal ones the first stays."""
-    ordered = np.zeros_like(order)
+    ordered = np.zeros(order.size, np.int32)
     if not order.size:
         return ordered
     least = most = numbers[0]
@@ -29,14 +30,16 @@ def sort(numbers, order):
     return ordered
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_roots(one, two, n):
     """
     Find for each of n things the lowest that is connected to it (union-find, path halving).
 
     ``one`` and ``two`` (n_pairs,) int32 are connected pairs. Returns (n,) int32.
     """
-    root = np.arange(n).astype(np.int32)
+    root = np.zeros(n, np.int32)
+    for i in range(n):
+        root[i] = i
     for i in range(one.size):
         a, b = one[i], two[i]
         while root[a] != a:
@@ -119,15 +122,18 @@ def _run_starts(values: NDArray) -> NDArray[np.bool_]:
     return starts
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _split(faces):
     """Return the fields of the faces' half-edges."""
-    low, high = np.zeros((2, faces.size), np.int32)
+    low, high = np.zeros(faces.size, np.int32), np.zeros(faces.size, np.int32)
     for f in range(faces.shape[0]):
         for k in range(3):
             tail, head = faces[f, k], faces[f, (k + 1) % 3]
             low[3 * f + k], high[3 * f + k] = min(tail, head), max(tail, head)
-    order = sort(low, sort(high, np.arange(faces.size, dtype=np.int32)))
+    order = np.zeros(faces.size, np.int32)
+    for i in range(faces.size):
+        order[i] = i
+    order = sort(low, sort(high, order))
     key, face = np.zeros(order.size, np.uint64), np.zeros(order.size, np.int32)
     sign, start = np.zeros(order.size, np.int8), np.zeros(order.size, np.bool_)
     for i in range(order.size):
@@ -139,10 +145,10 @@ def _split(faces):
     return key, face, sign, start
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pair(ends, key, face, sign, closed):
     """Pair the first half of every run with the second; a leftover last one with itself."""
-    first, second = np.zeros((2, key.size), np.int32)
+    first, second = np.zeros(key.size, np.int32), np.zeros(key.size, np.int32)
     n = 0
     for r in range(ends.size - 1):
         half = (ends[r + 1] - ends[r]) // 2
@@ -153,8 +159,11 @@ def _pair(ends, key, face, sign, closed):
         if (ends[r + 1] - ends[r]) % 2:
             first[n] = second[n] = ends[r + 1] - 1
             n += 1
-    order = sort(np.minimum(face[first[:n]], face[second[:n]]), np.arange(n, dtype=np.int32))
-    edges, edge_faces = np.zeros((2, n, 2), np.int32)
+    lower, order = np.zeros(n, np.int32), np.zeros(n, np.int32)
+    for i in range(n):
+        lower[i], order[i] = min(face[first[i]], face[second[i]]), i
+    order = sort(lower, order)
+    edges, edge_faces = np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32)
     turn, weight = np.zeros(n, np.bool_), np.zeros(n, np.int8)
     for i in range(n):
         a, b = first[order[i]], second[order[i]]

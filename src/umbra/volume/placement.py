@@ -19,9 +19,9 @@ Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M3, M5 a
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.kernels import inlined, kernel
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.regions import Regions, make_regions
@@ -101,7 +101,7 @@ def find_placements(
     return Placements(case, *found)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sort_box(planes, box):
     """Return whether a box lies wholly beyond a plane, and whether it lies within all."""
     beyond, within = False, True
@@ -116,7 +116,7 @@ def _sort_box(planes, box):
     return beyond, within
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_thrown_beyond(planes, box, light):
     """Return whether the far end of a box's volume, at infinity, lies wholly beyond a plane."""
     for k in range(planes.shape[0]):
@@ -129,7 +129,7 @@ def _is_thrown_beyond(planes, box, light):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _is_fan(box, light):
     """Return ``dark_cap_is_fan`` of one box."""
     margin = 0.0
@@ -142,7 +142,7 @@ def _is_fan(box, light):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def place_box(box, pyramid, view, light, is_drawn):
     """Return the case of one box (2, 3) and the other four fields of ``Placements``."""
     beyond, within = _sort_box(pyramid, box)
@@ -157,7 +157,7 @@ def place_box(box, pyramid, view, light, is_drawn):
     return case, is_undecided, light_cap, dark_cap, is_fan
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _place(bounds, pyramid, view, light, is_drawn, case, found):
     """Write cases, and the other four fields of ``Placements``, into rows of ``found``."""
     for i in range(bounds.shape[0]):
@@ -278,11 +278,11 @@ def any_meets(
     return bool(_any_meets(vertices, faces, planes, *facts, casting.light, thrown))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away):
     """Kernel of ``any_meets``; ``away`` of zeros tests the triangles themselves."""
     slack = np.zeros(planes.shape[0])
-    if away.any():  # directions have no length: widen by an angle instead
+    if _is_given(away):  # directions have no length: widen by an angle instead
         for k in range(planes.shape[0]):
             slack[k] = 1e-9 * np.sqrt(planes[k, 0] ** 2 + planes[k, 1] ** 2 + planes[k, 2] ** 2)
     room = 3 + planes.shape[0]
@@ -297,7 +297,7 @@ def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def ask_faces(vertices, faces, some, sides, component, is_closed, light, pyramid, view):
     """
     Return whether any casting face of ``some`` (n,) meets the pyramid, and whether any the view.
@@ -323,7 +323,7 @@ def ask_faces(vertices, faces, some, sides, component, is_closed, light, pyramid
     return blocks, is_seen
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _casts(sides, face, light, is_closed):
     """Return whether a face casts: lit, or unlit in an open component."""
     side = sides[0, face] * light[0] + sides[1, face] * light[1]
@@ -332,10 +332,15 @@ def _casts(sides, face, light, is_closed):
     return side > 0.0 or (side < 0.0 and not is_closed)
 
 
-@njit(cache=True, nogil=True)
+@inlined
+def _is_given(light):
+    return light[0] != 0.0 or light[1] != 0.0 or light[2] != 0.0 or light[3] != 0.0
+
+
+@kernel
 def _measure(vertices, corners, planes, away, slack, values):
     """Write a face's distances from planes (3, k); return whether it is beyond none of them."""
-    is_thrown = away.any()
+    is_thrown = _is_given(away)
     for k in range(planes.shape[0]):
         beyond = True
         for corner in range(3):
@@ -356,7 +361,7 @@ def _measure(vertices, corners, planes, away, slack, values):
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _survives(values, clipped):
     """
     Clip a triangle, given as its corners' distances from planes; return whether any is left.

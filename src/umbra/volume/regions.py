@@ -10,9 +10,9 @@ Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M6.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.kernels import cross, dot, inlined, kernel
 from umbra.scene.camera import Camera
 
 __all__ = [
@@ -55,7 +55,7 @@ def _measure_near_plane(
     return middle, axes, float(pixel), np.array(camera.center) + 0.5
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _write_rectangle(middle, axes, pixel, center, scissor, corners):
     """Write the corners of a scissor's rectangle in the near plane."""
     left, right = scissor[0] - center[0], scissor[2] - center[0]
@@ -81,23 +81,38 @@ def find_view_planes(
     corners = find_near_rectangle(camera, origin, scissor)
     planes = np.zeros((5, 4))
     eye = camera.eye - np.asarray(origin, np.float64)
-    _write_view(corners, eye, camera.axes()[2], camera.is_perspective, planes)
+    forward = camera.axes()[2].copy()  # which may be written to, as in _write_many: one type
+    _write_view(corners, eye, forward, camera.is_perspective, planes)
     return planes
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _write_view(corners, eye, forward, is_perspective, planes):
     """Write the planes of ``find_view_planes``."""
-    planes[0, :3] = forward
-    planes[0, 3] = -(forward * corners[0]).sum()
+    way = forward[0], forward[1], forward[2]
+    _write_plane(way, -dot(way, corners[0]), planes[0])
     for side in range(4):
         here = corners[side]
-        ray = here - eye if is_perspective else forward
+        ray = _subtract(here, eye) if is_perspective else way
         # Corners run counter-clockwise seen from the eye, so ray x edge points outward.
-        normal = np.cross(corners[(side + 1) % 4] - here, ray)
-        normal /= np.sqrt((normal * normal).sum())
-        planes[1 + side, :3] = normal
-        planes[1 + side, 3] = -(normal * here).sum()
+        normal = cross(_subtract(corners[(side + 1) % 4], here), ray)
+        normal = _divide(normal, np.sqrt(dot(normal, normal)))
+        _write_plane(normal, -dot(normal, here), planes[1 + side])
+
+
+@inlined
+def _subtract(p, q):
+    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
+
+
+@inlined
+def _divide(p, length):
+    return p[0] / length, p[1] / length, p[2] / length
+
+
+@inlined
+def _write_plane(normal, offset, plane):
+    plane[0], plane[1], plane[2], plane[3] = normal[0], normal[1], normal[2], offset
 
 
 MARGIN = 1e-6
@@ -146,45 +161,55 @@ def occlusion_pyramid(
     return planes[:n]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _write_pyramid(corners, forward, light, planes):
     """Write the planes of ``occlusion_pyramid``; return their number."""
-    to_light = light[:3] - light[3] * corners
-    edges = np.zeros((4, 3))
+    to_light, edges = np.zeros((4, 3)), np.zeros((4, 3))
+    reach = size = 0.0
     for side in range(4):
-        edges[side] = corners[(side + 1) % 4] - corners[side]
-    reach, size = np.abs(to_light).max(), np.abs(edges).max()
-    rise = (forward * to_light[0]).sum()
+        for axis in range(3):
+            to_light[side, axis] = light[axis] - light[3] * corners[side, axis]
+            edges[side, axis] = corners[(side + 1) % 4, axis] - corners[side, axis]
+            reach = max(reach, abs(to_light[side, axis]))
+            size = max(size, abs(edges[side, axis]))
+    way = forward[0], forward[1], forward[2]
+    back = -way[0], -way[1], -way[2]
+    rise = dot(way, to_light[0])
     limit = 1e-9 * max(reach, size) if light[3] != 0.0 else 1e-12 * reach
     is_off = abs(rise) > limit  # the light is not in the near plane
-    planes[0, :3] = forward if rise > 0.0 or not is_off else -forward
+    _write_plane(way if rise > 0.0 or not is_off else back, 0.0, planes[0])
     n = 1
     if not is_off:
-        planes[1, :3] = -forward
+        _write_plane(back, 0.0, planes[1])
         n = 2
-    middle = (corners[0] + corners[1] + corners[2] + corners[3]) / 4.0
+    a, b, c, d = corners[0], corners[1], corners[2], corners[3]
+    middle = (
+        (a[0] + b[0] + c[0] + d[0]) / 4.0,
+        (a[1] + b[1] + c[1] + d[1]) / 4.0,
+        (a[2] + b[2] + c[2] + d[2]) / 4.0,
+    )
     for side in range(4):
-        normal = np.cross(edges[side], to_light[side] if is_off else forward)
-        length = np.sqrt((normal * normal).sum())
+        normal = cross(edges[side], to_light[side] if is_off else forward)
+        length = np.sqrt(dot(normal, normal))
         if length > 1e-12 * size * (reach if is_off else 1.0):
-            inner = (normal * (middle - corners[side])).sum()
-            planes[n, :3] = normal / (-length if inner < 0.0 else length)
+            inside = dot(normal, _subtract(middle, corners[side]))
+            _write_plane(_divide(normal, -length if inside < 0.0 else length), 0.0, planes[n])
             n += 1
 
     # A plane is valid if all points of the pyramid are inside: move it until they are, and leave it
     # out if a directional light crosses it outward.
     m = 0
     for k in range(n):
-        normal = planes[k, :3].copy()
+        normal = planes[k, 0], planes[k, 1], planes[k, 2]
         lowest = np.inf
         for corner in range(4):
-            lowest = min(lowest, (normal * corners[corner]).sum())
+            lowest = min(lowest, dot(normal, corners[corner]))
+        toward = dot(normal, light)
         if light[3] != 0.0:
-            lowest = min(lowest, (normal * light[:3]).sum() / light[3])
-        elif (normal * light[:3]).sum() < -1e-12 * reach:
+            lowest = min(lowest, toward / light[3])
+        elif toward < -1e-12 * reach:
             continue
-        planes[m, :3] = normal
-        planes[m, 3] = -lowest
+        _write_plane(normal, -lowest, planes[m])
         m += 1
     return m
 
@@ -252,7 +277,7 @@ def find_many_regions(
     return pyramids, views, rectangles
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _write_many(
     middle, axes, pixel, center, eye, is_perspective, lights, scissors, margin, pyramids, views,
     rectangles,
@@ -266,7 +291,13 @@ def _write_many(
         _write_rectangle(middle, axes, pixel, center, scissor, corners)
         _write_view(corners, eye, axes[2], is_perspective, views[k])
         used = _write_pyramid(corners, axes[2], lights[k], pyramids[k])
-        pyramids[k, used:] = np.array([0.0, 0.0, 0.0, 1.0])
-        slack = margin * np.abs(corners).max()
-        pyramids[k, :, 3] += slack
-        views[k, :, 3] += slack
+        for side in range(used, pyramids.shape[1]):
+            _write_plane((0.0, 0.0, 0.0), 1.0, pyramids[k, side])
+        size = 0.0
+        for corner in range(4):
+            for axis in range(3):
+                size = max(size, abs(corners[corner, axis]))
+        for side in range(pyramids.shape[1]):
+            pyramids[k, side, 3] += margin * size
+        for side in range(views.shape[1]):
+            views[k, side, 3] += margin * size

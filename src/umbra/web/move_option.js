@@ -33,7 +33,7 @@ const show = (value, digits) => String(Number(value.toFixed(digits)) || 0);
  */
 const writeOption = (app, layer) => {
   const { move } = app.state,
-    [x0, y0, z0, turn0] = app.config.moves?.[layer] ?? [0, 0, 0, 0];
+    [x0, y0, z0, turn0] = app.config.moves[layer] ?? [0, 0, 0, 0];
   const [cx, cy] = app.proposal.foot;
   // Both turn about middles of their own: the layer's before any move, and the proposal's.
   const back = findMiddle(app, layer, -turn0),

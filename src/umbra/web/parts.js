@@ -58,7 +58,7 @@ export const findShown = (things, standing, isAfter, partCount) => {
  * Objects by their layers, in the order of the file.
  * @param {Thing[]} things
  * @param {number[]} objects
- * @returns {{layer: string, objects: number[], first: number}[]} first: how many are in layers before
+ * @returns {{layer: string, objects: number[]}[]}
  */
 export const groupByLayer = (things, objects) => {
   /** @type {Map<string, number[]>} */
@@ -68,11 +68,7 @@ export const groupByLayer = (things, objects) => {
     if (own) own.push(k);
     else layers.set(things[k].layer, [k]);
   }
-  let first = 0;
-  return [...layers].map(([layer, own]) => {
-    first += own.length;
-    return { layer, objects: own, first: first - own.length };
-  });
+  return [...layers].map(([layer, own]) => ({ layer, objects: own }));
 };
 
 /** @param {number} count */
@@ -86,6 +82,8 @@ export const makeParts = (app) => {
   const list = el("ul", { class: "things", "aria-label": "Objects" });
   const count = el("p", { class: "quiet", role: "status" });
   let found = things.map((_, k) => k);
+  /** @type {Map<string, boolean>} layers that were folded or opened by hand */
+  const folds = new Map();
   const put = (/** @type {number[]} */ objects, /** @type {Standing} */ where) => {
     const standing = new Map(state().standing);
     for (const object of objects) {
@@ -181,24 +179,44 @@ export const makeParts = (app) => {
         choose(`${label}: shown when`, where, (value) => put([k], value)),
       );
     };
+    const layers = groupByLayer(things, found);
+    const isOpen = (/** @type {string} */ layer) =>
+      !hasLayers || (folds.get(layer) ?? (layers.length === 1 || found.length <= MOST));
+    const turn = (/** @type {string} */ layer) => {
+      folds.set(layer, !isOpen(layer));
+      update(state(), true);
+      list.querySelectorAll("button")[layers.findIndex((one) => one.layer === layer)]?.focus();
+    };
+    let left = MOST,
+      listed = 0;
     fill(
       list,
-      ...groupByLayer(things, found).flatMap(({ layer, objects, first }) => [
-        hasLayers &&
-          el(
-            "li",
-            { class: "layer" },
-            el("strong", { class: "label" }, layer || "(no layer)", el("small", {}, tellCount(objects.length))),
-            choice(`Layer ${layer}: set all`, [["", "Set all…"], ...STANDINGS], (where) => {
-              if (where) put(objects, /** @type {Standing} */ (where));
-            }),
-          ),
-        ...objects.slice(0, Math.max(0, MOST - first)).map(row),
-      ]),
+      ...layers.flatMap(({ layer, objects }) => {
+        const shown = isOpen(layer) ? objects.slice(0, left) : [];
+        left -= shown.length;
+        listed += isOpen(layer) ? objects.length : 0;
+        return [
+          hasLayers &&
+            el(
+              "li",
+              { class: "layer" },
+              el(
+                "button",
+                { type: "button", class: "label", "aria-expanded": String(isOpen(layer)), onclick: () => turn(layer) },
+                layer || "(no layer)",
+                el("small", {}, tellCount(objects.length)),
+              ),
+              choice(`Layer ${layer}: set all`, [["", "Set all…"], ...STANDINGS], (where) => {
+                if (where) put(objects, /** @type {Standing} */ (where));
+              }),
+            ),
+          ...shown.map(row),
+        ];
+      }),
     );
     fill(
       count,
-      found.length > MOST
+      listed > MOST
         ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
         : tellCount(found.length),
     );

@@ -9,9 +9,9 @@ creases and borders between parts.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import kernel
 from umbra.rays.depth import NOTHING
 from umbra.receivers.seen import ViewTile
 from umbra.scene.derived import derive
@@ -109,7 +109,7 @@ def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], 
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _mark_view(
     position: NDArray[np.float64],
     normal: NDArray[np.float64],
@@ -151,7 +151,7 @@ def _mark_view(
     return shade, jumps, creases & ~jumps
 
 
-@njit(cache=True)
+@kernel
 def _darken(facing: float) -> float:
     """
     Shade by how much more or less than its reference a surface faces the lamp: 1 none, 0 deepest.
@@ -176,7 +176,7 @@ def _find_rough(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
     return rough
 
 
-@njit(cache=True)
+@kernel
 def _read_relief(
     heights: NDArray[np.float64], cell: float, rough: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
@@ -208,7 +208,7 @@ def _read_relief(
     return shade, jumps, creases
 
 
-@njit(cache=True)
+@kernel
 def _find_walls(
     heights: NDArray[np.float64], least: float, jumps: NDArray[np.bool_], rough: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
@@ -236,7 +236,7 @@ def _find_walls(
     return is_smooth
 
 
-@njit(cache=True)
+@kernel
 def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int) -> float:
     """Return the rise from a cell to the next; 0 across the border."""
     rows, cols = heights.shape
@@ -245,7 +245,7 @@ def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int
     return heights[i + up, j + right] - heights[i, j]
 
 
-@njit(cache=True)
+@kernel
 def _is_bent(
     heights: NDArray[np.float64], cell: float, one: tuple[int, int], other: tuple[int, int]
 ) -> bool:
@@ -258,7 +258,7 @@ def _is_bent(
     return flat + a * c + b * d < BEND * math.sqrt((flat + a**2 + b**2) * (flat + c**2 + d**2))
 
 
-@njit(cache=True)
+@kernel
 def _find_rise(heights: NDArray[np.float64], square: tuple[int, int]) -> tuple[float, float]:
     """Return the sums of two rises across and up on the square beyond a cell."""
     i, j = square

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from umbra.errors import InputError
+from umbra.readers.georeference import show_crs
 from umbra.scene import Scene
 from umbra.study import Study, tell_dates
 from umbra.writers.packing import pack, pack_grids
@@ -17,6 +18,7 @@ from umbra.writers.pixels import NO_SUN, resample, shade_ramp
 
 __all__ = [
     "clear_ground",
+    "describe_layers",
     "describe_sky",
     "find_face_surfaces",
     "make_hours",
@@ -201,6 +203,7 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         },
         "isFramed": True,
         "ground": _find_ground(study),
+        **describe_layers(scene),
         "proposed": [],
         "removed": [],
         "notes": [],
@@ -210,6 +213,14 @@ def make_study_config(study: Study, title: str, subtitle: str) -> dict[str, obje
         "takesWheel": False,
         "poster": "",
     }  # fmt: skip
+
+
+def describe_layers(scene: Scene) -> dict[str, object]:
+    """Return the CRS of a page's model, and by how much the caller had moved its layers."""
+    return {
+        "crs": None if scene.crs is None else show_crs(scene.crs),
+        "moves": {source.layer: source.moved for source in scene.sources if any(source.moved)},
+    }
 
 
 def _find_ground(study: Study) -> float | None:

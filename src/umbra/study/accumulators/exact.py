@@ -11,13 +11,12 @@ shorter. Sunrise and sunset are solved too.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.lights import Lights, Period
 from umbra.rays.face_tree import DEEPEST
 from umbra.rays.hidden import get, is_hidden
@@ -254,7 +253,7 @@ def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(instants[place] == times, place, -1)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _begin(mask, at, state, taken):
     """Open an interval at each sunlit receiver at the first instant of a run."""
     cells = mask.size
@@ -267,7 +266,7 @@ def _begin(mask, at, state, taken):
                 state[BEGAN, c] = at
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _advance(
     before, after, start, end, path, tolerance, points, normals, tree, least, state, taken
 ):  # fmt: skip

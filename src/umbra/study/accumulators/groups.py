@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.shares import Membership, add_group_shares, make_share_work
 from umbra.errors import InputError
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.receivers.kind import PieceShares
 from umbra.scene import Scene
@@ -261,7 +260,7 @@ class ShareCount:
         return Shares(self._cast.reshape(shape), self._sole.reshape(shape))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _share(bits, normals, suns, weights, membership, cast, sole, taken):
     """Add at most eight instants, one bit each, to the hours of every group."""
     cells = bits.shape[1]

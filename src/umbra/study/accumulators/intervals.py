@@ -7,13 +7,13 @@ ends. An interval also ends with its day's period and at sunset.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from umbra.kernels import run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 
 __all__ = [
     "BEGAN",
@@ -162,7 +162,7 @@ def to_hours(duration: NDArray) -> NDArray[np.float32]:
     return (duration / _HOUR).astype(np.float32)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@partial(kernel, inline="always")
 def end_interval(state, c, at, least):
     """Close a receiver's sun interval, which began at ``state[BEGAN, c]``."""
     length = at - state[BEGAN, c]
@@ -178,7 +178,7 @@ def end_interval(state, c, at, least):
     state[BEGAN, c] = NEVER
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _add_steps(masks, starts, before, least, state, taken):
     """Add steps to every receiver; ``before`` holds the end of the step before each."""
     cells = masks.shape[1]
@@ -198,7 +198,7 @@ def _add_steps(masks, starts, before, least, state, taken):
                     end_interval(state, c, starts[s], least)
 
 
-@njit(cache=True, nogil=True, boundscheck=False)
+@partial(kernel, boundscheck=False)
 def _end_all(at, least, state, taken):
     cells = state.shape[1]
     while True:

@@ -12,11 +12,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
+from umbra.kernels import kernel
 from umbra.receivers.layout import TILE
 from umbra.study import Study
 from umbra.study.preview import Moment, find_moments
@@ -152,7 +152,7 @@ def trace_loops(
     return [starts[part] for part in np.split(walk, breaks) if len(part) > 2]
 
 
-@njit(cache=True)
+@kernel
 def _walk(first, ends):
     """
     Follow edges from vertex to vertex until all are used; as ``trace_loops`` prepares them.
