@@ -31,6 +31,12 @@ def groups(tmp_path, monkeypatch):
     machine._find_group_limit.cache_clear()
 
 
+def test_memory_is_found_where_the_system_does_not_tell_its_pages(monkeypatch):
+    pytest.importorskip("psutil")
+    monkeypatch.delattr(os, "sysconf")
+    assert machine._find_physical() == PHYSICAL
+
+
 def test_without_a_group_the_machine_is_the_limit(groups):
     assert groups("", {}) == math.inf
     assert find_memory() <= PHYSICAL

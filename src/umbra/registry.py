@@ -13,6 +13,7 @@ or named twice costs nothing but a line where it is used.
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from umbra.errors import InputError, find_similar, show_value
@@ -116,22 +117,17 @@ class Registry(Generic[T]):
             msg = f"there is no {self.what} {show_value(name)}; {advice}"
             raise InputError(msg, option=self.option)
         several = self.added.get(name, ()) if name not in self._own or self._is_added() else ()
-        if name in self._own:
-            from importlib.metadata import EntryPoint  # noqa: PLC0415
-
-            chosen, spare = EntryPoint(name, self._own[name], self.group), several
-        else:
-            chosen, spare = several[0], several[1:]
+        spare = several if name in self._own else several[1:]
         if spare:
             packages = ", ".join(f"'{_name_package(one)}'" for one in spare)
-            used = "umbra's own" if name in self._own else f"that of '{_name_package(chosen)}'"
+            used = "umbra's own" if name in self._own else f"that of '{_name_package(several[0])}'"
             _notes.append(
                 f"{self.what} '{name}' of {packages} is not used, as {used} has the same name; "
                 "uninstall one of them to choose"
             )
         if name in self._own:
-            return self._accept(chosen.load())
-        return self._open(chosen)
+            return self._accept(resolve_name(self._own[name]))
+        return self._open(several[0])
 
     def _accept(self, given: Any) -> T:
         """Return the object that an entry point names."""

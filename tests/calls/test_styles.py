@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 from support.model_files import save_obj
 from support.shapes import box, sheet
+from support.vision import contrast
 
 import umbra
 from umbra.calls.finish import write_caption
@@ -310,3 +311,20 @@ def test_a_drawing_of_lamps_alone_has_the_sky_of_the_picture():
     night, day = (max(max(color) for _, color in sky) for sky in skies)
     assert night < 60
     assert day > 180
+
+
+@pytest.mark.parametrize("rise", [0.3, 0.55, 0.9])
+def test_shadows_on_paper_are_blue_grey_and_stand_out_at_every_time_of_day(rise):
+    level = np.sqrt(1 - rise**2)
+    sun = umbra.directional_light((-0.8 * level, -0.6 * level, rise))
+    camera = umbra.make_camera(make_tower(), size=SIZE, view="plan")
+    options = RenderOptions(samples=1, style="architectural")
+    found = draw_picture(make_tower(), camera, [sun], options, print, is_bare=False)
+    image = found.image / 255
+    ground = (np.abs(found.position[..., 2]) < 1e-6) & (
+        np.hypot(*(np.moveaxis(found.position[..., :2], -1, 0))) < 9
+    )
+    lit, dark = (np.median(image[ground & state], 0) for state in (found.lit[0], ~found.lit[0]))
+    assert contrast(lit, dark) >= 2.8
+    assert lit[0] >= lit[2]
+    assert dark[2] > dark[0] + 0.02

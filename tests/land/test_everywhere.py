@@ -10,6 +10,7 @@ from support.shapes import box
 import umbra
 from umbra.calls.prove import make_proof
 from umbra.calls.prove_options import ProofOptions
+from umbra.lights import Horizon
 from umbra.massing.asks import SUM, Ask
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
@@ -122,3 +123,18 @@ def test_a_city_behind_land_is_one_study(tmp_path, receivers):
         assert again.highest == 34.0
         with pytest.raises(umbra.InputError):
             umbra.city_study(town, out=tmp_path / "out", tiles=60, **{**asked, "horizon": None})
+
+
+def test_counts_know_the_land(scene):
+    """Directions below it are hidden from points and ground, before lamps; sums count them."""
+    ring = Horizon("ring", "", np.arange(0, 360, 45.0), np.full(8, 20.0))
+    lights = np.array([[0, 1, 0.3, 0], [0, 1, 0.6, 0], [0, 1000.0, 50, 1]])
+    asked = {"horizon": ring, "weights": [1.0, 2, 4]}
+    points = [(0.0, 400.0, 0.0)]
+    assert umbra.count(scene, points, lights, horizon=ring).tolist() == [[True, False, False]]
+    assert umbra.count(scene, points, lights, **asked).tolist() == [1.0]
+    assert umbra.count(scene, points, lights, of="light", **asked).tolist() == [6.0]
+    ground = {"extent": (0, 390, 4, 394), "cell": 2.0, "ground": 0.0}
+    assert (umbra.count(scene, "ground", lights, **asked, **ground) == 1.0).all()
+    masks = umbra.count(scene, "ground", lights, horizon=ring, **ground)
+    assert masks.values.reshape(-1, 3).tolist() == [[True, False, False]] * 4

@@ -12,7 +12,9 @@ import umbra
 from umbra.errors import InputError
 from umbra.land import eye_rays as land_view
 from umbra.land.eye_rays import LandView, LandWork, view_land
+from umbra.land.raster_horizon import find_horizon
 from umbra.land.rays import Eye
+from umbra.lights import LandRaster
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
 from rasterio.transform import Affine  # noqa: E402
@@ -298,8 +300,10 @@ def test_a_study_with_a_raster(house, alp):
         found = umbra.shadow_study(house, site, horizon=alp, horizon_from=NEAR, **asked)
     open_ = umbra.shadow_study(house, site, **asked)
     assert 0.2 < float(found.sun_hours[0]) < float(open_.sun_hours[0]) - 0.5
-    edge = view(alp, turns=3600).elevation
-    assert found.attrs["horizon_highest_deg"] == pytest.approx(edge.max(), abs=1e-9)
+    seen = view(alp, turns=3600)
+    edge = seen.elevation
+    highest = max(edge.max(), seen.peaks[:, 1].max())
+    assert found.attrs["horizon_highest_deg"] == pytest.approx(highest, abs=1e-9)
     assert any("alp.tif" in str(one.message) and f"{edge.max():.2f}" in str(one.message)
                for one in told)  # fmt: skip
     with pytest.raises(InputError) as caught:
@@ -322,3 +326,25 @@ def test_distances_are_of_rasters(house, tmp_path, more):
     with pytest.raises(InputError) as caught:
         umbra.shadow_study(house, umbra.Site(LAT, LON, "UTC"), date="2026-03-21", **more)
     assert caught.value.option == "horizon_from"
+
+
+def test_a_lone_peak_between_rays_is_told(tmp_path):
+    """Of one cell, narrower than a tenth of a degree, at any azimuth: as high as it is."""
+
+    def spike(heights):
+        heights[:] = 500.0
+        heights[60, 333] = heights[410, 690] = heights[655, 20] = 1500.0
+        return heights
+
+    path = save(tmp_path / "spike.tif", fill=spike, cell=30.0)
+    land = find_horizon(LandRaster(path), LON, LAT, 400.0, 10.0)
+    with rasterio.open(path) as file:
+        there = Transformer.from_crs(file.crs, 4326, always_xy=True)
+        for row, col in ((60, 333), (410, 690), (655, 20)):
+            turn, _, away = GEOD.inv(LON, LAT, *there.transform(*file.xy(row, col)))
+            radius = 6_371_000.0 / 0.87
+            slope = (1000.0 - away**2 / 2 / radius) / away
+            told = float(land.find_edge(np.array(turn)))
+            assert told == pytest.approx(math.degrees(math.atan(slope)), abs=0.01)
+            assert float(land.find_edge(np.array(turn + 0.6))) < 0.1
+    assert len(land.azimuth) < 3700

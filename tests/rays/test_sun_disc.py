@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from support.shapes import box, duplicated, merge, rewound, sheet, soup
 
+from umbra.lights import Horizon
+from umbra.rays.disc_sides import make_land_edge
 from umbra.rays.face_tree import make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.sun_disc import find_free_disc
+from umbra.sky.land_curtain import find_bends
 from umbra.volume.adjacency import make_caster
 
 RADIUS = 0.2666
@@ -61,6 +64,11 @@ def test_the_horizon_and_the_own_surface_hide():
 
 def judge(tree, points, normals, toward, n=10_000, radius=RADIUS):
     """By rays on a spiral over the disc."""
+    return 1 - find_hidden(tree, points, normals, spread(toward, radius, n)).mean(0)
+
+
+def spread(toward, radius, n):
+    """Rays on a spiral over a disc."""
     k = np.arange(n)
     away = np.tan(np.radians(radius)) * np.sqrt((k + 0.5) / n)
     turn = k * np.pi * (3 - 5**0.5)
@@ -69,8 +77,7 @@ def judge(tree, points, normals, toward, n=10_000, radius=RADIUS):
     u /= np.linalg.norm(u)
     v = np.cross(toward, u)
     rays = toward + (away * np.cos(turn))[:, None] * u + (away * np.sin(turn))[:, None] * v
-    rays /= np.linalg.norm(rays, axis=1)[:, None]
-    return 1 - find_hidden(tree, points, normals, rays).mean(0)
+    return rays / np.linalg.norm(rays, axis=1)[:, None]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -157,3 +164,28 @@ def test_points_far_apart_and_several_directions():
     found = find_free_disc(tree, points, np.full((3, 3), np.nan), toward, RADIUS)
     assert found[:, :2].tolist() == [[1.0, 1.0], [0.0, 1.0]]
     assert found[:, 2] == pytest.approx([1.0, 0.5], abs=1e-3)
+
+
+def test_land_cuts_the_disc():
+    """Level, steep and ragged land, across north, beside rays; and its own middle."""
+    rng = np.random.default_rng(2)
+    far = sheet([(500, 500, 500), (501, 500, 500), (501, 501, 500), (500, 501, 500)])
+    tree = make_face_tree(make_caster(*far))
+    turns, radius, north = np.arange(0, 360, 0.5), 2.0, 25.0
+    land = Horizon("", "", turns, rng.uniform(3, 9, len(turns)))
+    edge = make_land_edge(*find_bends(land), north)
+    seen = 0
+    for azimuth, altitude in zip(rng.uniform(0, 360, 40), rng.uniform(1, 11, 40)):
+        a, e = np.radians([azimuth if seen else north, altitude])
+        toward = np.array([np.sin(a) * np.cos(e), np.cos(a) * np.cos(e), np.sin(e)])
+        share = find_free_disc(tree, np.zeros((1, 3)), NONE, toward[None], radius, 1, edge)[0, 0]
+        rays = spread(toward, radius, 10_000)
+        free = 1 - (land.covers(rays, north) | (rays[:, 2] < 0)).mean()
+        assert share == pytest.approx(free, abs=2e-3)
+        seen += 0 < share < 1
+    assert seen > 10
+    level = make_land_edge(*find_bends(Horizon("", "", turns, np.full(len(turns), 20.0))), 0.0)
+    for altitude, expected in ((19.7, 0.0), (20.0, 0.5), (20.3, 1.0), (88.0, 1.0)):
+        toward = np.array([0, np.cos(np.radians(altitude)), np.sin(np.radians(altitude))])
+        share = find_free_disc(tree, np.zeros((1, 3)), NONE, toward[None], RADIUS, 1, level)[0, 0]
+        assert share == pytest.approx(expected, abs=1.5e-3)  # the land's line is no great circle

@@ -1,11 +1,13 @@
 """Slips in a call from Python are told by name, with the remedy."""
 
+from importlib.metadata import EntryPoint
+
 import numpy as np
 import pytest
 from support.shapes import box
 
 import umbra
-from umbra.receivers import KINDS
+from umbra.receivers import REGISTRY
 from umbra.receivers.kind import SampleKind
 from umbra.study import StudyOptions
 
@@ -70,11 +72,13 @@ def test_a_record_of_options_has_one_form():
     assert (surfaces.eye, surfaces.who, surfaces.spacing) == (None, (), 0.25)
 
 
-def test_a_further_kind_of_receivers_is_named_in_messages(monkeypatch):
-    class Sensors(SampleKind):
-        name = "sensors"
+class Sensors(SampleKind):
+    name = "sensors"
 
-    monkeypatch.setitem(KINDS, "sensors", Sensors())
+
+def test_a_further_kind_of_receivers_is_named_in_messages(monkeypatch):
+    point = EntryPoint("sensors", f"{__name__}:Sensors", REGISTRY.group)
+    monkeypatch.setitem(vars(REGISTRY), "added", {"sensors": (point,)})
     StudyOptions(date="2026-03-21", receivers="sensors")
     with pytest.raises(umbra.InputError, match=r"choose ground, top, camera, .*, sensors, an elev"):
         StudyOptions(date="2026-03-21", receivers="sensor")

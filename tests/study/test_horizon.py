@@ -249,10 +249,21 @@ def test_faults_are_told(tmp_path, text):
     assert "\n" not in str(caught.value)
 
 
-def test_what_knows_no_land_is_refused(scene, tmp_path):
-    with pytest.raises(InputError) as caught:
-        study(scene, horizon=save(tmp_path, [1] * 8), disc=True)
-    assert caught.value.option == "horizon"
+def test_land_cuts_the_suns_disc(scene, tmp_path):
+    """Contacts lead and follow the middle by the radius over its speed; hours are the middle's."""
+    path = save(tmp_path, [12, 14, 9, 16, 12, 10, 18, 11])
+    asked = {"horizon": path, "points": [(0.0, 300.0, 0.0)]}
+    middle = study(scene, exact=True, spells=True, **asked)
+    disc = study(scene, disc=True, every="5min", **asked)
+    assert disc.sun_hours.values == pytest.approx(middle.sun_hours.values, abs=0.01)
+    for ours, theirs, sign in (("first_contact", "first_sun", 1), ("last_contact", "last_sun", -1)):
+        pair = np.array([disc[ours].values[0], middle[theirs].values[0]]).astype("datetime64[us]")
+        contact, sun = (find_sun(VIENNA, when) for when in (pair, pair + np.timedelta64(10, "s")))
+        lead = sign * float(np.diff(pair.astype(np.int64))[0]) / 1e6
+        land = read_horizon(path)
+        gap = [one.altitude - land.find_edge(one.azimuth) for one in (contact, sun)]
+        speed = abs(gap[1][1] - gap[0][1]) / 10.0  # over the land's edge [degrees a second]
+        assert lead == pytest.approx(0.2666 / speed, rel=0.05)
 
 
 def test_instants_at_the_land_are_solved(scene, tmp_path):

@@ -14,8 +14,8 @@ from support.shapes import box, city, merge, moved, rewound, sheet, turned
 
 import umbra
 from umbra.cpu.patch_count import PatchCounter
-from umbra.receivers import read_points
 from umbra.receivers import single as points_module
+from umbra.receivers.points import read_points
 from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study

@@ -7,7 +7,7 @@ from umbra.errors import InputError
 from umbra.scene import make_scene
 from umbra.sun import Site, find_site
 from umbra.sun.site import tell_moved
-from umbra.sun.zones import find_zone
+from umbra.sun.zones import find_local_zone, find_zone
 
 TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
@@ -221,6 +221,16 @@ def test_an_abbreviation_names_cities_whose_clocks_show_it(wrong, place, meant):
 )
 def test_swapped_coordinates_of_a_model_without_a_place_are_told(site, is_said):
     assert len(tell_moved(scene(), site)) == is_said
+
+
+def test_no_swapped_place_on_land_escapes_by_its_named_zone():
+    told = swapped = 0
+    for latitude, longitude in np.mgrid[-52:69:3, -88:89:3].reshape(2, -1).T.tolist():
+        zone, other = find_local_zone(latitude, longitude), find_local_zone(longitude, latitude)
+        if not zone.startswith("Etc/") and other != zone:
+            swapped += 1
+            told += len(tell_moved(scene(), Site(longitude, latitude, zone)))
+    assert told == swapped > 900
 
 
 def test_swapped_coordinates_are_told_with_the_right_ones():

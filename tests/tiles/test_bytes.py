@@ -7,6 +7,7 @@ import pytest
 from support.cities import DAY, make_houses, write_city
 
 import umbra
+from umbra.lights import Horizon
 from umbra.tiles import count, receive
 from umbra.tiles.count import count_window
 from umbra.tiles.receive import LEAST, group_suns
@@ -15,6 +16,7 @@ from umbra.writers.city.store_window import list_neighbours
 
 EXTENT = (84950, 446950, 85520, 447290)
 SIDES = (3000, 220, 57)
+RING = Horizon("ring", "", np.arange(0, 360, 45.0), np.array([1.0, 2, 1, 6, 2, 3, 5, 1]))
 
 
 def compare(found, whole, *, rounding=0.0):
@@ -125,7 +127,7 @@ def test_solved_instants_are_those_of_one_study(city, tmp_path):
     [
         {"measure": "sky_blocked_by,sky_view_factor", "who": "west*", "sky_directions": "tregenza"},
         {"measure": "sky_blocked_by,sky_component", "who": "east*", "exact": True},
-        {"disc": True, **DAY},
+        {"disc": True, "horizon": RING, **DAY},
     ],
     ids=["directions", "exact", "disc"],
 )

@@ -12,7 +12,7 @@ from PIL import Image
 from support.shapes import box, moved
 
 from umbra.errors import UmbraError
-from umbra.receivers import KINDS
+from umbra.receivers import find_kind
 from umbra.receivers.counted import find_near
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
@@ -258,7 +258,7 @@ def small_disk():
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.parametrize("name", KINDS["ground"].formats)
+@pytest.mark.parametrize("name", find_kind("ground").formats)
 def test_a_full_disk_is_an_error_and_not_half_a_file(study, tmp_path, name):
     for package in ("resource", *FORMATS[name].packages):
         pytest.importorskip(package)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.calls.sky import find_known_site, find_land
 from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device, find_device
 from umbra.devices.by_points import PointDevice
@@ -50,6 +51,7 @@ def count(
     of: Literal["shadow", "light"] = "shadow",
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
+    horizon: Any = None,
     device: str = "auto",
     threads: int | None = None,
     **options: Any,
@@ -75,6 +77,9 @@ def count(
         Whether to count hidden or visible lights.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not.
+    horizon : path, pandas.Series or Horizon, optional
+        Land far away, as in `umbra.shadow_study`: directions below it reach no point; lamps stand
+        before it. The site is the file's, without one the model's y axis is north.
     device : str
         Device that counts, as in `umbra.shadow_study`; what it cannot count, the CPU does.
     threads : int, optional
@@ -114,12 +119,13 @@ def count(
     for note in take_notes():
         warnings.warn(note, stacklevel=2)
     lights[:, :3] -= lights[:, 3:] * scene.origin
+    behind = _find_behind(scene, horizon, lights)
     if isinstance(receivers, str):
         asked = {
             "receivers": receivers, "cast": cast, "no_cast": no_cast, "threads": threads,
             "device": device,
         }  # fmt: skip
-        return _count_named(scene, lights, sums, of, {**asked, **options})
+        return _count_named(scene, lights, sums, of, behind, {**asked, **options})
     if options:
         name = next(iter(options))
         msg = f"{name}= is for named receivers, such as 'top'; leave it out"
@@ -140,6 +146,7 @@ def count(
             masks = own.ask(triangles, places[some], normals[some], lights)
         else:
             masks = find_hidden(casting.tree, places[some], normals[some], lights, threads)
+        masks[behind] = 1
         counted = (masks == (of == "shadow")).T
         found.append(counted if sums is None else counted @ sums)
     return np.concatenate(found)
@@ -150,6 +157,7 @@ def _count_named(
     lights: NDArray[np.float64],
     sums: NDArray[np.float64] | None,
     of: str,
+    behind: NDArray[np.bool_],
     asked: dict[str, Any],
 ) -> xr.DataArray:
     """Count on a study's receivers; without weights each light is a column."""
@@ -161,8 +169,9 @@ def _count_named(
 
     columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
     options = StudyOptions(date=_NO_DATE, **asked)
-    laid, dark = count_lights(scene, Lights.of(lights, columns), options)
-    found: NDArray[Any] = np.moveaxis(dark, 0, -1)
+    rest = np.where(behind[:, None], 0.0, columns)
+    laid, dark = count_lights(scene, Lights.of(lights, rest), options)
+    found: NDArray[Any] = np.moveaxis(dark, 0, -1) + (columns - rest).sum(0, dtype=np.float32)
     if of == "light":
         found = (columns.sum(0) - found).astype(np.float32)
     dims: tuple[str, ...] = (*laid.dims, "light" if sums is None else "weight")
@@ -176,6 +185,15 @@ def _count_named(
         if set(axes) <= set(laid.dims)
     }
     return xr.DataArray(found, coordinates, dims, name="count")
+
+
+def _find_behind(scene: Scene, horizon: Any, lights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which homogeneous lights (m, 4) are behind the land."""
+    site = find_known_site(scene)
+    land = find_land(scene, site, horizon, None)
+    if land is None:
+        return np.zeros(len(lights), np.bool_)
+    return land.covers(lights, 0.0 if site is None else site.true_north)
 
 
 def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.land.march import march
+from umbra.land.peaks import PARTS, find_spots, raise_peaks, sift_peaks
 from umbra.land.raster import LandFile
 from umbra.land.rays import Eye, make_rays
 from umbra.packages import need
@@ -80,6 +81,9 @@ class LandView:
     crs : str
     thinned : int
         Largest side of a thinned cell, in cells; 1 where none is.
+    peaks : (m, 3) float64
+        Azimuth, elevation [degrees] and distance [m] of what the first eye sees above the line
+        between two of its rays; ascending.
     notes : tuple of str
     """
 
@@ -94,6 +98,7 @@ class LandView:
     cell: NDArray[np.float64]
     crs: str
     thinned: int
+    peaks: NDArray[np.float64]
     notes: tuple[str, ...] = field(default=())
 
 
@@ -127,6 +132,10 @@ def _view(raster: LandFile, work: LandWork) -> Iterator[Step | LandView]:
     eyes = (heights + [eye.height for eye in work.eyes])[rays.eye]
     slopes = np.full(len(eyes), -np.inf)
     distances, seen, missing = np.zeros((3, len(eyes)))
+    mine = rays.eye == 0
+    peaks = np.full((int(mine.sum()) * PARTS, 3), -np.inf)
+    peaks[:, 1:] = 0.0
+    place = work.longitude, work.latitude
     blocks = _plan_blocks(raster, rays.nodes, site, cell)
     for k, (c0, r0, c1, r1, thin) in enumerate(blocks):
         # Centres up to the next block's first; thinned ones begin half a cell inside.
@@ -137,12 +146,19 @@ def _view(raster: LandFile, work: LandWork) -> Iterator[Step | LandView]:
             min(r1 + 1 + more, raster.rows), thin,
         )  # fmt: skip
         march(block, frame, core, rays.nodes, eyes, rays.radii, slopes, distances, seen, missing)
+        spots, side = find_spots(block.shape, frame, float(cell.max()), place, raster.find_places)
+        raise_peaks(
+            block, spots, side, eyes[0], rays.radii[mine], slopes[mine],
+            np.array([work.nearest, work.reach]), peaks,
+        )  # fmt: skip
         yield Step(k + 1, len(blocks))
+    elevation = np.degrees(np.arctan(slopes))
     yield LandView(
-        rays.eye, np.degrees(np.arctan(slopes)), distances, seen,
+        rays.eye, elevation, distances, seen,
         float(missing.sum() / max((missing + np.maximum(seen - work.nearest, 0.0)).sum(), 1.0)),
         eyes[np.searchsorted(rays.eye, np.arange(len(work.eyes)))], raster.columns, raster.rows,
-        cell, raster.name, max((block[4] for block in blocks), default=1), tuple(raster.notes),
+        cell, raster.name, max((block[4] for block in blocks), default=1),
+        sift_peaks(peaks, np.maximum(elevation[mine], 0.0)), tuple(raster.notes),
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import InputError, make_printable
 from umbra.land.eye_rays import LandView, LandWork, Step
@@ -121,25 +122,26 @@ def _make_horizon(path: Path, work: LandWork, view: LandView, *, is_given: bool)
     elevation = np.maximum(view.elevation[mine], 0.0)
     distance = np.where(elevation > 0, view.distance[mine], 0.0)
     azimuth = np.arange(_AZIMUTHS) * 360.0 / _AZIMUTHS
-    told = _tell(path, work, view, is_given=is_given)
+    edge = np.concatenate([np.column_stack([azimuth, elevation, distance]), view.peaks])
+    azimuth, elevation, distance = edge[np.argsort(edge[:, 0], kind="stable")].T.copy()
+    told = _tell(path, work, view, edge[np.argmax(edge[:, 1])], is_given=is_given)
     name = make_printable(path.name)
     digest = hashlib.sha256(elevation.tobytes()).hexdigest()
     return Horizon(name, digest, azimuth, elevation, distance, told)
 
 
-def _tell(path: Path, work: LandWork, view: LandView, *, is_given: bool) -> tuple[str, ...]:
-    """Say what was read, and how the horizon differs about the model."""
-    mine = view.eye == 0
-    seen, elevation = view.seen[mine] / 1000.0, view.elevation[mine]
-    k = int(np.argmax(elevation))
+def _tell(
+    path: Path, work: LandWork, view: LandView, top: NDArray[np.float64], *, is_given: bool
+) -> tuple[str, ...]:
+    """Say what was read, its highest (azimuth, elevation, distance), and how it differs about."""
+    seen = view.seen[view.eye == 0] / 1000.0
     size = " x ".join(f"{side:.3g}" for side in view.cell)
     least, most = float(seen.min()), float(seen.max())
     reach = f"{least:.3g} to {most:.3g} km" if most - least > 0.01 * most else f"{most:.3g} km"
     why = "as asked" if is_given else "what is nearer is the model's: horizon_from= changes that"
     highest = (
-        f"highest {elevation[k]:.2f} degrees at azimuth {360.0 * k / _AZIMUTHS:.1f}, "
-        f"{view.distance[mine][k] / 1000.0:.3g} km away"
-        if elevation[k] > 0
+        f"highest {top[1]:.2f} degrees at azimuth {top[0]:.1f}, {top[2] / 1000.0:.3g} km away"
+        if top[1] > 0
         else "nowhere above the horizon"
     )
     told = [(
@@ -155,7 +157,7 @@ def _tell(path: Path, work: LandWork, view: LandView, *, is_given: bool) -> tupl
     if view.thinned > 1:
         told.append(
             f"far cells were thinned by overviews, up to {view.thinned} times: 0.01 degrees where "
-            "the skyline is a slope of 45"
+            "the skyline is a slope of 45, and lone peaks as low as their overviews have them"
         )
     differs = _tell_differences(work, view)
     return (*told, *view.notes, *([differs] if differs else []))

@@ -18,7 +18,7 @@ from umbra.rays.hidden import get
 
 __all__ = [
     "NO_LAND", "DiscFrame", "LandEdge", "Sides", "add_face", "add_land", "add_plane", "clear",
-    "make_frame", "make_sides",
+    "make_frame", "make_land_edge", "make_sides",
 ]  # fmt: skip
 
 _MOST = 1800  # sides: of 512 faces, and of planes and land
@@ -28,6 +28,7 @@ _HEIGHTS = 8192  # most corners and crossings in a disc
 _NEAR = 1e-13  # nearest depth of a corner [m]
 _FAR = 4.0  # half side of the square that planes through the point are cut from [radii]
 _COVERED = -1
+_AROUND = 30.0  # overlap of the land's edge with itself [degrees]
 
 
 class Sides(NamedTuple):
@@ -77,6 +78,17 @@ class LandEdge(NamedTuple):
 
     azimuths: NDArray[np.float64]
     slopes: NDArray[np.float64]
+
+
+def make_land_edge(
+    azimuth: NDArray[np.float64], elevation: NDArray[np.float64], turn: float
+) -> LandEdge:
+    """Return the edge of bends (n,) from 0 to 360, all turned clockwise [degrees]."""
+    bends = np.stack([(azimuth[:-1] + turn) % 360.0, elevation[:-1]])
+    bends = bends[:, np.argsort(bends[0])]
+    around = np.concatenate([bends - [[360.0], [0.0]], bends, bends + [[360.0], [0.0]]], axis=1)
+    some = around[:, (around[0] > -_AROUND) & (around[0] < 360.0 + _AROUND)]
+    return LandEdge(np.radians(some[0]), np.tan(np.radians(some[1])))
 
 
 NO_LAND = LandEdge(np.zeros(0), np.zeros(0))

@@ -6,51 +6,40 @@ Names of kinds are compared here and nowhere else: other code calls a method of 
 
 from umbra.errors import InputError
 from umbra.ground.level import has_terrain
-from umbra.receivers.areas import AreaKind
-from umbra.receivers.camera_pixels import CameraPicture
-from umbra.receivers.gridded import Raster
-from umbra.receivers.kind import Counter, ReceiverKind, Receivers, Tile
-from umbra.receivers.orthographic import ElevationView, ViewFromAbove, find_direction
-from umbra.receivers.plan import GroundPlane, GroundSurface, TopmostSurface
-from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
-from umbra.receivers.seen import ViewTile
-from umbra.receivers.single import SingleReceivers
-from umbra.receivers.surface_samples import Samples
-from umbra.receivers.windows import WindowKind
+from umbra.receivers.kind import ReceiverKind
 from umbra.registry import Registry
 from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND
 
-__all__ = [
-    "KINDS", "REGISTRY", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples",
-    "SingleReceivers",
-    "Tile", "ViewTile", "check_points", "find_kind", "name_kind", "read_points",
-]  # fmt: skip
+__all__ = ["REGISTRY", "find_kind", "name_kind"]
 
-KINDS: dict[str, ReceiverKind] = {
-    kind.name: kind
-    for kind in (
-        GroundPlane(), TopmostSurface(), ElevationView(), ViewFromAbove(), CameraPicture(),
-        SampledSurfaces(), GivenPoints(), WindowKind(), AreaKind(),
-    )
-}  # fmt: skip
-"""umbra's own kinds by the name that results state."""
-
-
+_VIEWS = {
+    "elevation": "umbra.receivers.orthographic:ElevationView",
+    "view": "umbra.receivers.orthographic:ViewFromAbove",
+}
+"""Those that a direction names."""
+_NAMED = {
+    "ground": "umbra.receivers.plan:GroundPlane",
+    "top": "umbra.receivers.plan:TopmostSurface",
+    "camera": "umbra.receivers.camera_pixels:CameraPicture",
+    "surfaces": "umbra.receivers.points:SampledSurfaces",
+    "points": "umbra.receivers.points:GivenPoints",
+    "windows": "umbra.receivers.windows:WindowKind",
+    "areas": "umbra.receivers.areas:AreaKind",
+}
 REGISTRY: Registry[ReceiverKind] = Registry(
-    "receivers", "receivers", {}, ReceiverKind, "PlacedKind"
+    "receivers", "receivers", _NAMED | _VIEWS, ReceiverKind, "PlacedKind"
 )
-"""Kinds that packages beside umbra bring."""
-
-
-_SURFACE = GroundSurface()
+"""Kinds by the name that results state."""
 
 
 def name_kind(name: str, *, is_added: bool) -> ReceiverKind:
     """Return a kind by the name that results state, with or without a ground that was added."""
     if name == "ground" and is_added:
-        return _SURFACE
-    return KINDS[name] if name in KINDS else REGISTRY.find(name)
+        from umbra.receivers.plan import GroundSurface  # noqa: PLC0415  (one kind is loaded)
+
+        return GroundSurface()
+    return REGISTRY.find(name)
 
 
 def has_added(scene: Scene) -> bool:
@@ -67,7 +56,7 @@ def find_kind(
     Parameters
     ----------
     receivers : str
-        A name of ``KINDS``; the direction of an elevation or a view; or ``"auto"``: the topmost
+        A name of ``REGISTRY``; the direction of an elevation or a view; or ``"auto"``: the topmost
         surfaces of a model with its own ground, else the ground plane.
     scene : Scene, optional
         Scene of the study; without it ``"auto"`` is the ground plane.
@@ -83,18 +72,18 @@ def find_kind(
         return name_kind("ground", is_added=True)
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:
-            return KINDS["ground"]
-        return KINDS["top" if has_terrain(scene) else "ground"]
-    kind = KINDS.get(receivers)
-    if kind is not None and kind.is_chosen_by_name:
-        return kind
-    names = [name for name, one in KINDS.items() if one.is_chosen_by_name]
+            return REGISTRY.find("ground")
+        return REGISTRY.find("top" if has_terrain(scene) else "ground")
+    if receivers in _NAMED:
+        return REGISTRY.find(receivers)
+    from umbra.receivers.orthographic import find_direction  # noqa: PLC0415  (one kind is loaded)
+
     try:
-        _, tilt = find_direction(receivers, names)
+        _, tilt = find_direction(receivers, [*_NAMED])
     except InputError:
-        if receivers in REGISTRY:
+        if receivers in REGISTRY.added:
             return REGISTRY.find(receivers)
         if not REGISTRY.added:
             raise
-        _, tilt = find_direction(receivers, [*names, *REGISTRY.added])
-    return KINDS["view" if tilt else "elevation"]
+        _, tilt = find_direction(receivers, [*_NAMED, *REGISTRY.added])
+    return REGISTRY.find("view" if tilt else "elevation")

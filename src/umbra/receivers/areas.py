@@ -21,11 +21,10 @@ from umbra.rays.nearest_hits import drop_plumb
 from umbra.receivers.area_search import find_areas
 from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import Request
+from umbra.receivers.kind import DIMS, Request
 from umbra.receivers.lattice import choose_side, cut_polygon
 from umbra.receivers.named import NamedReceivers
 from umbra.receivers.placed import PlacedKind, PlacedSamples
-from umbra.receivers.single import DIMS
 from umbra.scene import Scene
 from umbra.scene.grid import Places
 from umbra.scene.mesh import ADDED_GROUND

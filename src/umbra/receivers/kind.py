@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from umbra.ground.level import Level
 
 __all__ = [
-    "Counter", "PieceShares", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
+    "DIMS", "Counter", "PieceShares", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
     "Variables",
 ]  # fmt: skip
 
+DIMS = ("sample",)
+"""Axis of single receivers."""
 Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 """Arrays of a result by name, each with its dimensions."""
 
@@ -148,6 +150,11 @@ class Receivers:
     area: NDArray[np.float64] | float
     facts: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def group_names(self) -> Sequence[str]:
+        """Names of the groups of receivers, such as areas and windows; none of others."""
+        return ()
+
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Cut them into tiles: index of each among all receivers, and its maker."""
         raise NotImplementedError
@@ -181,14 +188,12 @@ class ReceiverKind:
     """
     A kind of receivers: its layout, and how its results are described, drawn and written.
 
-    ``umbra.receivers.KINDS`` holds one object of each.
+    ``umbra.receivers.REGISTRY`` makes one object of each.
 
     Attributes
     ----------
     name : str
         Name in results.
-    is_chosen_by_name : bool
-        Whether it is chosen by name, not by a direction.
     is_plan : bool
         Whether cells lie along x and y, seen from the zenith.
     is_raster : bool
@@ -225,7 +230,6 @@ class ReceiverKind:
     """
 
     name: ClassVar[str]
-    is_chosen_by_name: ClassVar[bool] = True
     is_plan: ClassVar[bool] = False
     is_raster: ClassVar[bool] = True
     counts_cells: ClassVar[bool] = True

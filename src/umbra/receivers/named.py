@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.receivers.kind import Variables
+from umbra.receivers.kind import DIMS, Variables
 from umbra.receivers.placed import PlacedReceivers
-from umbra.receivers.single import DIMS, PointTile, SharedEdges
+from umbra.receivers.single import PointTile, SharedEdges
 from umbra.receivers.surface_samples import Samples
 
 __all__ = ["NamedReceivers"]

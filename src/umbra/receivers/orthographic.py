@@ -159,7 +159,6 @@ class Elevation:
 class OrthographicKind(ReceiverKind):
     """Base of elevations and views from above."""
 
-    is_chosen_by_name = False
     samples: Samples | None = None
     rows: ClassVar[str]
 

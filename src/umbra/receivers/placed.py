@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, UmbraError
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import Request, SampleKind, Variables
-from umbra.receivers.single import DIMS, SingleReceivers
+from umbra.receivers.kind import DIMS, Request, SampleKind, Variables
+from umbra.receivers.single import SingleReceivers
 from umbra.scene.grid import Places
 from umbra.scene.numbers import read_array
 

@@ -17,11 +17,11 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.kernels import kernel
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import ReceiverKind, Request, SampleKind, Variables
+from umbra.receivers.kind import DIMS, ReceiverKind, Request, SampleKind, Variables
 from umbra.receivers.on_demand import OnDemand
 from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.receivers.samples import LEVEL, sample_surfaces
-from umbra.receivers.single import DIMS, SingleReceivers, is_kept
+from umbra.receivers.single import SingleReceivers, is_kept
 from umbra.receivers.surface_samples import SampledPlaces, Samples
 from umbra.scene import Scene
 from umbra.scene.derived import derive

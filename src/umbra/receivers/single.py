@@ -19,15 +19,14 @@ from umbra.machine import find_memory, name_memory
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.masks import CounterByMasks
-from umbra.receivers.kind import Receivers, Request, Tile, Variables
+from umbra.receivers.kind import DIMS, Receivers, Request, Tile, Variables
 from umbra.receivers.surface_samples import SampledPlaces, Samples
 from umbra.scene.derived import derive
 from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster
 
-__all__ = ["DIMS", "MANY_SUNS", "PointTile", "SingleReceivers", "is_kept"]
+__all__ = ["MANY_SUNS", "PointTile", "SingleReceivers", "is_kept"]
 
-DIMS = ("sample",)
 CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import Request, Variables
+from umbra.receivers.kind import DIMS, Request, Variables
 from umbra.receivers.named import NamedReceivers
 from umbra.receivers.placed import PlacedKind, PlacedSamples
-from umbra.receivers.single import DIMS, PointTile, SharedEdges
+from umbra.receivers.single import PointTile, SharedEdges
 from umbra.receivers.standing import name_holders
 from umbra.receivers.window_search import find_model_windows
 from umbra.scene import Scene

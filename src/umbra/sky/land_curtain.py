@@ -7,7 +7,7 @@ from umbra.lights import Horizon
 from umbra.scene import Mesh, Part, Scene
 from umbra.scene.derived import derive
 
-__all__ = ["LAND", "add_land"]
+__all__ = ["LAND", "add_land", "find_bends"]
 
 LAND = "land"
 """Name of the object that the land is."""
@@ -38,7 +38,7 @@ def add_land(scene: Scene, horizon: Horizon | None, true_north: float) -> tuple[
 
     def make() -> Scene:
         middle = scene.model_bounds().mean(0) - scene.origin
-        mesh = Mesh(*_hang(*_find_bends(land), true_north, middle))
+        mesh = Mesh(*_hang(*find_bends(land), true_north, middle))
         return Scene(
             (*scene.parts, Part(LAND, "Land", mesh, layer="horizon")), scene.origin
         ).with_facts(crs=scene.crs)
@@ -47,8 +47,8 @@ def add_land(scene: Scene, horizon: Horizon | None, true_north: float) -> tuple[
     return found, [len(scene.parts)]
 
 
-def _find_bends(land: Horizon) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the azimuths, from 0 to 360, at which the horizon bends, and its elevations."""
+def find_bends(land: Horizon) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the azimuths at which the horizon bends, from 0 to 360, and elevations [degrees]."""
     even = np.arange(round(360.0 / _STEP) + 1) * _STEP
     azimuth = np.union1d(even, land.azimuth)
     elevation = np.minimum(land.find_edge(azimuth), _STEEPEST)

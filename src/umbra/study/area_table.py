@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.receivers.kind import Variables
-from umbra.receivers.named import NamedReceivers
 from umbra.scene.named_places import Area
 from umbra.sun.clock import Stamps
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from umbra.receivers.named import NamedReceivers
     from umbra.study.result import Study
 
 __all__ = ["AreaTable", "compare_areas", "frame_areas", "name_share", "tabulate"]

@@ -297,9 +297,6 @@ class StudyOptions(ReceiverOptions):
         is_settled = isinstance(self.horizon, Horizon)
         object.__setattr__(self, "horizon", read_horizon(self.horizon))
         check_nearest(self.horizon, self.horizon_from, is_settled=is_settled)
-        if self.disc:
-            msg = "horizon= hides the sun whole, by its middle; leave disc= or it out"
-            raise InputError(msg, option="horizon")
 
     def _check_disc(self) -> None:
         """Refuse what is of the sun's middle alone beside its disc."""

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,10 @@ from umbra.devices import DEFAULT, StudyCounters, check_device
 from umbra.errors import InputError
 from umbra.lights import Lights, Period, make_no_period, make_period
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
-from umbra.receivers.named import NamedReceivers
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.before_and_after import Proposal
-from umbra.study.accumulators.blocked import BlockedSky
 from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
 from umbra.study.accumulators.measure_sums import MeasureSums
@@ -34,6 +33,9 @@ from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site
 from umbra.version import __version__
+
+if TYPE_CHECKING:
+    from umbra.receivers.named import NamedReceivers
 
 __all__ = ["Result", "Setup", "find_period"]
 
@@ -302,9 +304,10 @@ class Setup:
             else DiscHours(arrays) if self.options.disc
             else HourSums(arrays)
         )  # fmt: skip
-        if isinstance(laid, NamedReceivers) and self.period.days:
+        if laid.group_names and self.period.days:
             inner = ExactIntervals if results.tolerance else SunIntervals
-            found.append(NamedDays(arrays, laid, read_hours(self.options.least, "least"), inner))
+            groups, least = cast("NamedReceivers", laid), read_hours(self.options.least, "least")
+            found.append(NamedDays(arrays, groups, least, inner))
         if results.masks:
             has_canopy = self.canopy is not None
             found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
@@ -318,6 +321,8 @@ class Setup:
     def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
         """Return the accumulator of a measure."""
         if measure.by_caster:
+            from umbra.study.accumulators.blocked import BlockedSky  # noqa: PLC0415  (the sky's)
+
             return BlockedSky(
                 measure, self.asked, laid, self.attribution, self.casters, self.proposal
             )

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.windows import WindowReceivers
+from umbra.receivers.kind import DIMS
 
 if TYPE_CHECKING:
+    from umbra.receivers.windows import WindowReceivers
     from umbra.study.result import Study
 
 __all__ = ["GROUPS", "average_windows", "list_groups", "list_windows"]
@@ -49,7 +50,7 @@ def list_windows(study: "Study", columns: dict[str, NDArray[Any]]) -> dict[str, 
     }
 
 
-def reduce_samples(laid: WindowReceivers, name: str, values: NDArray[Any]) -> NDArray[Any]:
+def reduce_samples(laid: "WindowReceivers", name: str, values: NDArray[Any]) -> NDArray[Any]:
     """Return the result (n_windows,) of whole panes from that of their samples."""
     if values.dtype.kind == "M":
         join = np.fmax if name.startswith("last") else np.fmin
@@ -92,7 +93,6 @@ def average_windows(study: "Study") -> "Study":
     """Return a study with one sample for each window, which pictures draw."""
     from dataclasses import replace  # noqa: PLC0415
 
-    from umbra.receivers.single import DIMS  # noqa: PLC0415
     from umbra.scene.grid import Places  # noqa: PLC0415
 
     laid = cast("WindowReceivers", study.laid)

@@ -1,5 +1,6 @@
 """Sites: coordinates, time zone, and the model's azimuth of true north."""
 
+import datetime as dt
 import math
 import warnings
 from collections.abc import Callable
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["Site", "find_site", "tell_moved"]
 
 _FAR = 1.0  # degrees between a given site and the file's that are worth a word
+_FAR_NOON = 2.15  # from a zone's clock, by more than anywhere that it may be swapped with [h]
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ def tell_moved(scene: "Scene", site: Site) -> list[str]:
 
 def _looks_swapped(site: Site) -> bool:
     """Return whether a site lies at sea or outside its zone, and would not if it were swapped."""
-    if abs(site.longitude) > 90:
+    if abs(site.longitude) > 90 or _fits_clock(site):
         return False
     try:
         here = find_local_zone(site.latitude, site.longitude)
@@ -172,6 +174,21 @@ def _looks_swapped(site: Site) -> bool:
     if here.startswith("Etc/"):
         return not swapped.startswith("Etc/")
     return site.zone == swapped != here
+
+
+def _fits_clock(site: Site) -> bool:
+    """
+    Return whether the noon of a named zone is that of the site, and not of the swapped one.
+
+    No zone that holds a swapped site is so: in Western Sahara, the nearest to it, noon is 2.14 h
+    from the clock's. Loading the borders of zones takes 0.1 s, which this saves.
+    """
+    if site.zone.startswith("Etc/"):  # as found at sea
+        return False
+    clock = find_zone(site.zone)
+    offsets = [dt.datetime(2026, month, 1, tzinfo=clock).utcoffset() for month in (1, 7)]
+    ahead = min(offset.total_seconds() / 3600 for offset in offsets if offset is not None)
+    return abs(site.longitude / 15 - ahead) < 1 and abs(site.latitude / 15 - ahead) > _FAR_NOON
 
 
 def _find_angle(one: tuple[float, float], other: tuple[float, float]) -> float:

@@ -65,26 +65,26 @@ class Catalogue:
     @property
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest corner of all files, (2, 3) [m]."""
-        boxes = np.array([one.bounds for one in self.files])
+        boxes = np.array([file.bounds for file in self.files])
         return np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
 
     @property
     def crs(self) -> str | None:
         """Coordinate reference system of all files that name one."""
-        return next((one.place["crs"] for one in self.files if one.place["crs"]), None)
+        return next((file.place["crs"] for file in self.files if file.place["crs"]), None)
 
     @property
     def terrain(self) -> Terrain:
         """Ground that the files bring."""
-        each = [Terrain(**one.terrain) for one in self.files]
+        each = [Terrain(**file.terrain) for file in self.files]
         return Terrain(any(t.is_relief for t in each), sum(t.area for t in each))
 
     @property
     def fingerprint(self) -> str:
         """SHA-256 of the contents of all files, and of how they were read, in hex."""
         summed = sha256()
-        for one in self.files:
-            words = (one.layer, one.reading, *(source.sha256 for source in one.sources))
+        for file in self.files:
+            words = (file.layer, file.reading, *(source.sha256 for source in file.sources))
             summed.update(repr(words).encode())
         return summed.hexdigest()
 
@@ -99,14 +99,14 @@ class Catalogue:
         layers: dict[str, str] = {}
         return {
             name
-            for one in self.files
-            for name in dict.fromkeys(one.words["names"])
-            if layers.setdefault(name, one.layer) != one.layer
+            for file in self.files
+            for name in dict.fromkeys(file.words["names"])
+            if layers.setdefault(name, file.layer) != file.layer
         }
 
     def find_bases(self, hanging: Sequence[NDArray[np.integer]] | None = None) -> Bases:
         """Gather the bases of all objects, or of all but some of each file, if others are left."""
-        each = [one.bases for one in self.files]
+        each = [file.bases for file in self.files]
         if hanging is not None:
             others = [b.without(some) for b, some in zip(each, hanging, strict=True)]
             each = others if any(len(b.objects) for b in others) else each
@@ -121,10 +121,10 @@ class Catalogue:
 
     def find_corners(self) -> Iterator[NDArray[np.float64]]:
         """Yield the corners of each file's triangles in its own coordinates, in blocks (n, 3)."""
-        for one in self.files:
-            vertices = one.geometry.vertices
+        for file in self.files:
+            vertices = file.geometry.vertices
             for first in range(0, len(vertices), 1 << 20):
-                yield vertices[first : first + (1 << 20)] + np.array(one.origin)
+                yield vertices[first : first + (1 << 20)] + np.array(file.origin)
 
 
 def make_catalogue(
@@ -171,10 +171,10 @@ def make_catalogue(
             if key in known and (files or done < len(named)):
                 outside[key] = known[key]
             else:
-                place = folder / f"{len(files):06}"
-                entry = _load(place)
-                if entry is None and place.exists():
-                    damaged.append(f"'{place}' was damaged; {path} was read again")
+                entry_folder = folder / f"{len(files):06}"
+                entry = _load(entry_folder)
+                if entry is None and entry_folder.exists():
+                    damaged.append(f"'{entry_folder}' was damaged; {path} was read again")
                 files.append(_enter(entry, len(files), layer, path, folder, options, memory))
                 _check_crs(files)
         except InputError as error:
@@ -183,14 +183,14 @@ def make_catalogue(
                 raise
             outside[key] = str(error.outside)
         progress(done, len(named))
-    found = Catalogue(tuple(files))
-    apart = check_apart([one.plan for one in files], found.crs)
+    catalogue = Catalogue(tuple(files))
+    apart = check_apart([file.plan for file in files], catalogue.crs)
     for leftover in folder.iterdir():  # of runs with more files, and of killed runs
-        if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
+        if leftover.is_dir() and leftover.name not in {Path(file.folder).name for file in files}:
             shutil.rmtree(leftover, ignore_errors=True)
     write_sealed(folder / OUTSIDE, outside)
-    write_sealed(folder / _INDEX, {"files": [Path(one.folder).name for one in files]})
-    return replace(found, notes=(*damaged, *outside.values(), *apart))
+    write_sealed(folder / _INDEX, {"files": [Path(file.folder).name for file in files]})
+    return replace(catalogue, notes=(*damaged, *outside.values(), *apart))
 
 
 def read_catalogue(folder: Path) -> Catalogue:
@@ -203,9 +203,9 @@ def read_catalogue(folder: Path) -> Catalogue:
         If it is damaged.
     """
     index = read_sealed(folder / _INDEX)
-    found = [_load(folder / name) for name in index["files"]] if index is not None else [None]
-    files = tuple(one for one in found if one is not None)
-    if len(files) < len(found):
+    entries = [_load(folder / name) for name in index["files"]] if index is not None else [None]
+    files = tuple(file for file in entries if file is not None)
+    if len(files) < len(entries):
         msg = f"'{folder}' is damaged or incomplete; run the same study again: it is made anew"
         raise InputError(msg, option="out", path=folder)
     return Catalogue(files)
@@ -216,7 +216,7 @@ def _enter(
     options: Mapping[str, Any], memory: float,
 ) -> CityFile:  # fmt: skip
     """Return a file's entry: the known one if it holds, else a new one."""
-    place = folder / f"{number:06}"
+    entry_folder = folder / f"{number:06}"
     reading = tell_reading(options)
     if (
         known is not None
@@ -228,7 +228,7 @@ def _enter(
     scene = read(path, **options)
     status = path.stat()
     return _write_entry(
-        scene, place, number=number, path=str(path.resolve()), layer=layer,
+        scene, entry_folder, number=number, path=str(path.resolve()), layer=layer,
         size=status.st_size, mtime=status.st_mtime_ns, reading=reading,
     )  # fmt: skip
 
@@ -245,23 +245,23 @@ def add_scene(catalogue: Catalogue, folder: Path, scene: Scene) -> None:
     scene : Scene
     """
     number = len(catalogue.files)
-    place = folder / f"{number:06}"
+    entry_folder = folder / f"{number:06}"
     if not scene.sources:
         summed = sha256()
         for part in scene.parts:
             summed.update(part.mesh.vertices.tobytes() + part.mesh.faces.tobytes())
         scene = replace(scene, sources=(Source("ground", summed.hexdigest(), "assumed"),))
     _write_entry(
-        scene, place, number=number, path="", layer="", size=0, mtime=0, reading="",
+        scene, entry_folder, number=number, path="", layer="", size=0, mtime=0, reading="",
     )  # fmt: skip
-    names = [Path(one.folder).name for one in catalogue.files]
-    write_sealed(folder / _INDEX, {"files": [*names, place.name]})
+    names = [Path(file.folder).name for file in catalogue.files]
+    write_sealed(folder / _INDEX, {"files": [*names, entry_folder.name]})
 
 
-def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
+def _write_entry(scene: Scene, entry_folder: Path, **own: Any) -> CityFile:
     """Write the facts and arrays of a file into a folder, whole or not at all."""
-    shutil.rmtree(place, ignore_errors=True)
-    unfinished = place.with_name(f".{place.name}")
+    shutil.rmtree(entry_folder, ignore_errors=True)
+    unfinished = entry_folder.with_name(f".{entry_folder.name}")
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir()
     geometry = write_geometry(scene, unfinished)
@@ -279,7 +279,7 @@ def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
     }
     (unfinished / WORDS).write_bytes(orjson.dumps(words))
     entry = CityFile(
-        **own, folder=str(place), sources=scene.sources,
+        **own, folder=str(entry_folder), sources=scene.sources,
         place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
         bounds=(tuple(scene.bounds()[0].tolist()), tuple(scene.bounds()[1].tolist())),
         counts={
@@ -292,7 +292,7 @@ def _write_entry(scene: Scene, place: Path, **own: Any) -> CityFile:
     facts = asdict(entry)
     del facts["folder"]  # which may be moved
     write_sealed(unfinished / _ENTRY, facts)
-    unfinished.rename(place)
+    unfinished.rename(entry_folder)
     return entry
 
 
@@ -301,18 +301,18 @@ def _find_place(scene: Scene) -> dict[str, Any]:
     return {name: getattr(scene, name) for name in names}
 
 
-def _load(place: Path) -> CityFile | None:
+def _load(entry_folder: Path) -> CityFile | None:
     """Return the entry in a folder; None if there is none, or it is damaged."""
-    facts = read_sealed(place / _ENTRY)
+    facts = read_sealed(entry_folder / _ENTRY)
     if facts is None:
         return None
-    facts["sources"] = tuple(Source(**one) for one in facts["sources"])
+    facts["sources"] = tuple(Source(**source) for source in facts["sources"])
     for name in ("notes", "kinds", "origin"):
         facts[name] = tuple(facts[name])
     facts["bounds"] = tuple(map(tuple, facts["bounds"]))
     try:
-        entry = CityFile(**{**facts, "folder": str(place)})
-        total = sum_files(path for path in place.iterdir() if path.name != _ENTRY)
+        entry = CityFile(**{**facts, "folder": str(entry_folder)})
+        total = sum_files(path for path in entry_folder.iterdir() if path.name != _ENTRY)
     except (OSError, TypeError):  # TypeError: of another version
         return None
     return entry if total == entry.files_checksum else None
@@ -332,7 +332,7 @@ def _is_unchanged(known: CityFile, path: Path) -> bool:
 def _check_crs(files: Sequence[CityFile]) -> None:
     """Refuse a file whose CRS differs from that of the files before it."""
     new = files[-1]
-    first = next((one for one in files if one.place["crs"]), new)
+    first = next((file for file in files if file.place["crs"]), new)
     crs = (first.place["crs"], new.place["crs"])
     if all(crs) and not is_same_plan(*crs):
         raise make_crs_error(first.path, new.path, crs)

@@ -82,52 +82,56 @@ class Preparation:
     @property
     def notes(self) -> tuple[str, ...]:
         """Losses and assumptions of the files, one line each, and what was merged."""
-        found = [note for one in self.catalogue.files for note in one.notes]
-        found += [*self.catalogue.notes, *self.told]
+        notes = [note for file in self.catalogue.files for note in file.notes]
+        notes += [*self.catalogue.notes, *self.told]
         if self.damaged:
-            found.append(
+            notes.append(
                 f"{len(self.damaged)} files of the results were damaged and made anew (first: "
                 f"'{self.damaged[0]}')"
             )
         if self.job.site is not None:
-            found += tell_moved(_locate(self.catalogue), self.job.site)
+            notes += tell_moved(_locate(self.catalogue), self.job.site)
         if self.job.options.date is not None:
-            found += tell_skipped(self.job.options.date)
-        found += tell_sources(self.job.options, self.job.site)
+            notes += tell_skipped(self.job.options.date)
+        notes += tell_sources(self.job.options, self.job.site)
         land = self.job.options.horizon
-        found += land.told if land is not None else ()
-        found += tell_tiled_proposal(self.job.open())
-        if len(found) > _LISTED:
-            found = [*found[:_LISTED], f"and {len(found) - _LISTED:,} more notes of files"]
+        notes += land.told if land is not None else ()
+        notes += tell_tiled_proposal(self.job.open())
+        if len(notes) > _LISTED:
+            notes = [*notes[:_LISTED], f"and {len(notes) - _LISTED:,} more notes of files"]
         if self.job.merged:
             file, thing = self.job.merged[0]
             name = self.catalogue.files[file].names_of_objects[thing]
-            found.append(
+            notes.append(
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
             )
         if self.job.options.asks_hours and not len(self.job.open().lights):
-            found.append(
+            notes.append(
                 "the sun is below the horizon, or below min_altitude=, all this time; there are "
                 "no hours of sun or shadow"
             )
-        return tuple(found)
+        return tuple(notes)
 
     def describe(self, done: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
         """Return the attributes of the result, given the marks of all tiles."""
-        job, place = self.job, self.job.open()
+        job, context = self.job, self.job.open()
         lattice = job.lattice
         cells = lattice.grid.rows * lattice.grid.cols if lattice else 1
         share = sum(int(facts["bare"]) for facts in done.values()) / cells
-        scene = Scene((), place.origin, crs=self.catalogue.crs)
-        facts = replace(place.setup, scene=scene).describe(job.kind, 0.0, ground_z=job.frame.ground)
+        scene = Scene((), context.origin, crs=self.catalogue.crs)
+        facts = replace(context.setup, scene=scene).describe(
+            job.kind, 0.0, ground_z=job.frame.ground
+        )
         # Results are the same whatever counts them, and however long it takes.
         for name in ("threads", "prepare_seconds", "count_seconds", "source"):
             facts.pop(name, None)
-        if place.kind.is_plan:
-            facts |= place.kind.describe_level(scene, job.frame.ground, self.ground.assumed, share)
+        if context.kind.is_plan:
+            facts |= context.kind.describe_level(
+                scene, job.frame.ground, self.ground.assumed, share
+            )
         facts |= {"ground": self.ground.known.name, **self.ground.known.describe()}
-        facts.pop("ground_z" if not place.kind.is_plan else "", None)
+        facts.pop("ground_z" if not context.kind.is_plan else "", None)
         if gone := name_city_replaced(self.catalogue, job.options):
             facts["replaced"] = ", ".join(gone)
         facts["command"] = "umbra.city_study"
@@ -173,8 +177,8 @@ def prepare_city(
     """
     catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
     _check_alone(catalogue, options)
-    if options.horizon is not None and sees_whole_sky(options):
-        msg = "the exact sky, sky_blocked_by and disc= take no horizon= in tiles; leave one out"
+    if options.horizon is not None and sees_whole_sky(replace(options, disc=False)):
+        msg = "the exact sky and sky_blocked_by take no horizon= in tiles; leave one out"
         raise InputError(msg, option="horizon")
     options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
     options, placed = settle_areas(options, catalogue, _locate(catalogue))
@@ -231,19 +235,21 @@ def _check_memory(job: CityJob, city: CityOptions) -> None:
 def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
     """Refuse files that stand on the terrain of another: each is read alone."""
     crowns = Crowns(tuple(options.canopy))
-    terrain = next((one for one in catalogue.files if RASTER in one.kinds), None)
-    for one in catalogue.files:
-        path = Path(one.path)
-        if crowns.matches(one.layer, path):
+    terrain = next((file for file in catalogue.files if RASTER in file.kinds), None)
+    for file in catalogue.files:
+        path = Path(file.path)
+        if crowns.matches(file.layer, path):
             msg = (
-                f"{one.path}: a canopy raster stands on the terrain of another file, and each file "
-                "of a study in tiles is read alone; leave tiles= out"
+                f"{file.path}: a canopy raster stands on the terrain of another file, and each "
+                "file of a study in tiles is read alone; leave tiles= out"
             )
             raise InputError(msg, option="canopy")
-        is_footprint = one.sources[0].format in FOOTPRINTS and "'base_column', '" not in one.reading
+        is_footprint = (
+            file.sources[0].format in FOOTPRINTS and "'base_column', '" not in file.reading
+        )
         if terrain is not None and is_footprint:
             msg = (
-                f"{one.path}: footprints stand on the terrain of another file ({terrain.path}), "
+                f"{file.path}: footprints stand on the terrain of another file ({terrain.path}), "
                 "and each file of a study in tiles is read alone; give base_column=, or leave "
                 "tiles= out"
             )
@@ -270,14 +276,14 @@ def _locate(catalogue: Catalogue) -> Scene:
     if catalogue.crs is not None:
         return locate_bounds(scene, catalogue.bounds)
     names = ("latitude", "longitude", "elevation", "true_north")
-    each = {one.path: [one.place[name] for name in names] for one in catalogue.files}
+    each = {file.path: [file.place[name] for name in names] for file in catalogue.files}
     return state_site(scene, {path: FilePlace(*facts) for path, facts in each.items()})
 
 
-def _find_template(place: Workplace) -> dict[str, Any]:
+def _find_template(context: Workplace) -> dict[str, Any]:
     """Return the variables of one cell far from everything."""
     grid = Grid(_FAR, _FAR, 1.0, 1.0, 1, 1)
-    variables, *_ = count_window(place, grid, find_needs(place, grid))
+    variables, *_ = count_window(context, grid, find_needs(context, grid))
     return {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
 
 
@@ -294,8 +300,8 @@ def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dic
         "format": _FORMAT,
         **weather,
         "files": [
-            [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
-            for one in catalogue.files
+            [Path(file.path).name, file.layer, file.reading, *(s.sha256 for s in file.sources)]
+            for file in catalogue.files
         ],
         "ground": [source.sha256 for source in ground.known.scene.sources],
         "options": options,
@@ -336,16 +342,16 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
         return True
     what = next((name for name in now if held.get(name) != now[name]), "format")
     if what == "options":
-        name = next(one for one in now[what] if held[what].get(one) != now[what][one])
+        name = next(key for key in now[what] if held[what].get(key) != now[what][key])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
         told = "" if name in {"horizon", "areas"} else f" ({was}, now {wanted})"
         what = f"another {name}={told}"
     elif what == "files":
-        known = {one[0]: one for one in held[what]}
+        known = {entry[0]: entry for entry in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.
-        changed = [one[0] for one in now[what] if known.get(one[0], [])[2:] != one[2:]]
-        gone = sorted(set(known) - {one[0] for one in now[what]})
-        moved = [one[0] for one in now[what] if known.get(one[0]) != one]
+        changed = [entry[0] for entry in now[what] if known.get(entry[0], [])[2:] != entry[2:]]
+        gone = sorted(set(known) - {entry[0] for entry in now[what]})
+        moved = [entry[0] for entry in now[what] if known.get(entry[0]) != entry]
         first = (changed or gone or moved or [now[what][0][0]])[0]
         state = (
             "changed or new" if changed else "now missing" if gone else "of other layer or order"
@@ -380,5 +386,5 @@ def _name_sources(catalogue: Catalogue) -> str:
     """Name the files and their SHA-256; of many files their number and the SHA-256 of all."""
     if len(catalogue.files) > _LISTED:
         return f"{len(catalogue.files)} files sha256:{catalogue.fingerprint}"
-    sources = [source for one in catalogue.files for source in one.sources]
-    return "; ".join(f"{one.name} sha256:{one.sha256}" for one in sources)
+    sources = [source for file in catalogue.files for source in file.sources]
+    return "; ".join(f"{source.name} sha256:{source.sha256}" for source in sources)

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
 from umbra.errors import InputError
-from umbra.receivers.kind import Request
+from umbra.receivers.kind import DIMS, Request
 from umbra.receivers.points import SurfaceSamples
 from umbra.receivers.samples import sample_surfaces
-from umbra.receivers.single import DIMS
 from umbra.receivers.surface_samples import Samples
 from umbra.study.compare import NeighbourSums
 from umbra.tiles.city_lattice import CityTile

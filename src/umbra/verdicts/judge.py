@@ -87,12 +87,12 @@ class RuleVerdict:
     @property
     def verdict(self) -> str:
         """``fail`` if any finding fails, else ``unknown`` if any is, else ``pass``."""
-        verdicts = [one.verdict for one in self.findings]
+        verdicts = [finding.verdict for finding in self.findings]
         return FAIL if FAIL in verdicts else UNKNOWN if UNKNOWN in verdicts else PASS
 
     def count(self, verdict: str) -> int:
         """Return the number of findings of a verdict."""
-        return sum(one.verdict == verdict for one in self.findings)
+        return sum(finding.verdict == verdict for finding in self.findings)
 
 
 def judge_rules(gathered: Gathered, rules: Sequence[Sequence[Rule]]) -> list[RuleVerdict]:
@@ -116,31 +116,32 @@ def judge_rules(gathered: Gathered, rules: Sequence[Sequence[Rule]]) -> list[Rul
 
 def _judge_rule(gathered: Gathered, variants: Sequence[Rule]) -> RuleVerdict:
     judged = [_judge_variant(gathered, rule) for rule in variants]
-    notes = tuple(dict.fromkeys(note for one in judged for note in one.notes))
+    notes = tuple(dict.fromkeys(note for judgement in judged for note in judgement.notes))
     if len(judged) == 1:
         return judged[0]
     together = [
-        _join_variants(alike) for alike in zip(*(one.findings for one in judged), strict=True)
+        _join_variants(alike)
+        for alike in zip(*(judgement.findings for judgement in judged), strict=True)
     ]
     return RuleVerdict(rule=variants[0], findings=tuple(together), notes=notes)
 
 
 def _join_variants(findings: Sequence[Finding]) -> Finding:
     """Join the verdicts of variants of which none was chosen: one that differs is unknown."""
-    verdicts = {one.verdict for one in findings}
-    names = tuple(one.rule.variant for one in findings)
+    verdicts = {finding.verdict for finding in findings}
+    names = tuple(finding.rule.variant for finding in findings)
     if len(verdicts) == 1:
         passes = verdicts == {PASS}
-        nearest = (min if passes else max)(findings, key=lambda one: one.outcome.slack)
+        nearest = (min if passes else max)(findings, key=lambda finding: finding.outcome.slack)
         return replace(nearest, variants=names)
     by_verdict = []
     for verdict in (PASS, FAIL, UNKNOWN):
-        alike = [one.rule.variant for one in findings if one.verdict == verdict]
+        alike = [finding.rule.variant for finding in findings if finding.verdict == verdict]
         if alike:
             named = ", ".join(alike[:_MOST_NAMED])
             more = f" and {len(alike) - _MOST_NAMED} more" if len(alike) > _MOST_NAMED else ""
             by_verdict.append(f"{verdict} as {named}{more}")
-    shown = next(one for one in findings if one.verdict != PASS)
+    shown = next(finding for finding in findings if finding.verdict != PASS)
     name = shown.rule.name
     needs = f"{'; '.join(by_verdict)}; choose a variant, such as rules='{name}:{names[0]}'"
     return replace(
@@ -164,7 +165,9 @@ def _judge_requirement(
 
     def conclude(kind: str, where: str, verdict: str, needs: str) -> list[Finding]:
         wanted = " or ".join(
-            dict.fromkeys(tell_wanted(one) for one in list_conditions(requirement.condition))
+            dict.fromkeys(
+                tell_wanted(condition) for condition in list_conditions(requirement.condition)
+            )
         )
         outcome = Outcome(verdict=verdict, wanted=wanted, needs=needs)
         return [Finding(rule=rule, check=requirement.name, kind=kind, where=where,
@@ -177,17 +180,17 @@ def _judge_requirement(
             told = (f"does not apply: the proposal is {height:.1f} m high, not above "
                     f"{requirement.applies_above:g} m")  # fmt: skip
             return conclude("proposal", "the proposal", PASS, told)
-    found = gathered.find(requirement)
-    if isinstance(found, Lacking):
-        return conclude(requirement.receivers[0], "none", UNKNOWN, found.needs)
+    sunlit = gathered.find(requirement)
+    if isinstance(sunlit, Lacking):
+        return conclude(requirement.receivers[0], "none", UNKNOWN, sunlit.needs)
     if not model.proposed and any(
-        one.casters == "proposed" for one in list_conditions(requirement.condition)
+        condition.casters == "proposed" for condition in list_conditions(requirement.condition)
     ):
         notes.append("there is no proposed=, so the shadows of all parts count as the building's")
     if requirement.share_of:
-        return [_judge_share(rule, requirement, _judge_all(found, requirement, model.proposed))]
+        return [_judge_share(rule, requirement, _judge_all(sunlit, requirement, model.proposed))]
     findings: list[Finding] = []
-    for sunlight in found:
+    for sunlight in sunlit:
         asked = choose_asked(sunlight.subjects, requirement)
         left = len(sunlight.subjects) - len(asked)
         if left:
@@ -207,8 +210,8 @@ def spell_out(verdicts: Sequence[RuleVerdict], spell: Callable[[str], str]) -> l
         replace(
             verdict, notes=tuple(map(spell, verdict.notes)),
             findings=tuple(
-                replace(one, outcome=replace(one.outcome, needs=spell(one.outcome.needs)))
-                for one in verdict.findings
+                replace(each, outcome=replace(each.outcome, needs=spell(each.outcome.needs)))
+                for each in verdict.findings
             ),
         )
         for verdict in verdicts
@@ -250,7 +253,7 @@ Judged = list[list[Outcome]]
 def _judge_subjects(sunlight: SunlightOf, requirement: Requirement, has_before: bool) -> Judged:
     """Judge all receivers of a kind: outcomes by date, then by receiver."""
     conditions = list_conditions(requirement.condition)
-    compares = any(one.needs_before or not one.has_limit for one in conditions)
+    compares = any(condition.needs_before or not condition.has_limit for condition in conditions)
     return _judge_condition(
         sunlight, requirement.condition, "" if has_before else NO_PROPOSAL, compares and has_before
     )
@@ -302,8 +305,8 @@ def _list_findings(
         for (kind, where), members in groups.items():
             own = [outcomes[k] for k in members]
             outcome = own[0] if len(own) == 1 else replace(how(own), wanted=own[0].wanted)
-            decides = next((k for k, one in zip(members, own) if one.value == outcome.value
-                            and one.date == outcome.date), members[0])  # fmt: skip
+            decides = next((k for k, other in zip(members, own) if other.value == outcome.value
+                            and other.date == outcome.date), members[0])  # fmt: skip
             because = subjects.names[decides] if kind == requirement.of_each else ""
             findings.append(Finding(
                 rule=rule, check=requirement.name, kind=kind, where=where, outcome=outcome,
@@ -314,12 +317,12 @@ def _list_findings(
 
 
 def _judge_all(
-    found: list[SunlightOf], requirement: Requirement, proposed: Sequence[str]
+    sunlit: list[SunlightOf], requirement: Requirement, proposed: Sequence[str]
 ) -> list[tuple[str, str, Outcome]]:
     """Return flat, room and outcome of all receivers that name a flat, of all kinds."""
     rows: list[tuple[str, str, Outcome]] = []
-    flats = {flat for one in found for flat in one.subjects.flats if flat}
-    for sunlight in found:
+    flats = {flat for sunlight in sunlit for flat in sunlight.subjects.flats if flat}
+    for sunlight in sunlit:
         subjects = sunlight.subjects
         judged = _judge_subjects(sunlight, requirement, bool(proposed))
         for k, outcome in enumerate(judged[0]):
@@ -357,13 +360,13 @@ def _judge_share(
     if not flats:
         needs = "no flats are named; give them in the column flat of windows="
         return Finding(**made, outcome=replace(blank, needs=needs))  # type: ignore[arg-type]
-    verdicts = [one.verdict for (one,) in flats.values()]
+    verdicts = [finding.verdict for (finding,) in flats.values()]
     met, unsure, whole = verdicts.count(PASS), verdicts.count(UNKNOWN), len(verdicts)
     share = 100 * met / whole
     low, high = share, 100 * (met + unsure) / whole
     passes = low >= bound if is_least else high <= bound
     fails = high < bound if is_least else low > bound
-    lacking = sorted({one.needs for (one,) in flats.values() if one.verdict == UNKNOWN})
+    lacking = sorted({finding.needs for (finding,) in flats.values() if finding.verdict == UNKNOWN})
     outcome = replace(
         blank, verdict=PASS if passes else FAIL if fails else UNKNOWN, value=share,
         margin=share - bound if is_least else bound - share,

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.lights import Lights
+from umbra.lights import Lights, Period
 from umbra.rays.disc_contacts import SEEN, DiscTrack, find_contacts
+from umbra.rays.disc_sides import NO_LAND, LandEdge, make_land_edge
 from umbra.rays.sun_disc import find_free_disc
 from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.sky.land_curtain import find_bends
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.step_masks import HourSums
 from umbra.study.light_sums import NO_PARTS, LightParts
@@ -43,6 +45,7 @@ class DiscHours(HourSums):
 
     def __init__(self, arrays: ResultArrays) -> None:
         super().__init__(arrays)
+        self._land = _find_land(arrays.period)
         self._contacts = np.full((2, *arrays.shape), _NEVER)
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
@@ -71,7 +74,7 @@ class DiscHours(HourSums):
             some = slice(first, first + _AT_ONCE)
             free = find_free_disc(
                 tile.tree, places.points, places.normals, directions[some], RADIUS,
-                tile.casting.threads,
+                tile.casting.threads, self._land,
             )  # fmt: skip
             hours += lights.weights[some, 0] @ (1 - free)
             for k, seen in enumerate(free > SEEN, first):
@@ -119,6 +122,7 @@ class DiscHours(HourSums):
         found[some] = find_contacts(
             tile.tree, self._places.points[some], self._places.normals[some], self._follow(pairs),
             which.ravel(), np.stack([dark[some], lit[some]]), RADIUS, _CLOSE, tile.casting.threads,
+            self._land,
         )  # fmt: skip
         return found
 
@@ -154,6 +158,14 @@ class DiscHours(HourSums):
             "first_contact": (laid.dims, times[0]),
             "last_contact": (laid.dims, times[1]),
         }
+
+
+def _find_land(period: Period) -> LandEdge:
+    """Return the edge of the land behind which the sun goes."""
+    if period.horizon is None or period.horizon.highest <= 0:
+        return NO_LAND
+    north = 0.0 if period.site is None else period.site.true_north
+    return make_land_edge(*find_bends(period.horizon), north)
 
 
 def _order_by_place(points: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -6,17 +6,19 @@ A day's hours of all samples are held, and no more than figures of each group ar
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.lights import Lights
-from umbra.receivers.named import NamedReceivers
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.accumulators.step_masks import DayIntervals
 from umbra.study.loop import Accumulator, TileRun
+
+if TYPE_CHECKING:
+    from umbra.receivers.named import NamedReceivers
 
 __all__ = ["GroupDays", "NamedDays"]
 
@@ -43,7 +45,7 @@ class GroupDays:
         UTC of the first and last sun anywhere in the group; NaT if none.
     """
 
-    laid: NamedReceivers
+    laid: "NamedReceivers"
     days: int
     least: float
     share: NDArray[np.float64] = field(init=False)
@@ -118,7 +120,7 @@ class NamedDays(Accumulator):
     """
 
     def __init__(
-        self, arrays: ResultArrays, laid: NamedReceivers, least: float,
+        self, arrays: ResultArrays, laid: "NamedReceivers", least: float,
         make_inner: Callable[[Any], DayIntervals],
     ) -> None:  # fmt: skip
         self.groups = GroupDays(laid, len(arrays.period.days), least)

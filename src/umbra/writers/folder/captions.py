@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.orthographic import Elevation
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
@@ -241,6 +240,8 @@ def place_elevation(
 
     Given are those along the view, and z, in the model's own frame.
     """
+    from umbra.receivers.orthographic import Elevation  # noqa: PLC0415  (plans need no views)
+
     model = study.model
     azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]
     view = Elevation.of(azimuth, study.true_north)

@@ -1,18 +1,20 @@
 """The tables of named areas and of windows in a study's folder."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from numpy.typing import NDArray
 
-from umbra.receivers.single import DIMS
-from umbra.receivers.windows import WindowReceivers
+from umbra.receivers.kind import DIMS
 from umbra.study import Study
 from umbra.study.area_table import AreaTable
 from umbra.study.window_table import GROUPS, list_groups, list_windows
 from umbra.sun.clock import Stamps
 from umbra.writers.csv_tables import find_columns, list_texts, write_table
 from umbra.writers.folder import FolderJob
+
+if TYPE_CHECKING:
+    from umbra.receivers.windows import WindowReceivers
 
 __all__ = ["AREAS", "WINDOWS", "find_window_columns", "write_area_table", "write_named_tables"]
 
@@ -35,9 +37,9 @@ def find_window_columns(study: Study) -> dict[str, NDArray[Any]]:
 def write_window_tables(job: FolderJob) -> list[str]:
     """Write a line for each window, and for each storey, flat and room that is known."""
     study = job.study
-    if not isinstance(study.laid, WindowReceivers):
+    if study.kind.own_table != WINDOWS:
         return []
-    for note in study.laid.notes:
+    for note in cast("WindowReceivers", study.laid).notes:
         job.say(f"note: {note}")
     table = find_window_columns(study)
     tables = {WINDOWS: table}

@@ -3,13 +3,12 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
-from umbra.receivers.seen import ViewTile
 from umbra.receivers.zenith import find_surface
 from umbra.scene.grid import Grid
 from umbra.study import (
@@ -17,7 +16,6 @@ from umbra.study import (
     Study,
     make_preview,
     refine_preview,
-    show_samples,
     split_dates,
 )
 from umbra.study.finer import LONGEST
@@ -43,6 +41,9 @@ from umbra.writers.folder.captions import (
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
+
+if TYPE_CHECKING:
+    from umbra.receivers.seen import ViewTile
 
 __all__ = [
     "TILT",
@@ -244,6 +245,8 @@ def find_sunny_side(study: Study) -> int:
 
 def look_at_surfaces(job: FolderJob) -> FolderJob:
     """Return the same job with the model as it is seen from above on the sunny side."""
+    from umbra.study import show_samples  # noqa: PLC0415  (plans need no views)
+
     options = job.options
     asked = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
     options = options.ask_hours(f"{find_sunny_side(job.study)}/{TILT}", measures=True, **asked)

@@ -14,14 +14,13 @@ from umbra.errors import InputError
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
 from umbra.receivers.standing import name_holders
-from umbra.receivers.windows import WindowReceivers
 from umbra.study import Study, StudyOptions
 from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.month_maps import write_month_table
-from umbra.writers.folder.named_tables import write_named_tables
+from umbra.writers.folder.named_tables import WINDOWS, write_named_tables
 from umbra.writers.folder.pictures import (
     PictureSheets,
     describe_points,
@@ -259,7 +258,7 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
     draw_hours = draw_plan_of_points
-    if isinstance(job.study.laid, WindowReceivers):
+    if job.study.kind.own_table == WINDOWS:
         job = replace(job, study=average_windows(job.study))
     if job.study.samples is not None:
         job, draw_hours = look_at_surfaces(job), draw_surfaces
