@@ -90,7 +90,7 @@ def test_a_disk_that_fills_midway_leaves_the_old_results(umbra_alone, tower, tmp
     def fill():  # the three files just fit
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest + 1000, largest + 1000))
 
-    said = umbra_alone(*run, "--cell", "0.4", *options, preexec_fn=fill)
+    said = umbra_alone(*run, "--cell", "0.2", *options, preexec_fn=fill)
     assert said.status == 1
     assert said.err.count("\n") == 1
     assert "could not write" in said.err

@@ -107,7 +107,7 @@ class Outputs(Options):
         if self.logo is not None:
             from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
 
-            object.__setattr__(self, "logo", Path(self.logo))
+            object.__setattr__(self, "logo", read_path("logo", self.logo))
             read_logo(self.logo)
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
