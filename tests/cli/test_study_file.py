@@ -189,7 +189,7 @@ receivers spacing on points eye target fov ground extent cell size crs
 windows judge reveal areas areas-on band least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed replace replace-in under spells exact disc min-spell masks
-title subtitle show at pictures report sheet write rules
+title subtitle show at pictures report sheet paper logo write rules
 tiles min-altitude
 up height-column base-column name-column time animation bbox area geometric-error
 place lift move
@@ -226,7 +226,7 @@ def test_a_file_does_not_write_connect_or_start_processes(study, tmp_path, monke
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no endless devices")
 @pytest.mark.parametrize(
-    "option", ["points", "rules", "area", "files", "weather", "horizon", "sunshine"]
+    "option", ["points", "rules", "area", "files", "weather", "horizon", "sunshine", "logo"]
 )
 def test_a_file_that_names_an_endless_one_is_refused(
     umbra_here, tmp_path, tower, option, monkeypatch

@@ -97,7 +97,7 @@ def test_a_file_without_an_object_inside_is_dropped_and_all_of_them_are_an_error
         ({"bbox": (3, 0, 1, 2)}, "the least first"),
         ({"bbox": (0, 0, float("nan"), 2)}, "the least first"),
         ({"bbox": "0,0,1,1,EPSG:1"}, "not known: EPSG:1"),
-        ({"area": "POLYGON ((0 0, 1"}, "no WKT"),
+        ({"area": "POLYGON ((0 0, 1"}, "not WKT"),
         ({"area": "POLYGON EMPTY"}, "no polygon"),
         ({"area": "SRID=1;POLYGON ((0 0, 1 0, 1 1, 0 0))"}, "not known: EPSG:1"),
         ({"area": "nowhere.geojson"}, "neither WKT nor readable GeoJSON"),

@@ -153,9 +153,9 @@ def test_files_of_format_1_are_read_too(tmp_path):
 SLIPS = {
     "a wrong key": ("at_least", "at_lest", "line 11.*'at_lest'.*did you mean 'at_least'"),
     "a wrong key inside": ("      - share", "      - shares", "line 13.*'shares'.*'share'"),
-    "a wrong date": ("03-21,", "21.3.,", "line 8.*'21.3.' is no date"),
+    "a wrong date": ("03-21,", "21.3.,", "line 8.*'21.3.' is not a date"),
     "no such date": ("03-21,", "02-30,", "line 8.*there is no date '02-30'"),
-    "a wrong time": ("sunrise+1h", "dawn", "line 9.*'dawn' is no time"),
+    "a wrong time": ("sunrise+1h", "dawn", "line 9.*'dawn' is not a time"),
     "a wrong hour": ("to: 17:00", "to: 27:00", "line 10.*27:00 is not on the clock"),
     "no dates": ("    dates: [03-21, 02-19..10-21]\n", "", "lacks 'dates'"),
     "dates of the sky": ("at_least: 2h", "measure: sky_component", "is of no date"),

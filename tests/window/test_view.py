@@ -50,7 +50,7 @@ def test_a_file_gives_back_what_was_saved(view, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"umbra_view": 9}, "no view of version 1"),
+        ({"umbra_view": 9}, "not a view of version 1"),
         ({"viewpoint": {}}, "viewpoint has no 'target'"),
         ({"sun": {"minutes": "x"}}, "sun is wrong"),
         ({"lights": [{"position": [1, 2, 3, 1], "color": [1, -1, 1]}]}, r"lights\[0\] is wrong"),
@@ -78,7 +78,7 @@ def test_files_that_are_none(tmp_path):
     with pytest.raises(InputError, match="cannot read"):
         load_view(tmp_path / "a.json")
     (tmp_path / "a.json").write_text("{")
-    with pytest.raises(InputError, match="no JSON"):
+    with pytest.raises(InputError, match="not JSON"):
         load_view(tmp_path / "a.json")
     for wrong in ([], None, {}, {"umbra_view": 1}):
         with pytest.raises(InputError):
@@ -171,5 +171,5 @@ def test_an_endless_view_is_refused():
 
 def test_a_view_nested_too_deep_is_refused(tmp_path):
     (tmp_path / "a.json").write_text("[" * 200_000)
-    with pytest.raises(InputError, match="no JSON"):
+    with pytest.raises(InputError, match="not JSON"):
         load_view(tmp_path / "a.json")

@@ -80,7 +80,7 @@ def test_the_areas_of_a_study_are_outlined_with_holes_and_parts():
         date="2026-03-21", start="11:00", end="13:00", every="1h", receivers="areas",
         areas={"ring": ring, "two": two}, ground=0.0, cell=2.0,
     )  # fmt: skip
-    outlined = outline_areas(found.result)
+    outlined = outline_areas(found.result.named_areas)
     assert [one.name for one in outlined] == ["ring", "two"]
     for one, polygon in zip(outlined, (ring, two), strict=True):
         assert sum(shapely.LineString(r).length for r in one.rings) == pytest.approx(polygon.length)

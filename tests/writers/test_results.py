@@ -382,7 +382,7 @@ def test_links_in_the_folder_lead_no_removal_elsewhere(tmp_path, elsewhere):
     assert (out / "study.nc").read_text() == "new"
     assert not (out / "study.nc").is_symlink()
     (out / "frames").symlink_to(elsewhere / "deep")
-    with pytest.raises(InputError, match=r"frames' is no folder.*remove or rename"):
+    with pytest.raises(InputError, match=r"frames' is not a folder.*remove or rename"):
         put_deep(out)
     assert held(elsewhere) == kept
 

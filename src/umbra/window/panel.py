@@ -227,7 +227,7 @@ def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]
 
 
 def _draw_counting(view: ViewState) -> ViewState:
-    for device in DEVICES.values():
+    for device in (DEVICES[name] for name in METHODS):
         if imgui.radio_button(device.title, view.device == device.name):
             view = view.choose_device(device.name)
         imgui.same_line()

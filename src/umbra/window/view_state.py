@@ -43,9 +43,9 @@ SUN = -1
 
 OVERLAYS = ("volumes", "cases", "edges", "counts", "components", "profile", "relief")
 METHODS: dict[str, tuple[str, ...]] = {
-    device.name: device.methods.hard for device in DEVICES.values()
+    device.name: device.methods.hard for device in DEVICES.values() if device.methods.soft
 }
-"""By device, in the order in which they are chosen."""
+"""By device that draws all that a view may ask, soft shadows too, in the order of their choice."""
 
 SOFT = ("none", *METHODS_OF_SOFT)
 """What draws soft shadows."""
@@ -232,7 +232,7 @@ class ViewState:
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
-            msg = f"a view has no device '{self.device}'; it has {', '.join(DEVICES)}"
+            msg = f"a view has no device '{self.device}'; it has {', '.join(METHODS)}"
             raise InputError(msg, device=self.device)
         if self.method not in METHODS["gl"]:
             msg = f"a view has no method '{self.method}'; it has {', '.join(METHODS['gl'])}"
@@ -326,7 +326,7 @@ class ViewState:
 
     def next_device(self) -> "ViewState":
         """Choose the next device."""
-        names = [*DEVICES]
+        names = [*METHODS]
         return self.choose_device(names[(names.index(self.device) + 1) % len(names)])
 
     def add_light(self, light: Light) -> "ViewState":
