@@ -12,6 +12,7 @@ from support.shapes import box
 
 import umbra
 from umbra.packages import write_install
+from umbra.writers.folder import Outputs
 
 DAY = ["--date", "2026-09-18", "--from", "10:00", "--to", "14:00", "--every", "1h", "--cell", "1"]
 
@@ -312,3 +313,10 @@ def test_a_study_in_python_names_files_of_an_earlier_one(study, tmp_path):
     done = umbra.shadow_study(scene, site, date="2026-09-18", cell=4.0)
     with pytest.warns(UserWarning, match=r"note: study\.toml in .* is of an earlier study"):
         done.write(tmp_path / "out", pictures=False)
+
+
+@pytest.mark.parametrize("alone", [{"paper": "a1"}, {"logo": "office.png"}])
+def test_what_is_of_a_sheet_is_refused_without_it(alone):
+    with pytest.raises(umbra.InputError) as caught:
+        Outputs(**alone)
+    assert caught.value.option == next(iter(alone))

@@ -136,3 +136,18 @@ def test_the_picture_of_surfaces_says_whose_hours_it_shows():
     assert "hours of tree alone" in plan.note
     assert plan.nothing_name == "not asked"
     np.testing.assert_array_equal(plan.nothing, study.more["part"][1] != 1)
+
+
+def test_a_ground_through_feet_is_not_of_the_model():
+    """On a slope the ground is a mesh of its own, which a view from above shows, too."""
+    houses = [
+        Part(f"house {k}", "", Mesh(*box((12 * k, 0, 3 * k), (12 * k + 6, 6, 3 * k + 6))))
+        for k in range(4)
+    ]
+    study = run_study(
+        make_scene(houses), SITE, date="2026-03-21", start="11:00", end="13:00", every="1h",
+        receivers="180/40", cell=0.5,
+    )  # fmt: skip
+    part = study.more["part"][1]
+    assert set(np.unique(part[part != -1])) <= {GROUND, 0, 1, 2, 3}
+    assert (part == GROUND).any()

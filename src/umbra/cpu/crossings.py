@@ -174,6 +174,15 @@ def _add_up(diff, base, first, last, level, weights, sums):
     diff[last] = 0
 
 
+@inner
+def _sum_along(south, level, narrow):
+    """Add up a row from the west. In ``sweep`` itself the loop makes all else a third slower."""
+    deep = 0
+    for c in range(level.size):
+        deep += south[c]
+        level[c], narrow[c] = deep, deep
+
+
 @partial(kernel, boundscheck=False)
 def sweep(
     sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep, taken
@@ -215,9 +224,8 @@ def sweep(
         first, last = min(first, first_rim), max(last, last_rim)
         # Crossings of a closed chain in a column sum to 0: half of them count up.
         is_narrow = bound_counts(loads) // 2 <= _WRAPPED
-        # Not a loop here: with it the compiler makes all else a third slower.
-        level = np.cumsum(south[:-1]).astype(np.int32)
-        narrow = level.astype(np.int8)
+        level, narrow = np.zeros(diff.shape[2], np.int32), np.zeros(diff.shape[2], np.int8)
+        _sum_along(south, level, narrow)
         if has_spilled and (keep or not is_narrow):
             too_deep[s] = True
             diff[t, :, :] = 0

@@ -7,7 +7,6 @@ their chains. Crossings determine the count at every sample up to a constant, wh
 is cast first, from the sample that was lit under the last sun: if it is lit, its count is 0; if a
 shell without rims across the patch hides it, every sample is in shadow. Else a ray from a sample of
 least count decides: if that is hidden, every sample is. A patch without rims needs only the first.
-Rays are faster where more edges may lie before the sun than a patch has samples: under low suns.
 
 Rays decide where crossings in float64 cannot: samples within rounding of a rim, or near another
 face that is almost in the plane; patches of few samples, and patches at grazing sun.
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_rays import ask, ask_all, darken, get_sun
 from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
-from umbra.cpu.patch_search import count_tests, find_rims, find_window, is_covered
+from umbra.cpu.patch_search import find_rims, find_window, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
     count_blocks,
@@ -40,11 +39,6 @@ from umbra.rays.face_tree import FaceTree
 __all__ = ["PatchCounter"]
 
 _SUNS = 64  # suns binned at a time
-_IN_SHADOW, _IN_SUN = 1.0, 0.1
-"""
-Samples for each eight edges of its bins up to which rays count a patch, as fast as rims or faster:
-after one in shadow they cost little, as the face that hid it hides its neighbours, too. Measured.
-"""
 
 
 class PatchCounter:
@@ -202,12 +196,9 @@ def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last
         way, error = find_errors(patches, i, d, sine)
         window = find_window(patches, bins, s, i)
         face = ask(patches, tree, work.stack, k, d, last)
-        last = last if face < 0 else face
-        shares = _IN_SHADOW if face >= 0 else _IN_SUN
-        if end - first <= shares * count_tests(bins, window):
-            return ask_all(patches, bins, tree, work.stack, sums, masks, i, s, s + 1, last), k
         n_rims = -1
         if face >= 0:
+            last = face
             shell = edges.face_shell[tree.source[face]]
             # Faces close to the plane may hide this sample without any rims.
             if not is_marked(patches, i, k - first, error[2]) and is_covered(

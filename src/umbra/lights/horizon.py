@@ -99,10 +99,10 @@ class Horizon:
         Returns
         -------
         covered : (n,) bool
-            Directions below the land's upper edge. Those from below the plane of the receivers'
-            own horizon are not: the ground near by shines from there.
+            Level directions, and those above, below the land's upper edge. Those from below level
+            are not: the ground near by shines from there.
         """
         x, y, z = directions[:, :3].T
         edge = self.find_edge(np.degrees(np.arctan2(x, y)) - true_north)
         is_far = directions[:, 3] == 0 if directions.shape[1] > 3 else np.True_
-        return is_far & (z > 0) & (np.degrees(np.arctan2(z, np.hypot(x, y))) < edge)
+        return is_far & (z >= 0) & (np.degrees(np.arctan2(z, np.hypot(x, y))) < edge)

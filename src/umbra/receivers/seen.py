@@ -341,5 +341,5 @@ class SeenRaster(Raster):
         return {
             "position": ((*self.dims, "xyz"), frame.position[::-1].copy()),
             "normal": ((*self.dims, "xyz"), frame.normal[::-1].copy()),
-            "part": (self.dims, frame.part[::-1].copy()),
+            "part": (self.dims, np.where(self.tile.is_ground, GROUND, frame.part[::-1])),
         }
