@@ -216,6 +216,24 @@ def test_kmz_stands_in_its_place_with_its_origin_on_the_ground(city, kmz):
 
 
 @pytest.mark.parametrize(
+    ("first", "second", "up", "notes"),
+    [
+        (("", 9.0), ("relativeToGround", 5.0), 5.0, 0),
+        (("relativeToGround", 5.0), ("", 9.0), -5.0, 0),
+        (("absolute", 200.0), ("absolute", 203.0), 3.0, 0),
+        (("absolute", 205.0), ("relativeToGround", 3.0), 0.0, 1),
+    ],
+)
+def test_kmz_sets_models_at_their_heights_or_says_so(kmz, first, second, up, notes):
+    (mode, low), (other, high) = first, second
+    scene = umbra.read(kmz(place_model(mode=mode, altitude=low), place_model(
+        at=(HERE[0], HERE[1] + 0.001), mode=other, altitude=high)))  # fmt: skip
+    heights = [part.bounds[0, 2] for part in scene.parts]
+    assert heights[1] - heights[0] == pytest.approx(up, abs=0.01)
+    assert sum("above the sea" in note for note in scene.notes) == notes
+
+
+@pytest.mark.parametrize(
     ("more", "low", "high"),
     [
         ("<Scale><x>2</x><y>3</y><z>1</z></Scale>", (0, 0, 0), (8, 9, 0)),

@@ -229,6 +229,8 @@ def _assemble(
             counts.add("models that are not in the archive left out", name or "one without a file")
             continue
         first = first or model
+        if not _is_level(model, first):
+            counts.add("models at the first's height, as one is above the sea, one on land", name)
         formats.append(found.format)
         parts += _place(found, model, first, unique, choices.budget)
     if first is None:
@@ -258,6 +260,17 @@ def _find_altitude(model: _KmlModel) -> tuple[str, float | None]:
     return mode, altitude if math.isfinite(altitude) else None
 
 
+def _find_height(model: _KmlModel) -> float:
+    """Return the height of a model above the sea or the ground [m]; 0 on the ground."""
+    mode, altitude = _find_altitude(model)
+    return 0.0 if mode == "clampToGround" else altitude or 0.0
+
+
+def _is_level(one: _KmlModel, other: _KmlModel) -> bool:
+    """Return whether the heights of two models begin at the same level: the sea, or the ground."""
+    return (_find_altitude(one)[0] == "absolute") == (_find_altitude(other)[0] == "absolute")
+
+
 def _read_model(
     name: str, fetch: Callable[[str], tuple[str, bytes] | None], path: Path, choices: ReadChoices
 ) -> FileModel | None:
@@ -284,9 +297,7 @@ def _place(
         if not math.hypot(east, north) <= _FARTHEST:
             msg = f"places two models {math.hypot(east, north) / 1000:,.0f} km apart; split it"
             raise InputError(msg)
-        heights = [_find_altitude(one) for one in (first, model)]
-        same = heights[0][0] == heights[1][0] != "clampToGround"
-        up = (heights[1][1] or 0.0) - (heights[0][1] or 0.0) if same else 0.0
+        up = _find_height(model) - _find_height(first) if _is_level(model, first) else 0.0
         turned[:3, 3] = east, north, up
         back = np.eye(4)
         back[:3, :3] = _turn(math.radians(first.heading), 0, 1)
