@@ -201,16 +201,19 @@ def study_city(
     written = [study.job.store, out / OPTIONS_FILE, *more]
     for note in study.notes:
         say(f"note: {note}")
+    from umbra.sun import parse_dates  # noqa: PLC0415
     from umbra.writers.city.store_window import list_neighbours  # noqa: PLC0415
 
     for line in tell_areas(study.run.areas):
         say(line)
 
     neighbours = list_neighbours(study.folder)
+    days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
+    summed = "" if days == 1 else f", {days} dates added up"
     for one in neighbours[:_SHOWN]:
         say(
             f"{one['name']} loses sun on {one['area_touched']:,.0f} m², "
-            f"at most {one['most_hours_lost']:.2f} h"
+            f"at most {one['most_hours_lost']:.2f} h{summed}"
         )
     if len(neighbours) > _SHOWN:
         say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
