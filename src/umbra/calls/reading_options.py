@@ -97,7 +97,7 @@ class ReadingOptions(Options):
     place: tuple[str, ...] = _reading(
         "texts",
         "Bring a layer's own origin to this place among the others: x, y in their coordinates, or "
-        "latitude, longitude; its y axis AZIMUTH degrees clockwise from north; without Z on the "
+        "latitude, longitude; its y axis AZIMUTH degrees clockwise from theirs; without Z on the "
         "ground there (X,Y,,AZIMUTH).",
         default=(), metavar="LAYER=X,Y[,Z][,AZIMUTH]",
     )  # fmt: skip
