@@ -104,15 +104,15 @@ class Outputs(Options):
             drawn = ",".join(name for name in self.formats if name in DRAWN)
             msg = f"write='{drawn}' asks for pictures, which are left out; choose one of the two"
             raise InputError(msg, option="write", formats=self.formats)
-        alone = "paper" if self.paper != "a3" else "logo" if self.logo is not None else ""
-        if alone and not self.sheet:
-            msg = f"{alone}= is of sheet=, which is not asked for; ask for it, or leave it out"
-            raise InputError(msg, option=alone)
         if self.logo is not None:
             from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
 
             object.__setattr__(self, "logo", read_path("logo", self.logo))
             read_logo(self.logo)
+        alone = "paper" if self.paper != "a3" else "logo" if self.logo is not None else ""
+        if alone and not self.sheet:
+            msg = f"{alone}= is of sheet=, which is not asked for; ask for it, or leave it out"
+            raise InputError(msg, option=alone)
         for name in ("title", "subtitle"):
             read_text(name, getattr(self, name))
         if self.rules is not None:
