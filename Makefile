@@ -87,7 +87,7 @@ study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 	@echo
 	@echo "An invented quarter of Vienna on 21 March 2026, 9:00 to 17:00. Look at"
 	@echo "  $(OUT)/city_block/hours.png    how long each place lies in shadow"
-	@echo "  $(OUT)/city_block/profile.png  where the shadows fall, every 15 minutes"
+	@echo "  $(OUT)/city_block/profile.png  where the shadows fall at 9:00, 12:00 and 15:00"
 	@echo "  $(OUT)/city_block.png          the quarter itself, seen from the south"
 	@echo "The figures are in $(OUT)/city_block/study.nc, the model in $(BLOCK)"
 
@@ -118,7 +118,7 @@ wheel: $(VENV)/.wheel
 bench: $(VENV)/.test
 	for name in city study frame silhouette startup tools mcguire wallner weng soft; do $(UMBRA) bench $$name --quick || exit 1; done
 
-pictures: study
+pictures: study $(VENV)/.test
 	$(UMBRA) study $(BLOCK) $(STUDY) --cell 0.25 --sheet --quiet --out $(OUT)/sheet
 	$(UMBRA) study $(BLOCK) --date 2026-03-21 --receivers 215/35 --quiet --out $(OUT)/above
 	$(UMBRA) study $(BLOCK) --date 2026-03-21,2026-06-21,2026-09-21,2026-12-21 --every 1h \

@@ -203,6 +203,7 @@ def test_between_azimuths_it_is_linear_around_the_circle(tmp_path):
         )
 
     assert land.covers(toward(5.99), 0.0).all()
+    assert land.covers(np.array([[math.sin(turn), math.cos(turn), 0.0]]), 0.0).all()
     assert not land.covers(toward(6.01), 0.0).any()
 
 

@@ -30,7 +30,7 @@ LIGHTS = [
 def make():
     pytest.importorskip("wgpu", reason="no WebGPU: wgpu is not installed")
     from umbra.webgpu.adapter import open_adapter  # noqa: PLC0415
-    from umbra.webgpu.frame_counter import WgpuFrameCounter  # noqa: PLC0415
+    from umbra.webgpu.wgpu_frames import WgpuFrameCounter  # noqa: PLC0415
 
     try:
         open_adapter()

@@ -19,7 +19,7 @@ from umbra.writers.elevations import (
 from umbra.writers.picture_content import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.sheet import MARGIN
-from umbra.writers.title_block import BLOCK, SunPath
+from umbra.writers.title_block import BLOCK, SunRose
 
 SIDES = ("South", "East", "North", "West")
 
@@ -77,7 +77,7 @@ def test_all_maps_are_of_one_scale_and_stand_on_the_axes_of_the_plan():
     mask = np.zeros((40, 100), bool)
     content = SheetContent(
         (3.0, -1.0), [(f"{hour:02}:00", mask) for hour in range(9, 18)], maps[0][1],
-        SunPath(np.array([(120.0, 20.0), (180.0, 40.0)]), [("09", 120.0, 20.0)]),
+        SunRose(np.array([(120.0, 20.0), (180.0, 40.0)]), [("09", 120.0, 20.0)]),
         np.full((20, 40, 4), (200, 30, 30, 255), np.uint8),
     )  # fmt: skip
     sheet = make_elevations_sheet(arrangement, maps, 8.0, content=content)

@@ -39,7 +39,7 @@ class SkyView(ExactSky):
 
         Returns
         -------
-        picture : SkyPicture
+        picture : PaperPicture
             With ``save(path)`` as PNG, SVG or PDF.
         """
         from umbra.writers.sky_pictures import draw_sky  # noqa: PLC0415

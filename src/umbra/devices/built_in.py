@@ -163,6 +163,6 @@ class WgpuDevice(CountingDevice):
         detail: float = 0.0,
     ) -> "AbstractContextManager[FrameCounts]":
         """Make a counter of frames; casters are never coarser meshes."""
-        from umbra.webgpu.frame_counter import WgpuFrameCounter  # noqa: PLC0415
+        from umbra.webgpu.wgpu_frames import WgpuFrameCounter  # noqa: PLC0415
 
         return WgpuFrameCounter(scene, casters, ground, warn=warn, transmits=transmits)

@@ -11,7 +11,7 @@ from umbra.machine import use_threads
 from umbra.rays.disc_sides import NO_LAND, LandEdge, make_frame, make_sides
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get
-from umbra.rays.sun_disc import MOST_FACES, gather_faces, measure_disc
+from umbra.rays.sun_disc import MOST_FACES, gather_disc_faces, measure_disc
 
 __all__ = ["SEEN", "DiscTrack", "find_contacts"]
 
@@ -125,7 +125,7 @@ def _solve_one(tree, p, n, track, k, between, radius, close, land, faces, stack,
 def _measure(tree, p, n, frame, land, faces, number, stack, sides):
     """Return the share of the disc in one frame; of its own faces where its way has too many."""
     if number > faces.size:
-        number = gather_faces(tree, p, p, frame, stack, faces)
+        number = gather_disc_faces(tree, p, p, frame, stack, faces)
     share, _ = measure_disc(tree, p, n, frame, land, faces, number, stack, sides)
     return share
 
@@ -153,4 +153,4 @@ def _gather_way(tree, p, track, k, dark, lit, radius, stack, faces):
     wide = math.acos(min(max(nearest, -1.0), 1.0)) + math.atan(radius) + _SLACK
     if wide > _WIDEST:
         return faces.size + 1
-    return gather_faces(tree, p, p, make_frame(middle, math.tan(wide)), stack, faces)
+    return gather_disc_faces(tree, p, p, make_frame(middle, math.tan(wide)), stack, faces)

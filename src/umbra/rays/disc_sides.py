@@ -17,8 +17,8 @@ from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import get
 
 __all__ = [
-    "NO_LAND", "DiscFrame", "LandEdge", "Sides", "add_face", "add_land", "add_plane", "clear",
-    "make_frame", "make_land_edge", "make_sides",
+    "NO_LAND", "DiscFrame", "LandEdge", "Sides", "add_face", "add_land_edge", "add_plane",
+    "clear_sides", "make_frame", "make_land_edge", "make_sides",
 ]  # fmt: skip
 
 _MOST = 1800  # sides: of 512 faces, and of planes and land
@@ -129,7 +129,7 @@ def make_frame(d, radius):
 
 
 @borrowing
-def clear(sides, count):
+def clear_sides(sides, count):
     """Forget all sides."""
     for i in range(count):
         if sides.keys[i] >= 0:
@@ -184,7 +184,7 @@ def add_face(sides, count, frame, tree: FaceTree, f, p):
 
 
 @borrowing
-def add_land(sides, count, frame, land):
+def add_land_edge(sides, count, frame, land):
     """
     Add the land as it covers the disc; return the number of sides, -1 where it covers all.
 

@@ -20,9 +20,9 @@ from umbra.rays.disc_sides import (
     NO_LAND,
     LandEdge,
     add_face,
-    add_land,
+    add_land_edge,
     add_plane,
-    clear,
+    clear_sides,
     make_frame,
     make_sides,
 )
@@ -30,7 +30,7 @@ from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
 from umbra.rays.lanes import meet_cone
 
-__all__ = ["MOST_FACES", "find_free_disc", "gather_faces", "measure_disc"]
+__all__ = ["MOST_FACES", "find_free_disc", "gather_disc_faces", "measure_disc"]
 
 MOST_FACES = 512
 """Most faces that meet a disc's cone; of more it is judged by rays."""
@@ -115,7 +115,7 @@ def _find_block(
     """Find the free share of one disc for a block of points; shares are 0 before."""
     count = add_plane(sides, 0, frame, _LEVEL)
     if count >= 0:
-        count = add_land(sides, count, frame, land)
+        count = add_land_edge(sides, count, frame, land)
     if count < 0:
         return
     for i in range(first, end):
@@ -141,7 +141,7 @@ def _find_block(
                 continue
             mine = some
             if some > _FEW:
-                mine = gather_faces(tree, p, p, frame, stack, faces)
+                mine = gather_disc_faces(tree, p, p, frame, stack, faces)
             shares[i], recent = measure_disc(
                 tree, p, n, frame, land, faces, mine, stack, sides
             )  # fmt: skip
@@ -152,7 +152,7 @@ def _find_block(
 def _covers(tree, f, p, frame, sides):
     """Return whether a face covers all of a disc."""
     count = add_face(sides, 0, frame, tree, f, p)
-    clear(sides, count)
+    clear_sides(sides, count)
     return count < 0
 
 
@@ -167,11 +167,11 @@ def _gather_open(tree, points, shares, first, end, frame, stack, faces):
             high = (max(high[0], p[0]), max(high[1], p[1]), max(high[2], p[2]))
     if low[0] > high[0]:
         return 0
-    return gather_faces(tree, low, high, frame, stack, faces)
+    return gather_disc_faces(tree, low, high, frame, stack, faces)
 
 
 @borrowing
-def gather_faces(tree, low, high, frame, stack, faces):
+def gather_disc_faces(tree, low, high, frame, stack, faces):
     """
     List the faces whose boxes a disc's cones from some places meet; return their number.
 
@@ -220,7 +220,7 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
     frame : DiscFrame
     land : LandEdge
     faces : (k,) int64
-        What ``gather_faces`` listed for places among which the point is.
+        What ``gather_disc_faces`` listed for places among which the point is.
     number : int64
         Its number.
     stack, sides
@@ -232,7 +232,7 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
     if count >= 0 and n[0] == n[0]:
         count = add_plane(sides, count, frame, n)
     if count >= 0:
-        count = add_land(sides, count, frame, land)
+        count = add_land_edge(sides, count, frame, land)
     if count < 0:
         return 0.0, np.int64(-1)
     middle = np.int64(-1)
@@ -243,13 +243,13 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
     for k in range(number):
         got = add_face(sides, count, frame, tree, faces[k], p)
         if got < 0:
-            clear(sides, count)
+            clear_sides(sides, count)
             return 0.0, faces[k]
         count = got
     if count == 0:
         return 1.0, np.int64(-1)
     share = integrate_disc(sides, count)
-    clear(sides, count)
+    clear_sides(sides, count)
     if share < 0.0:
         share = _sample(tree, p, n, frame, land, stack, sides)
     return share, middle
@@ -268,7 +268,7 @@ def _sample(tree, p, n, frame, land, stack, sides):
         w = (w[0] / length, w[1] / length, w[2] / length)
         if w[2] <= 0.0 or dot(n, w) <= 0.0:
             continue
-        if land.azimuths.size and add_land(sides, 0, make_frame(w, _POINT), land) < 0:
+        if land.azimuths.size and add_land_edge(sides, 0, make_frame(w, _POINT), land) < 0:
             continue
         last = is_hidden(p, n, w, tree, stack, last)
         free += last < 0

@@ -32,7 +32,7 @@ from umbra.scene.named_places import Area
 
 __all__ = [
     "AreaGround", "AreaKind", "AreaLevel", "AreaReceivers", "lay_out_areas", "refuse_outside",
-    "tell_areas",
+    "tell_sampling",
 ]  # fmt: skip
 
 _LEVEL = re.compile(r"(ground|mean|top)\s*(?:\+\s*([\d.]+)\s*m?)?")
@@ -113,7 +113,7 @@ class AreaKind(PlacedKind):
         ground = AreaGround(found.level, is_plane=found.is_plane, is_added=found.is_added)
         laid = lay_out_areas(self, request, areas, ground)
         level = AreaLevel.of(options.areas_on)
-        told = tell_areas(laid.group_names, laid.covered, laid.sides, options.cell, level)
+        told = tell_sampling(laid.group_names, laid.covered, laid.sides, options.cell, level)
         laid.notes = (*notes, *told)
         laid.facts["areas_sampling"] = laid.notes[-1]
         return laid
@@ -325,7 +325,7 @@ def _fill(
         normals[none] = _UP
 
 
-def tell_areas(
+def tell_sampling(
     names: Sequence[str],
     covered: NDArray[np.float64],
     sides: NDArray[np.float64],

@@ -26,7 +26,7 @@ from umbra.receivers.areas import (
     AreaReceivers,
     lay_out_areas,
     refuse_outside,
-    tell_areas,
+    tell_sampling,
 )
 from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.kind import Request
@@ -270,7 +270,7 @@ def read_area_table(job: CityJob) -> AreaTable | None:
                 columns[name][rows] = values
     covered, sides = columns.pop("covered"), columns.pop("sides")
     level = AreaLevel.of(options.areas_on)
-    notes = tell_areas([one.name for one in judged], covered, sides, options.cell, level)
+    notes = tell_sampling([one.name for one in judged], covered, sides, options.cell, level)
     has_hours = options.asks_hours and options.date is not None
     least = read_hours(options.least, "least") if has_hours else None
     return AreaTable(judged, job.open().period, columns, least, tuple(notes))

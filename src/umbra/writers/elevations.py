@@ -29,7 +29,7 @@ from umbra.writers.picture_content import DOTS_PER_INCH, Appearance, DayMap, Pla
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet
 from umbra.writers.title_block import (
     BLOCK,
-    SunPath,
+    SunRose,
     draw_block,
     draw_moments,
     draw_sun_path,
@@ -118,7 +118,7 @@ class SheetContent:
     offset: Size = (0.0, 0.0)
     moments: Sequence[tuple[str, NDArray[np.bool_]]] = ()  # clock times and shadows, (rows, cols)
     moments_plan: Plan | None = None
-    sun: SunPath = field(default_factory=SunPath)
+    sun: SunRose = field(default_factory=SunRose)
     logo: NDArray[np.uint8] | None = None  # (rows, cols, 4), row 0 the top
 
 
@@ -154,7 +154,7 @@ def make_elevations_sheet(
     key_x, bottom = width - MARGIN - BLOCK, MARGIN + FOOT
     top = draw_block(panels[0], (key_x, height - MARGIN, BLOCK), content.logo, scale)
     draw_scale_bar(panels[0], key_x, top - 0.36, BLOCK - 0.8)
-    draw_north(panels[0], key_x + BLOCK - 0.22, top - 0.3)
+    draw_north(panels[0], key_x + BLOCK - 0.22, top - 0.42)
     rose = draw_sun_path(panels[0], content.sun, (key_x, bottom - FOOT + 0.1, BLOCK))
     key_box = (key_x, bottom + rose - FOOT + 0.3, KEY_WIDTH, top - 0.7 - bottom - rose + FOOT - 0.3)
     sheet = Sheet.of_panels(panels, key_box)

@@ -51,6 +51,7 @@ __all__ = [
     "Leaf",
     "Panel",
     "Paper",
+    "PaperPicture",
     "find_font",
     "load_fonts",
     "measure_text",
@@ -323,6 +324,27 @@ def _bind(leaf: Leaf) -> Any:
     figure = Figure(figsize=(leaf.width, leaf.height), dpi=DOTS_PER_INCH)
     figure.add_artist(Bound())
     return figure
+
+
+@dataclass(frozen=True, eq=False)
+class PaperPicture:
+    """A picture, to be written to a file or shown in a notebook."""
+
+    paper: Paper
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a PNG, an SVG or a PDF, by the path's ending."""
+        self.paper.save(path)
+
+    def _repr_png_(self) -> bytes:
+        """Show it in a notebook."""
+        import io  # noqa: PLC0415
+
+        from PIL import Image  # noqa: PLC0415
+
+        file = io.BytesIO()
+        Image.fromarray(self.paper.leaf.render()).save(file, "png")
+        return file.getvalue()
 
 
 @dataclass(frozen=True, eq=False)

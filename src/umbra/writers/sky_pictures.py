@@ -1,7 +1,6 @@
 """Pictures of the sky above a place: obstructions by name, paths of the sun, droop lines."""
 
 import datetime as dt
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
@@ -12,10 +11,21 @@ from numpy.typing import NDArray
 from umbra.sky.free_sky import ExactSky
 from umbra.sky.projections import Projection, find_projection
 from umbra.sun import find_sun
-from umbra.writers.paper import INK, QUIET, RULE, SMALL, SUBTITLE, TITLE, Leaf, Paper, wrap
+from umbra.writers.paper import (
+    INK,
+    QUIET,
+    RULE,
+    SMALL,
+    SUBTITLE,
+    TITLE,
+    Leaf,
+    Paper,
+    PaperPicture,
+    wrap,
+)
 from umbra.writers.sky_shapes import bend, join_bands, split_at_cut
 
-__all__ = ["SkyPicture", "draw_sky"]
+__all__ = ["draw_sky"]
 
 _COLORS = (
     "#5b7a9d", "#c98f4e", "#6f9a6b", "#a56a7a", "#8d7db5", "#b8a24a", "#4f9a98", "#b5715a",
@@ -37,27 +47,6 @@ _LINE = 0.15  # between lines of a name [inch]
 _LETTER = 0.068  # width of one, on average [inch]
 _CLEAR = 0.1  # between words of an axis [inch]
 _SOLAR_TILTS = np.radians(np.linspace(-23.44, 23.44, 25))
-
-
-@dataclass(frozen=True, eq=False)
-class SkyPicture:
-    """A picture of the sky."""
-
-    paper: Paper
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a PNG, an SVG or a PDF, by the path's ending."""
-        self.paper.save(path)
-
-    def _repr_png_(self) -> bytes:
-        """Show it in a notebook."""
-        import io  # noqa: PLC0415
-
-        from PIL import Image  # noqa: PLC0415
-
-        file = io.BytesIO()
-        Image.fromarray(self.paper.leaf.render()).save(file, "png")
-        return file.getvalue()
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +76,7 @@ class _Chart(Paper):
         return self.start + self.scale * self.projection.place(azimuth, altitude)
 
 
-def draw_sky(view: ExactSky, name: str, dates: Sequence[dt.date]) -> SkyPicture:
+def draw_sky(view: ExactSky, name: str, dates: Sequence[dt.date]) -> PaperPicture:
     """
     Draw the sky of a view in a projection by name, with the sun's paths on some dates.
 
@@ -123,7 +112,7 @@ def draw_sky(view: ExactSky, name: str, dates: Sequence[dt.date]) -> SkyPicture:
         _list_parts(chart, shares, colors, _MARGIN + size[0] + 0.35, foot + size[1] - 0.1, 1)
     else:
         _list_parts(chart, shares, colors, _MARGIN, foot - 0.42, 2)
-    return SkyPicture(chart)
+    return PaperPicture(chart)
 
 
 def _tell_facts(view: ExactSky, projection: Projection, dates: Sequence[dt.date]) -> Iterator[str]:

@@ -15,7 +15,7 @@ from umbra.writers.pixels import HALF, resample
 __all__ = [
     "BLOCK",
     "SHADOW",
-    "SunPath",
+    "SunRose",
     "draw_block",
     "draw_moments",
     "draw_sun_path",
@@ -33,10 +33,10 @@ _NAMED = 3  # of the hours along the sun's path every third has its name
 
 
 @dataclass(frozen=True, eq=False)
-class SunPath:
-    """The sun over a day: azimuth and altitude [degrees], and clock times along it."""
+class SunRose:
+    """The sun's way over a day: azimuth and altitude [degrees], and clock times along it."""
 
-    path: NDArray[np.float64] = None  # type: ignore[assignment]  # (n, 2), of the study's hours
+    path: NDArray[np.float64] | None = None  # (n, 2), of the study's hours
     stamps: Sequence[tuple[str, float, float]] = ()  # clock time, azimuth, altitude
 
 
@@ -89,7 +89,7 @@ def _paste_logo(panel: Panel, logo: NDArray[np.uint8], place: tuple[float, float
     return high
 
 
-def draw_sun_path(panel: Panel, sun: SunPath, place: tuple[float, float, float]) -> float:
+def draw_sun_path(panel: Panel, sun: SunRose, place: tuple[float, float, float]) -> float:
     """
     Draw the sun's path over the plan's compass at a place (x, bottom, width) [inch].
 

@@ -33,7 +33,7 @@ from umbra.writers.folder.captions import (
 )
 from umbra.writers.picture_content import DayMap, Plan
 from umbra.writers.proof.logo import read_logo
-from umbra.writers.title_block import SunPath
+from umbra.writers.title_block import SunRose
 
 __all__ = ["draw_sheet"]
 
@@ -145,15 +145,15 @@ def _find_moments(
     return [(label, mask) for label, mask, is_up in pairs if is_up], shown
 
 
-def _find_sun_path(study: Study) -> SunPath:
+def _find_sun_path(study: Study) -> SunRose:
     """Return the sun's path of a date, and its whole hours."""
     sun, stamps = study.period.sun, _find_hours(study)
     path = np.column_stack([sun.azimuth, sun.altitude])[sun.is_up]
     if stamps is None:
-        return SunPath()
+        return SunRose()
     found = find_sun(study.site, stamps.stamps, refraction=study.refraction)
     hours = zip(stamps.labels(), found.azimuth, found.altitude, found.is_up, strict=True)
-    return SunPath(path, [(label[:2], float(a), float(h)) for label, a, h, is_up in hours if is_up])
+    return SunRose(path, [(label[:2], float(a), float(h)) for label, a, h, is_up in hours if is_up])
 
 
 def _find_window(

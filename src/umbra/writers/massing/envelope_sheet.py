@@ -1,8 +1,7 @@
 """The sheet of an envelope: its heights in plan, and in axonometry among its neighbours."""
 
-import os
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +26,14 @@ from umbra.writers.paper import (
     Leaf,
     Panel,
     Paper,
+    PaperPicture,
     measure_text,
     wrap,
 )
 from umbra.writers.picture_content import DOTS_PER_INCH, Plan, cover_with_roofs
 from umbra.writers.pixels import HALF, resample
 
-__all__ = ["EnvelopeSheet", "draw_envelope"]
+__all__ = ["draw_envelope"]
 
 _SIDE, _GAP, _LEFT = 5.6, 0.75, 0.95  # of the maps, between them, and beside them [inch]
 _FOOT, _HEAD = 0.75, 0.95
@@ -47,28 +47,7 @@ _ZOOM = 1.4  # half a side of the view, by the plot's side
 _LABELLED = 24  # most receivers with names
 
 
-@dataclass(frozen=True, eq=False)
-class EnvelopeSheet:
-    """The picture of an envelope."""
-
-    paper: Paper
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a PNG, an SVG or a PDF, by the path's ending."""
-        self.paper.save(path)
-
-    def _repr_png_(self) -> bytes:
-        """Show it in a notebook."""
-        import io  # noqa: PLC0415
-
-        from PIL import Image  # noqa: PLC0415
-
-        file = io.BytesIO()
-        Image.fromarray(self.paper.leaf.render()).save(file, "png")
-        return file.getvalue()
-
-
-def draw_envelope(envelope: HeightEnvelope) -> EnvelopeSheet:
+def draw_envelope(envelope: HeightEnvelope) -> PaperPicture:
     """Draw the sheet of an envelope."""
     width = 2 * _SIDE + _GAP + _LEFT + 0.45
     facts = [line for fact in _tell_facts(envelope) for line in wrap(fact, SMALL, width - 1.0)]
@@ -83,7 +62,7 @@ def draw_envelope(envelope: HeightEnvelope) -> EnvelopeSheet:
     end = _find_end(envelope)
     _draw_plan(leaf, envelope, end)
     _draw_view(paper, envelope, end)
-    return EnvelopeSheet(paper)
+    return PaperPicture(paper)
 
 
 def _tell_title(envelope: HeightEnvelope) -> str:

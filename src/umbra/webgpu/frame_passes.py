@@ -1,4 +1,4 @@
-"""Passes on a wgpu device: the visible faces, and counts by the arrays of a plan."""
+"""FramePasses on a wgpu device: the visible faces, and counts by the arrays of a plan."""
 
 from functools import lru_cache
 from typing import Any
@@ -12,7 +12,7 @@ from umbra.gl.volume_plan import STENCIL_MOST, Z_PASS
 from umbra.rays.depth import NOTHING
 from umbra.webgpu.adapter import load_shader
 
-__all__ = ["Drawing"]
+__all__ = ["FramePasses"]
 
 _DEPTH = "depth32float-stencil8"
 # A floor's own triangles round differently: the ground is behind by a few steps of depth.
@@ -29,7 +29,7 @@ _ROW = 256  # bytes of which a row that is read is a multiple
 _Handle = Any
 
 
-class Drawing:
+class FramePasses:
     """
     Draws one scene's faces and volumes into textures of its own.
 

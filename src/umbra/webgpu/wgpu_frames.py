@@ -20,7 +20,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
 from umbra.soft.frames import FrameCounts
 from umbra.webgpu.adapter import open_adapter
-from umbra.webgpu.drawing import Drawing
+from umbra.webgpu.frame_passes import FramePasses
 
 __all__ = ["WgpuFrameCounter"]
 
@@ -80,7 +80,7 @@ class WgpuFrameCounter:
         self._local_ground = None if ground is None else ground - scene.origin[2]
         self._arrays = ArrayPlanner(scene, casters, self._local_ground)
         self.planner, self._table = self._arrays.planner, self._arrays.table
-        self._drawing = Drawing(open_adapter(), self._table.faces >> np.uint32(1))
+        self._drawing = FramePasses(open_adapter(), self._table.faces >> np.uint32(1))
         self._seen: tuple[Camera, CameraProjection] | None = None
         self.plan: VolumePlan | None = None
 
