@@ -1,8 +1,10 @@
 """Whole files for the mutators to begin with, as the tests make them."""
 
+import io
 import json
 import re
 import struct
+import zipfile
 from datetime import date
 from importlib.util import find_spec
 from itertools import count
@@ -60,9 +62,27 @@ def make_seeds(folder: Path) -> dict[str, bytes]:
         modes = {0: (12, "ATTRIBUTES"), 1: (8, "ATTRIBUTES"), 3: (4, "TRIANGLES")}
         seeds["meshopt.glb"] = meshopt_packed(plain(), modes).glb()
     seeds |= _make_strangers(folder)
+    seeds |= _make_places(seeds["town.glb"])
     if find_spec("ifcopenshell"):
         seeds["house.ifc"] = _make_house(folder / "house.ifc")
     return seeds
+
+
+def _make_places(town: bytes) -> dict[str, bytes]:
+    """Make a KML that places a model beside it twice, and a KMZ that holds both, not packed."""
+    models = "".join(
+        f"<Placemark><Model><altitudeMode>{mode}</altitudeMode><Location><longitude>{16.4 + k}"
+        "</longitude><latitude>48.2</latitude><altitude>3</altitude></Location><Orientation>"
+        "<heading>30</heading></Orientation><Scale><x>2</x></Scale>"
+        "<Link><href>town.glb</href></Link></Model></Placemark>"
+        for k, mode in ((0.0, "absolute"), (1e-4, "relativeToGround"))
+    )
+    kml = f"<kml><Document>{models}</Document></kml>".encode()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, data in (("doc.kml", kml), ("town.glb", town)):
+            archive.writestr(zipfile.ZipInfo(name), data)
+    return {"places.kml": kml, "places.kmz": packed.getvalue()}
 
 
 def _make_dancer() -> bytes:
