@@ -103,15 +103,18 @@ def _find_parts(catalogue: Catalogue, patterns: Sequence[str]) -> list[Area]:
             )
             raise InputError(msg, option="areas", pattern=pattern)
     for file in catalogue.files:
-        chosen, geometry, labels = find_matching(file, patterns), file.geometry, None
+        chosen, geometry = find_matching(file, patterns), file.geometry
         faces = np.flatnonzero(chosen[geometry.part])
-        part = geometry.part[faces]
-        shift = np.array(file.origin) - origin
+        parts, which = np.unique(geometry.part[faces], return_inverse=True)
         labels = catalogue.label_parts(file)
-        for name in dict.fromkeys(labels[k] for k in np.flatnonzero(chosen).tolist()):
-            own = [k for k in np.unique(part).tolist() if labels[k] == name]
-            corners = geometry.vertices[geometry.faces[faces[np.isin(part, own)]]] + shift
-            soups.setdefault(name, []).append(corners[..., :2])
+        names = list(dict.fromkeys(labels[k] for k in parts.tolist()))
+        numbers = {name: k for k, name in enumerate(names)}
+        owner = np.array([numbers[labels[k]] for k in parts.tolist()], np.intp)[which]
+        order, shift = np.argsort(owner, kind="stable"), np.array(file.origin) - origin
+        corners = (geometry.vertices[geometry.faces[faces[order]]] + shift)[..., :2]
+        ends = np.cumsum(np.bincount(owner, minlength=len(names)))
+        for name, own in zip(names, np.split(corners, ends[:-1]), strict=False):
+            soups.setdefault(name, []).append(own)
     shapes = {name: join_plans(np.concatenate(own), origin[:2]) for name, own in soups.items()}
     areas = [Area(name, shape) for name, shape in shapes.items() if shape is not None]
     if not areas:
