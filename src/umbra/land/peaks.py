@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from umbra.kernels import inner, kernel
 from umbra.land.march import find_land_slope
 
 __all__ = ["PARTS", "find_spots", "raise_peaks", "sift_peaks"]
@@ -64,7 +64,7 @@ def find_spots(
     return spots.reshape(len(rows), len(cols), 2), side
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def raise_peaks(heights, spots, side, eye, radii, slopes, within, peaks):
     """
     Raise the peaks between rays by the centres of one block.
@@ -113,7 +113,7 @@ def raise_peaks(heights, spots, side, eye, radii, slopes, within, peaks):
                         peaks[part, 0], peaks[part, 1], peaks[part, 2] = slope, at, away
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _blend(spots, q, w, a, b, c):
     """Return a coordinate within a square."""
     north = spots[q, w, c] + a * (spots[q, w + 1, c] - spots[q, w, c])
@@ -121,7 +121,7 @@ def _blend(spots, q, w, a, b, c):
     return north + b * (south - north)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _may_rise(spots, q, w, top, eye, radii, slopes, within):
     """Return whether a square of this highest height may be above a ray about it."""
     rays = slopes.size
