@@ -151,3 +151,12 @@ def test_a_ground_through_feet_is_not_of_the_model():
     part = study.more["part"][1]
     assert set(np.unique(part[part != -1])) <= {GROUND, 0, 1, 2, 3}
     assert (part == GROUND).any()
+
+
+@pytest.mark.parametrize(
+    ("extent", "is_cut"), [((-30, -30, 50, 50), False), ((-9, -9, 50, 50), True)]
+)
+def test_ground_near_buildings_is_named_with_the_frame_that_cuts_it(extent, is_cut):
+    study = make_study(receivers="ground", extent=extent, cell=1)
+    what = study.kind.find_counted(study).what
+    assert ("in the frame" in what) == is_cut

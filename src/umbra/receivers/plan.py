@@ -173,8 +173,12 @@ class PlanKind(ReceiverKind):
         which = whole.which & study.laid.is_near
         if not which.any():
             return None
-        limit = f", within {NEAR:g} m of buildings" if study.laid.is_built.any() else ""
-        return replace(whole, which=which, what=f"{whole.name}{limit}")
+        if not study.laid.is_built.any():
+            return replace(whole, which=which, what=whole.name)
+        near = study.laid.is_near
+        is_cut = any(side.any() for side in (near[0], near[-1], near[:, 0], near[:, -1]))
+        within = f"{' in the frame' if is_cut else ''}, within {NEAR:g} m of buildings"
+        return replace(whole, which=which, what=f"{whole.name}{within}")
 
     def list_counted(self, study: Any) -> list[Counted]:
         """Return the receivers of the whole frame."""
