@@ -134,7 +134,7 @@ def test_csv_counts_the_shaded_ground(study, tmp_path):
     with (tmp_path / "areas_by_hours.csv").open(newline="") as file:
         rows = list(csv.reader(file))
     hours = int(rows[1][0].split()[0])
-    assert rows[0][1] == "open ground, within 20 m of buildings [m²]"
+    assert rows[0][1] == "open ground in the frame, within 20 m of buildings [m²]"
     near = is_open & find_near(~is_open, (study.grid.dx, study.grid.dy), 20.0)
     area = np.count_nonzero((study.sun_hours >= hours - 1e-3) & near) * cell
     assert float(rows[1][1]) == pytest.approx(area, abs=0.06)
