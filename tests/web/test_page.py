@@ -179,9 +179,9 @@ def test_mouse_wheel_and_keys_move_the_view(live):
     place = seen(400, 500)
     live.mouse("mouseWheel", 400, 500, deltaX=0, deltaY=-200)
     assert look()["distance"] == pytest.approx(turned["distance"] / np.exp(0.4), rel=0.01)
-    assert seen(400, 500) == pytest.approx(place, abs=0.1)  # within a pixel of the ground
+    assert seen(400, 500) == pytest.approx(place, abs=0.05)
     drag("right", 2, (400, 500), (350, 480))
-    assert seen(350, 480) == pytest.approx(place, abs=0.1)  # what is held stays at the pointer
+    assert seen(350, 480) == pytest.approx(place, abs=0.05)  # what is held stays at the pointer
     live.ask("document.querySelector('canvas.model').focus()")
     live.press("t")
     assert look()["tilt"] == pytest.approx(-89.9)
@@ -192,6 +192,20 @@ def test_mouse_wheel_and_keys_move_the_view(live):
     assert look()["tilt"] == -17
     live.press("Enter")
     assert live.ask("umbra.state.place") is not None
+
+
+def test_a_pointer_means_the_same_place_in_coarser_frames(live):
+    def seen(ratio):
+        return live.ask(
+            f"(() => {{ const r = umbra.stage.renderer; r.options.pixelRatio = {ratio}; r.draw();"
+            "const { x, y } = r.project(r.pick(401, 333).position);"
+            "return [r.canvas.height, ...r.pick(401, 333).position, x, y]; })()"
+        )
+
+    fine, coarse = seen(1), seen(0.53)
+    assert coarse[0] < fine[0]
+    assert coarse[1:4] == pytest.approx(fine[1:4], abs=0.05)  # half a pixel
+    assert [*fine[4:], *coarse[4:]] == pytest.approx([401, 333, 401, 333], abs=0.3)
 
 
 def test_where_pages_scroll_the_wheel_is_theirs_until_a_click(live):

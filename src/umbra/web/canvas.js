@@ -44,6 +44,19 @@ export function findRectangles(canvas, view) {
 }
 
 /**
+ * A view's place on the page. Of it, not of whole pixels of the canvas, are pointers told: while
+ * things move on a slow machine, the canvas has fewer pixels than the page.
+ * @param {HTMLCanvasElement} canvas
+ * @param {View} view
+ * @returns {Rectangle} left, top, width, height [CSS pixels of the canvas]
+ */
+export function findPageRectangle(canvas, view) {
+  if (view.viewport) return [...view.viewport];
+  const { clientWidth, clientHeight, width, height } = canvas;
+  return clientWidth ? [0, 0, clientWidth, clientHeight] : [0, 0, width, height];
+}
+
+/**
  * The part of a scissor that lies in a rectangle of the viewport.
  * @param {Rectangle} viewport
  * @param {Rectangle} scissor

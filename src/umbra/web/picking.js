@@ -1,6 +1,6 @@
 // What one asks of a picture: what is seen at a place, and how many volumes hold each pixel.
 
-import { findRectangles, fitCanvas } from "./canvas.js";
+import { findPageRectangle, findRectangles, fitCanvas } from "./canvas.js";
 import { SKYLIGHT } from "./passes.js";
 import { Target } from "./targets.js";
 import { findUniforms } from "./uniforms.js";
@@ -14,16 +14,16 @@ import { dot, move, scale } from "./vectors.js";
  * @returns {Hit | null}
  */
 export function pickPlace(renderer, x, y) {
-  const { model, canvas, ratio, ground, clip } = renderer;
-  const [column, row] = [x * ratio, canvas.height - y * ratio];
+  const { model, canvas, ground, clip } = renderer;
   const view = [...renderer.views].reverse().find((each) => {
-    const [left, low, wide, tall] = findRectangles(canvas, each).scissor;
-    return column >= left && column < left + wide && row >= low && row < low + tall;
+    const [left, top, wide, high] = each.scissor ?? findPageRectangle(canvas, each);
+    return x >= left && x < left + wide && y >= top && y < top + high;
   });
   if (!view) return null;
-  const { viewport } = findRectangles(canvas, view);
+  const [left, top, wide, high] = findPageRectangle(canvas, view);
   const sight = renderer.findSight(view);
-  const { from, towards } = sight.findRay(column - viewport[0], viewport[1] + viewport[3] - row);
+  const [across, down] = [(x - left) / wide, (y - top) / high];
+  const { from, towards } = sight.findRay(across * sight.columns, down * sight.rows);
   const { show } = renderer.findStage(view);
   const reach = ground === null ? Infinity : (ground - from[2]) / towards[2];
   const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;

@@ -17,7 +17,7 @@
 // is counted, too, and added where its count is 0.
 
 import { pickPlace, readCounts } from "./picking.js";
-import { findRatio, findRectangles, fitCanvas, narrow } from "./canvas.js";
+import { findPageRectangle, findRatio, findRectangles, fitCanvas, narrow } from "./canvas.js";
 import { Device } from "./device.js";
 import { HourPass } from "./hour_pass.js";
 import { Passes, SKYLIGHT } from "./passes.js";
@@ -328,13 +328,9 @@ export class Renderer {
    * @returns {{x: number, y: number} | null}
    */
   project(place, view = {}) {
-    const { viewport } = findRectangles(this.canvas, view);
-    const seen = new Sight(view.camera ?? this.camera, viewport[2], viewport[3], false).project(
-      place,
-    );
-    if (!seen) return null;
-    const top = this.canvas.height - viewport[1] - viewport[3];
-    return { x: (viewport[0] + seen.x) / this.ratio, y: (top + seen.y) / this.ratio };
+    const [left, top, wide, high] = findPageRectangle(this.canvas, view);
+    const seen = new Sight(view.camera ?? this.camera, wide, high, false).project(place);
+    return seen && { x: left + seen.x, y: top + seen.y };
   }
 
   /** @param {number} light @param {number} [times] as `readCounts` of picking.js */
