@@ -143,11 +143,8 @@ def _may_rise(spots, q, w, top, eye, radii, slopes, within):
     least = math.inf
     for k in range(first, last + 1):
         ray = k % rays
-        here = max(
-            find_land_slope(top, near, eye, radii[ray]),
-            find_land_slope(top, away + wide, eye, radii[ray]),
-        )
-        slope = max(slope, here)
+        # What is higher than the eye is steepest where it is nearest; nothing else is a peak.
+        slope = max(slope, find_land_slope(top, near, eye, radii[ray]))
         least = min(least, slopes[ray])
     return slope > least
 
