@@ -290,6 +290,12 @@ class ViewOptions(Options):
         "stands in them with half of its plan or more.",
         more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
     )  # fmt: skip
+    horizon: Given[str | Path | Any | None, Any] = _study(
+        "horizon", heading="Lights",
+        help="Land up to 100 km away, behind which the sun goes: a raster of heights or a table, "
+        "as umbra study takes it; it is not drawn.",
+    )  # fmt: skip
+    horizon_from: Given[float | str | None, float | None] = _study("horizon_from", heading="Lights")
     study: ShadowStudy | None = option(
         "any", "A study of receivers 'ground' or 'top', whose hours a page or a notebook shows as "
         "colours.", flag=None,
@@ -328,3 +334,15 @@ class ViewOptions(Options):
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
             parse_date(self.date)
+        self._check_horizon()
+
+    def _check_horizon(self) -> None:
+        """Read the land; refuse it beside a study, which knows its own."""
+        from umbra.land.settle import NamedLand  # noqa: PLC0415  (the help needs none)
+
+        if self.horizon is not None and self.study is not None:
+            msg = "horizon= is the study's; give it to umbra.shadow_study, and leave it out here"
+            raise InputError(msg, option="horizon")
+        named = NamedLand.of(self.horizon, self.horizon_from)
+        object.__setattr__(self, "horizon", named.horizon)
+        object.__setattr__(self, "horizon_from", named.nearest)
