@@ -72,9 +72,9 @@ class PlanModel(Casting):
             is_added = np.array([part.kind in ADDED_GROUND for part in parts], np.bool_)
             chosen = np.flatnonzero(is_added[soup.part])
             own = replace(soup, faces=soup.faces[chosen], part=soup.part[chosen])
-            found = find_surface(own, grid, self.floor, self.threads, has_end=True)
-            face = np.append(chosen, -1).astype(np.int32)[np.maximum(found.face, -1)]
-            return replace(found, face=face)
+            surface = find_surface(own, grid, self.floor, self.threads, has_end=True)
+            face = np.append(chosen, -1).astype(np.int32)[np.maximum(surface.face, -1)]
+            return replace(surface, face=face)
 
         if grid.rows * grid.cols > _KEPT:
             return look()

@@ -43,7 +43,7 @@ def make_named_view(
     """
     if view == "street":
         return _stand_in_street(points, size, fov, near)
-    forward, up = (np.array(one) for one in _FROM[view])
+    forward, up = (np.array(vector) for vector in _FROM[view])
     middle = points.mean(0)
     camera = Camera(middle - forward, middle, up, size, fov, near=near)
     if view != "bird":
