@@ -32,8 +32,8 @@ Files = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 _SITE, _READING = (
     [
         name
-        for name, one in inspect.signature(call).parameters.items()
-        if one.default is not one.empty
+        for name, parameter in inspect.signature(call).parameters.items()
+        if parameter.default is not parameter.empty
     ]
     for call in (find_site, read)
 )
@@ -261,12 +261,12 @@ def run_city(
     said: list[str] = []
     try:
         with lock_run(folder, said.append), open_engine(city.workers, city.scheduler) as own:
-            found = prepare_city(files, site, options, city, folder, reading, reads)
-            run = run_job(found.job, found.describe, engine or own, progress)
+            prepared = prepare_city(files, site, options, city, folder, reading, reads)
+            run = run_job(prepared.job, prepared.describe, engine or own, progress)
             assumed = [str(run.facts["assumption"])] if "assumption" in run.facts else []
             cut = _tell_cut(run)
             areas = () if run.areas is None else run.areas.notes
-            study = CityStudy(run, (*said, *found.notes, *assumed, *cut, *run.notes, *areas))
+            study = CityStudy(run, (*said, *prepared.notes, *assumed, *cut, *run.notes, *areas))
             write(study)
             return study
     except OSError as error:

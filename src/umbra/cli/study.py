@@ -117,8 +117,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         site = find_any_site(scene, say, is_needed=options.needs_site, weather=weather)
         look = partial(stages.advance, what="reading the land", unit="blocks")
         options = settle_land(options, scene.model_bounds(), site, look)
-        told = tell_request(scene, options, site)
-        for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
+        notes = tell_request(scene, options, site)
+        for note in (*notes, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")
         stages.show_scene(scene)
         stages.begin("preparing")
@@ -210,16 +210,16 @@ def study_city(
     neighbours = list_neighbours(study.folder)
     days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
     summed = "" if days == 1 else f", {days} dates added up"
-    for one in neighbours[:_SHOWN]:
+    for neighbour in neighbours[:_SHOWN]:
         say(
-            f"{one['name']} loses sun on {one['area_touched']:,.0f} m², "
-            f"at most {one['most_hours_lost']:.2f} h{summed}"
+            f"{neighbour['name']} loses sun on {neighbour['area_touched']:,.0f} m², "
+            f"at most {neighbour['most_hours_lost']:.2f} h{summed}"
         )
     if len(neighbours) > _SHOWN:
         say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
     if as_json:
-        told = {"neighbours": neighbours} if options.proposed else {}
-        echo_json({**study.facts, **told, "files": [str(path) for path in written]})
+        losses = {"neighbours": neighbours} if options.proposed else {}
+        echo_json({**study.facts, **losses, "files": [str(path) for path in written]})
     elif not quiet:
         for path in written:
             if path.suffix not in {".tif", ".glb"}:  # hours.vrt and tileset.json name them

@@ -139,22 +139,22 @@ def _find_diagonals(x, y, before, following, order, rank):
                 interval[above[upper]] = lower
                 helper[lower], merges[lower] = v, True
             for level in range(height[upper]):
-                before, after = left[upper, level], right[upper, level]
-                right[before, level] = after
-                if after >= 0:
-                    left[after, level] = before
+                earlier, later = left[upper, level], right[upper, level]
+                right[earlier, level] = later
+                if later >= 0:
+                    left[later, level] = earlier
         else:
             at = head
             for k in range(_LEVELS):
                 level = _LEVELS - 1 - k
                 while True:
-                    after = right[at, level]
-                    if after < 0:
+                    later = right[at, level]
+                    if later < 0:
                         break
-                    edge = below[after]
+                    edge = below[later]
                     if _turn(x, y, edge, following[edge], v) < 0:
                         break
-                    at = after
+                    at = later
                 path[level] = at
             node = used
             used += 1
@@ -183,12 +183,12 @@ def _find_diagonals(x, y, before, following, order, rank):
                 tall += 1
             height[node] = tall
             for level in range(tall):
-                before = path[level]
-                after = right[before, level]
-                right[before, level], left[node, level] = node, before
-                right[node, level] = after
-                if after >= 0:
-                    left[after, level] = node
+                earlier = path[level]
+                later = right[earlier, level]
+                right[earlier, level], left[node, level] = node, earlier
+                right[node, level] = later
+                if later >= 0:
+                    left[later, level] = node
     return diagonals[:count]
 
 

@@ -93,13 +93,13 @@ class AreaTable:
             return f"area_{name}" if name in taken or name in dims else name
 
         name, date = free("name"), free("date")
-        found: Variables = {name: ((name,), np.array(self.names))}
+        variables: Variables = {name: ((name,), np.array(self.names))}
         if self.dates:
             days = np.array(self.dates, "datetime64[D]").astype("datetime64[ns]")
-            found[date] = ((date,), days)
+            variables[date] = ((date,), days)
         for column, values in self.columns.items():
-            found[free(column)] = ((name, date)[: values.ndim], values)
-        return found
+            variables[free(column)] = ((name, date)[: values.ndim], values)
+        return variables
 
     def find_interval(self, day: int) -> tuple[np.datetime64, np.datetime64]:
         """Return the instants [UTC] between which the hours of a date count."""
@@ -170,9 +170,9 @@ def _list_figures(study: "Study") -> dict[str, NDArray[Any]]:
     """Return the columns of the hours of sun, and means of other measures."""
     laid, groups = cast("NamedReceivers", study.laid), study.groups
     means: dict[str, NDArray[Any]] = {
-        f"mean_{one.name}": laid.average(study.more[one.name][1])
-        for one in study.quantities
-        if not one.per
+        f"mean_{quantity.name}": laid.average(study.more[quantity.name][1])
+        for quantity in study.quantities
+        if not quantity.per
     }
     if groups is None:
         return means

@@ -40,11 +40,11 @@ class LightParts:
         """Make a number of parts with sums of 0."""
         return cls(part, np.zeros((count, *shape), np.float32))
 
-    def pick(self, some: NDArray[np.bool_]) -> Self:
+    def pick(self, chosen: NDArray[np.bool_]) -> Self:
         """Return the parts of some of the lights, with sums of 0."""
         if not len(self.sums):
             return self
-        return replace(self, part=self.part[some], sums=np.zeros_like(self.sums))
+        return replace(self, part=self.part[chosen], sums=np.zeros_like(self.sums))
 
     def add(self, sums: NDArray[np.float32]) -> None:
         """Add to the sums."""
@@ -52,7 +52,7 @@ class LightParts:
 
     def count(
         self, count: Callable[[NDArray[np.bool_], NDArray[np.int32]], object],
-        some: NDArray[np.bool_], total: NDArray[np.int32], unit: float,
+        chosen: NDArray[np.bool_], total: NDArray[np.int32], unit: float,
     ) -> None:  # fmt: skip
         """
         Count some lights into a total of all columns (k, ...), part by part if there are any.
@@ -61,13 +61,13 @@ class LightParts:
         of the first column.
         """
         if not len(self.sums):
-            count(some, total)
+            count(chosen, total)
             return
         for which, sums in enumerate(self.sums):
-            mine = some & (self.part == which)
-            if mine.any():
+            is_own = chosen & (self.part == which)
+            if is_own.any():
                 own = np.zeros_like(total)
-                count(mine, own)
+                count(is_own, own)
                 total += own
                 product = np.multiply(own[0], np.float32(unit), dtype=np.float32)
                 np.add(sums, product, out=sums)
@@ -113,16 +113,16 @@ def add_up(
         weights = np.rint(lights.weights / unit).astype(np.int32)
         whole = np.zeros(sums.shape, np.int32)
 
-        def add(some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
-            counter.add_weights(directions[some], weights[some], into, progress)
+        def add(chosen: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+            counter.add_weights(directions[chosen], weights[chosen], into, progress)
 
         parts.count(add, np.ones(len(lights), np.bool_), whole, unit[0])
         for total, summed, step in zip(sums, whole, unit, strict=True):
             np.multiply(summed, step, out=total, casting="same_kind")
         return sums
 
-    def count(some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
-        own = directions[some]
+    def count(chosen: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+        own = directions[chosen]
         counter.add_weights(own, np.ones((len(own), 1), np.int32), into, progress)
 
     for k, row in enumerate(rows):
@@ -130,8 +130,8 @@ def add_up(
         parts.count(count, group == k, counts[None], row[0])
         for column in np.flatnonzero(row):
             total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
-            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
-                total[i] += np.multiply(some, weight, dtype=np.float32)
+            for i, values in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
+                total[i] += np.multiply(values, weight, dtype=np.float32)
     return sums
 
 
