@@ -83,7 +83,7 @@ class BoxTree:
 
         Returns
         -------
-        found : (n_lights, n) bool
+        is_seen : (n_lights, n) bool
         """
         is_seen = np.zeros((len(lights), len(self.bounds)), np.bool_)
         around = [_NOWHERE if cone is None else cone for cone in cones] or [_NOWHERE] * len(lights)

@@ -90,8 +90,8 @@ def _draw_dome(draw: imgui.ImDrawList, view: ViewState, frame: PictureArea) -> N
     mark = middle + 1.06 * radius * np.array([[np.sin(north), np.cos(north), 0.0]])
     (at,) = project(camera, mark)
     if not np.isnan(at).any():
-        place = frame.to_window(at)
-        _write(draw, place.x - grow(5), place.y - grow(8), "N")
+        spot = frame.to_window(at)
+        _write(draw, spot.x - grow(5), spot.y - grow(8), "N")
     path = find_path(view)
     if path is not None:
         minutes, places = path

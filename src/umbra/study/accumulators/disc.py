@@ -123,8 +123,8 @@ class DiscHours(HourSums):
         )
         times[changed] = find_contacts(
             tile.tree, self._places.points[changed], self._places.normals[changed],
-            self._follow(pairs), which.ravel(), np.stack([dark[changed], lit[changed]]), RADIUS, _CLOSE,
-            tile.casting.threads, self._land,
+            self._follow(pairs), which.ravel(), np.stack([dark[changed], lit[changed]]), RADIUS,
+            _CLOSE, tile.casting.threads, self._land,
         )  # fmt: skip
         return times
 
