@@ -20,7 +20,7 @@ export const makeYearPanel = (app) => {
   if (!site) return null;
   element.open = true;
   element.addEventListener("toggle", () => app.redraw());
-  /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, told: HTMLElement, drawn: string}[]} */
+  /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, output: HTMLElement, drawn: string}[]} */
   let shown = [];
   let made = "",
     timer = 0;
@@ -41,7 +41,7 @@ export const makeYearPanel = (app) => {
   const make = (title, cast, place, year) => {
     const carpet = new Carpet(app.model, place, cast, app.thingOf, findYearSuns(site, year));
     const canvas = el("canvas", { class: "carpet", role: "img", "aria-label": "The place's year, being counted" }),
-      told = el("p", { class: "quiet told-cell", "aria-live": "off" });
+      output = el("p", { class: "quiet told-cell", "aria-live": "off" });
     const find = (/** @type {PointerEvent | MouseEvent} */ { offsetX, offsetY }) => {
       const frame = findFrame(canvas.clientWidth, HIGH);
       const column = Math.floor(((offsetX - frame.left) / frame.wide) * carpet.suns.columns),
@@ -55,13 +55,13 @@ export const makeYearPanel = (app) => {
       const value = carpet.at(at.column, at.row),
         isShade = value >= 0;
       const when = `${at.date}, ${tellMinutes((at.row + 0.5) * MINUTES)}`;
-      fill(told, `${when}: ${isShade ? `in shadow of ${name(value)}` : name(value)}`);
+      fill(output, `${when}: ${isShade ? `in shadow of ${name(value)}` : name(value)}`);
     });
     canvas.addEventListener("click", (event) => {
       const at = find(event);
       if (at) app.set({ date: at.date, minutes: (at.row + 0.5) * MINUTES, playing: null, share: 0 });
     });
-    return { title, carpet, canvas, key: el("ul", { class: "carpet-key" }), told, drawn: "" };
+    return { title, carpet, canvas, key: el("ul", { class: "carpet-key" }), output, drawn: "" };
   };
 
   /** Draw what is there, and go on until all is. */
@@ -134,8 +134,8 @@ export const makeYearPanel = (app) => {
       const isShifted = clock !== nameZone(site.zone, app.daylight.instant({ ...state, date: addDays(date, 183), minutes: 720 }));
       fill(
         body,
-        ...shown.map(({ title, canvas, key: list, told }) =>
-          el("div", { class: "day" }, title && el("h2", {}, title), canvas, told, list),
+        ...shown.map(({ title, canvas, key: list, output }) =>
+          el("div", { class: "day" }, title && el("h2", {}, title), canvas, output, list),
         ),
         el(
           "p",
