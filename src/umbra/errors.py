@@ -126,8 +126,8 @@ def find_similar(word: str, known: Iterable[str], count: int = 1) -> list[str]:
         return text.lstrip("-").replace("_", "-").casefold()
 
     folded: dict[str, str] = {}
-    for one in known:
-        folded.setdefault(fold(one), one)
+    for known_word in known:
+        folded.setdefault(fold(known_word), known_word)
     wanted = fold(word)
     near = difflib.get_close_matches(wanted, folded, n=count, cutoff=_ALIKE)
     begun = [

@@ -192,14 +192,14 @@ def _choose(rules: list[Rule], choice: str, block: Block, path: Path) -> list[Ru
                     f"rule '{path.stem}' has no value '{key}'; it has {', '.join(known) or 'none'}"
                 )
                 raise InputError(msg, option="rules", key=key)
-        kept: list[Rule] = []
+        chosen: list[Rule] = []
         for rule, (_, _, values) in zip(rules, variants, strict=True):
             checks = _read_checks(block, values | dict(pairs))
-            if checks not in [other.requirements for other in kept]:
-                kept.append(replace(rule, requirements=checks, about_variant=rule.about_variant))
-        if len(kept) == 1:
-            kept = [replace(kept[0], variant=choice, about_variant="as set")]
-        return kept
+            if checks not in [other.requirements for other in chosen]:
+                chosen.append(replace(rule, requirements=checks, about_variant=rule.about_variant))
+        if len(chosen) == 1:
+            chosen = [replace(chosen[0], variant=choice, about_variant="as set")]
+        return chosen
     if choice not in names:
         near = find_similar(choice, names)
         advice = f"did you mean '{near[0]}'?" if near else f"there are {listed}"
