@@ -74,13 +74,13 @@ def find_appearance(
     if view is not None:
         faces, position = view.face[seen], frame.position[seen] - scene.origin
         first = 0  # a part's first face, in the order of `Scene.triangles`
-        for index, one in enumerate(scene.parts):
-            mesh = one.mesh
-            if one.material.images or mesh.normals is not None or mesh.colors is not None:
+        for index, model_part in enumerate(scene.parts):
+            mesh = model_part.mesh
+            if model_part.material.images or mesh.normals is not None or mesh.colors is not None:
                 at = np.flatnonzero(part == index)
                 if len(at):
-                    _look_at_part(_Points(one, faces[at] - first, position[at]), at, looks)
-            first += one.triangles
+                    _look_at_part(_Points(model_part, faces[at] - first, position[at]), at, looks)
+            first += model_part.triangles
     glossy = looks.glossy
     return replace(looks, metallic=looks.metallic[glossy], roughness=looks.roughness[glossy])
 

@@ -194,9 +194,9 @@ def sweep(
     rows, cols); if there are as many ``counts`` as suns, counts are written there instead. ``suns``
     are directions, and their slopes in cells. ``sides`` are ends and weights of edges; ``rims``,
     edges in the plane: ends, weights of 2, planes of their faces, whether these are open, loads of
-    columns, first row and end row. ``buffers`` holds by thread: a sun's crossings; those of the rims,
-    and south of the raster; multiplicities of the rims, and a sun's; which of them it changes;
-    whether a crossing of the rims ever overflowed.
+    columns, first row and end row. ``buffers`` holds by thread: a sun's crossings; those of the
+    rims, and south of the raster; multiplicities of the rims, and a sun's; which of them it
+    changes; whether a crossing of the rims ever overflowed.
     """
     keep = counts.shape[0] == suns.shape[0]
     rim_ends, rim_weight, planes, is_open, rim_loads, first_rim, last_rim = rims

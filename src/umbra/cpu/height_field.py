@@ -120,9 +120,10 @@ class HeightFieldSweep(Sweep):
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
         run_shared(
-            len(which), _sweep, self.ends, self.caster.weight, silhouettes.codes, silhouettes.starts, away,
-            which, self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
-            self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
+            len(which), _sweep, self.ends, self.caster.weight, silhouettes.codes,
+            silhouettes.starts, away, which, self.heights, self.lowest, self.floor,
+            (grid.row, grid.col), self.slopes.cells, self.slopes.face,
+            self._face_sun(suns), level, weights, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -315,11 +316,11 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level
             p_r0, q_r0 = (most, 0.0) if is_left else (p, k)
         if ky != 0.0:
             k = kx / ky
-            one = x0 - y0 * k
-            second = x1 - y1 * k
+            at_first = x0 - y0 * k
+            at_second = x1 - y1 * k
             is_left = (up > 0.0) == (sy > 0.0)
-            p_l1 = one if is_left else second
-            p_r1 = second if is_left else one
+            p_l1 = at_first if is_left else at_second
+            p_r1 = at_second if is_left else at_first
             q_l1 = q_r1 = k
         if y2 != y3:
             k = (x3 - x2) / (y3 - y2)

@@ -38,7 +38,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
     if above.all() or not len(caster.edges):
         return caster
     above_first, above_second = above.take(caster.edges.T)
-    kept = np.flatnonzero(above_first | above_second)
+    in_part = np.flatnonzero(above_first | above_second)
     crossed = np.flatnonzero(above_first != above_second)
 
     first, second = caster.edges.T.take(crossed, axis=1)
@@ -63,12 +63,12 @@ def clip_above(caster: Caster, height: float) -> Caster:
     return replace(
         caster,
         vertices=np.concatenate([caster.vertices, points]),
-        edges=np.concatenate([edges.take(kept, axis=0), cut_edges]),
+        edges=np.concatenate([edges.take(in_part, axis=0), cut_edges]),
         edge_faces=np.concatenate(
-            [caster.edge_faces.take(kept, axis=0), np.stack([cut, partner], 1).astype(np.int32)]
+            [caster.edge_faces.take(in_part, axis=0), np.stack([cut, partner], 1).astype(np.int32)]
         ),
-        turn=np.concatenate([caster.turn[kept], ~closed]),
-        weight=np.concatenate([caster.weight[kept], np.ones(len(cut), np.int8)]),
+        turn=np.concatenate([caster.turn[in_part], ~closed]),
+        weight=np.concatenate([caster.weight[in_part], np.ones(len(cut), np.int8)]),
     )
 
 
@@ -137,9 +137,9 @@ class PlaneSweep(Sweep):
             self._buffer("wrapped", (threads,), np.bool_, count_type),
         )
         run_shared(
-            len(which), sweep, (self.ends, self.asked.weight), silhouettes.codes, silhouettes.starts,
-            np.append(suns, slope, 1), which, self.rims, (grid.row, grid.col), buffers, weights, out,
-            masks, too_deep,
+            len(which), sweep, (self.ends, self.asked.weight), silhouettes.codes,
+            silhouettes.starts, np.append(suns, slope, 1), which, self.rims, (grid.row, grid.col),
+            buffers, weights, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
 
