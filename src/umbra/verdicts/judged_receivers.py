@@ -65,15 +65,15 @@ class Gathered:
 
     def find(self, requirement: Requirement) -> "list[SunlightOf] | Lacking":
         """Return the receivers of a requirement, each kind with its sunlight; or what lacks."""
-        found: list[SunlightOf] = []
+        receivers: list[SunlightOf] = []
         lacking: list[str] = []
         for kind in requirement.receivers:
-            one = self._find_kind(kind, requirement)
-            if isinstance(one, Lacking):
-                lacking.append(one.needs)
+            sunlight = self._find_kind(kind, requirement)
+            if isinstance(sunlight, Lacking):
+                lacking.append(sunlight.needs)
             else:
-                found.append(one)
-        return found or Lacking("; or ".join(dict.fromkeys(lacking)))
+                receivers.append(sunlight)
+        return receivers or Lacking("; or ".join(dict.fromkeys(lacking)))
 
     def _find_kind(self, kind: str, requirement: Requirement) -> "SunlightOf | Lacking":
         if kind == "areas" and self.areas is not None:
@@ -91,8 +91,8 @@ class Gathered:
     def _keep(self, key: Any, make: Any) -> SunlightOf:
         if key not in self._kept:
             self._kept[key] = SunlightOf(self.model, make())
-        kept: SunlightOf = self._kept[key]
-        return kept
+        sunlight: SunlightOf = self._kept[key]
+        return sunlight
 
     def _has_windows(self) -> bool:
         return self.windows is not None or bool(getattr(self.model.scene, "windows", ()))
@@ -100,14 +100,14 @@ class Gathered:
     def _lay_out(self, kind: str, *, is_told: bool = False, **more: Any) -> Any:
         """Lay named receivers out, as a study of them would; tell of those that a user gave."""
         options = self.model.options
-        asked = StudyOptions(
+        study_options = StudyOptions(
             receivers=kind, date=f"{self.model.year}-03-21", ground=options.ground,
             canopy=options.canopy, transmissivity=options.transmissivity, leaf_on=options.leaf_on,
             cast=options.cast, no_cast=options.no_cast, threads=options.threads, **more,
         )  # fmt: skip
-        scene = settle_ground(self.model.scene, asked).scene
-        setup = Setup.of(scene, self.model.site, asked)
-        laid = find_kind(kind, scene, asked.ground).lay_out(setup.request)
+        scene = settle_ground(self.model.scene, study_options).scene
+        setup = Setup.of(scene, self.model.site, study_options)
+        laid = find_kind(kind, scene, study_options.ground).lay_out(setup.request)
         for note in getattr(laid, "notes", ()) if is_told else ():
             if note not in self.notes:
                 self.notes.append(note)
@@ -118,8 +118,8 @@ class Gathered:
         properties = [area.properties for area in laid.records]
         return _read_laid(
             "areas", laid,
-            flats=tuple(str(one.get("flat") or "") for one in properties),
-            rooms=tuple(str(one.get("room") or "") for one in properties),
+            flats=tuple(str(area.get("flat") or "") for area in properties),
+            rooms=tuple(str(area.get("room") or "") for area in properties),
         )  # fmt: skip
 
     def _lay_windows(self, judge: str) -> Subjects:
@@ -129,10 +129,10 @@ class Gathered:
         windows, north = laid.records, self.model.site.true_north
         return _read_laid(
             "windows", laid,
-            azimuths=np.array([one.find_azimuth(north) for one in windows], np.float64),
-            flats=tuple(one.flat for one in windows),
-            rooms=tuple(one.room for one in windows),
-            storeys=tuple(one.storey for one in windows),
+            azimuths=np.array([window.find_azimuth(north) for window in windows], np.float64),
+            flats=tuple(window.flat for window in windows),
+            rooms=tuple(window.room for window in windows),
+            storeys=tuple(window.storey for window in windows),
         )  # fmt: skip
 
     def _find_ground(self, spots: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
@@ -182,14 +182,14 @@ class Gathered:
             else f"beyond {near:g} m"
         )
         laid = self._lay_out("areas", areas=[Area(name, ring)], areas_on="mean")
-        found = _read_laid("band", laid)
-        found.points[:, 2] = z
-        found.normals[:] = (0.0, 0.0, 1.0)
-        return found
+        band = _read_laid("band", laid)
+        band.points[:, 2] = z
+        band.normals[:] = (0.0, 0.0, 1.0)
+        return band
 
     def list_counted(self) -> list[SunlightOf]:
         """Return all receivers that rules asked of."""
-        return [one for one in self._kept.values() if isinstance(one, SunlightOf)]
+        return [sunlight for sunlight in self._kept.values() if isinstance(sunlight, SunlightOf)]
 
     def find_plot(self) -> Any:
         """Return the plot's boundary, a polygon in the model's own coordinates."""
