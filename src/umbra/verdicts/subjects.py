@@ -100,8 +100,9 @@ class Subjects:
         return Subjects(
             kind=self.kind, names=choose(self.names), owner=order[self.owner[is_picked]],
             points=self.points[is_picked], normals=self.normals[is_picked],
-            areas=self.areas[is_picked], azimuths=self.azimuths[list(which)], flats=choose(self.flats), rooms=choose(self.rooms),
-            storeys=choose(self.storeys), records=choose(self.records),
+            areas=self.areas[is_picked], azimuths=self.azimuths[list(which)],
+            flats=choose(self.flats), rooms=choose(self.rooms), storeys=choose(self.storeys),
+            records=choose(self.records),
         )  # fmt: skip
 
 
