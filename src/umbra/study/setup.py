@@ -91,23 +91,12 @@ class Result:
     @property
     def groups(self) -> GroupDays | None:
         """Figures of named receivers by date."""
-        return next(
-            (
-                accumulator.groups
-                for accumulator in self.accumulators
-                if isinstance(accumulator, NamedDays)
-            ),
-            None,
-        )
+        return next((a.groups for a in self.accumulators if isinstance(a, NamedDays)), None)
 
     @property
     def masks(self) -> Masks | None:
         """Masks of every instant, if requested."""
-        masks = [
-            accumulator.masks
-            for accumulator in self.accumulators
-            if isinstance(accumulator, InstantMasks)
-        ]
+        masks = [a.masks for a in self.accumulators if isinstance(a, InstantMasks)]
         return masks[0] if masks else None
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
@@ -213,8 +202,7 @@ class Setup:
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
         measured = sum(
-            8 * (self.attribution.shown if quantity.per else 1)
-            for quantity in self.options.quantities
+            8 * (self.attribution.shown if q.per else 1) for q in self.options.quantities
         )
         measured *= 3 if self.proposal else 1
         return self.results.bytes_kept(days) + attribution + behind + measured
@@ -238,10 +226,7 @@ class Setup:
 
     def _count_measured(self) -> int:
         """Return the greatest number of lights of a measure."""
-        counts = (
-            len(guard(measure, self.asked.make_lights, measure))
-            for measure in self.options.measures
-        )
+        counts = (len(guard(m, self.asked.make_lights, m)) for m in self.options.measures)
         return max(counts, default=0)
 
     @property
@@ -391,9 +376,7 @@ class Setup:
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""
-        described = [
-            guard(measure, measure.describe, self.asked) for measure in self.options.measures
-        ]
+        described = [guard(m, m.describe, self.asked) for m in self.options.measures]
         return {name: fact for facts in described for name, fact in facts.items()}
 
     def _describe_period(self) -> dict[str, object]:
