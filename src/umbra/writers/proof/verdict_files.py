@@ -23,17 +23,19 @@ def write_study_verdicts(
     write_table(path, COLUMNS, list_rows(verdicts, study.site.zone))
     return [
         Table(
-            tell_rule(one),
+            tell_rule(verdict),
             SHOWN,
-            list_shown(one, study.site.zone),
-            f"{_tell_counted(one)}{one.rule.edition}. Source: {one.rule.source}. "
-            f"{one.rule.before_use}",
+            list_shown(verdict, study.site.zone),
+            f"{_tell_counted(verdict)}{verdict.rule.edition}. Source: {verdict.rule.source}. "
+            f"{verdict.rule.before_use}",
         )
-        for one in verdicts
+        for verdict in verdicts
     ]
 
 
 def _tell_counted(verdict: RuleVerdict) -> str:
     """Tell which hours the rule counts, which may be others than the study's."""
-    counted = dict.fromkeys(one.outcome.counted for one in verdict.findings if one.outcome.counted)
+    counted = dict.fromkeys(
+        finding.outcome.counted for finding in verdict.findings if finding.outcome.counted
+    )
     return f"The rule counts {'; '.join(counted)}, whatever the study's hours. " if counted else ""

@@ -14,10 +14,10 @@ _MOST_ROWS = 200
 
 def list_areas(study: Study) -> Table | None:
     """Lay out each named area on each date, before and after a proposal; None without areas."""
-    found = study.areas
-    if found is None or found.least is None:
+    areas = study.areas
+    if areas is None or areas.least is None:
         return None
-    least = found.least
+    least = areas.least
     figures = {
         name_share(least): f"at least {least:g} h of sun [%]",
         "mean_sun_hours": "mean sun [h]",
@@ -31,11 +31,11 @@ def list_areas(study: Study) -> Table | None:
         for key, title in figures.items()
         for ending, words in (("_before", ", before"), ("", ", after"))
     }
-    if not found.has_before:
+    if not areas.has_before:
         columns = figures
-    rows, zone = found.list_rows(), found.zone
+    rows, zone = areas.list_rows(), areas.zone
     laid_out = [
-        (row["name"], str(row["date"]), found.tell_interval(row), round(float(row["area_m2"]), 1),
+        (row["name"], str(row["date"]), areas.tell_interval(row), round(float(row["area_m2"]), 1),
          *(_show(key, row[key], zone) for key in columns))
         for row in rows[:_MOST_ROWS]
     ]  # fmt: skip
@@ -49,7 +49,7 @@ def list_areas(study: Study) -> Table | None:
         f"First and last sun are when it reaches any of an area, by the clock of {zone}.{more}",
         # Shown on the map, where there is one.
         kind="area" if study.is_plan else "",
-        index=[k // max(len(found.dates), 1) for k in range(len(laid_out))],
+        index=[k // max(len(areas.dates), 1) for k in range(len(laid_out))],
     )
 
 
