@@ -206,14 +206,14 @@ def _clear_plot(
         where = "stand on the plot" if gone == [k for k in on_plot if k in gone] else "are replaced"
         more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
         notes.append(
-            f"{', '.join(names[:_NAMED])}{more} {where} and make way for the envelope "
-            "(keep= lets them stand)"
+            f"{', '.join(names[:_NAMED])}{more} {where} and are removed for the envelope "
+            "(keep= keeps them)"
         )
     if others:
         more = f" and {len(others) - _NAMED:,} more" if len(others) > _NAMED else ""
         notes.append(
             f"{', '.join(others[:_NAMED])}{more} reach over the plot's boundary and stay "
-            "(replace= lets them make way, too)"
+            "(replace= removes them, too)"
         )
     if len(gone) == len(scene.parts):
         msg = "all of the model stands on the plot; name what stays with keep="

@@ -201,7 +201,7 @@ def _explain(error: BaseException) -> tuple[str, int]:
     elif isinstance(error, MemoryError):
         text = "out of memory; cut the model to what matters"
     elif isinstance(error, OSError) and error.filename is None and error.errno == errno.ENOSPC:
-        # Files that fill a disk are told where they are written.
+        # A full disk is reported where the file is written.
         text = (
             "the output stream takes no more (no space left on device); results in files are there"
         )

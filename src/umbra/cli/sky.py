@@ -24,7 +24,7 @@ PICTURES = ("png", "svg", "pdf")
 OUTPUTS = (*PICTURES, "csv", "horizon", "json")
 HEADINGS = ("Place", "Sun", "Casters", "Site", "Reading", "Files")
 _MOST = 1000  # places of one run
-_SHOWN = 0.001  # share that is told
+_SHOWN = 0.001  # least share that is printed
 
 
 def _option(*names: str, heading: str, **more: Any) -> Any:
@@ -45,7 +45,7 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 )  # fmt: skip
 @_option(
     "--date", "dates", heading="Sun", multiple=True, metavar="YYYY-MM-DD",
-    help="Draw the sun's path, and tell when it reaches the place; repeatable.",
+    help="Draw the sun's path, and print when it reaches the place; repeatable.",
 )  # fmt: skip
 @_option(
     "--cast", heading="Casters", multiple=True, metavar="PATTERN",

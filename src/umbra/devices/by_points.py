@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["PointDevice"]
 
 _POINTS = 1 << 18
-"""Points that are handed over at a time, so that work arrays stay small."""
+"""Points passed to the device at a time, so that work arrays stay small."""
 
 
 class PointDevice(CountingDevice):

@@ -124,7 +124,7 @@ class SurfaceFinder:
             rings = self._find_rest(subject, plane, region)
             if rings:
                 visible[region] = VisibleRegion(region, plane, rings, [])
-            else:  # what is hidden hides nothing that is not hidden anyway
+            else:  # a hidden region hides nothing more
                 self._seen.is_there[region] = False
             if number % _OFTEN == 0:
                 advance(number, count)

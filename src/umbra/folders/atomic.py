@@ -36,7 +36,7 @@ _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+(.*)", re.DOTALL)
 
 def check_is_here(path: str | os.PathLike[str]) -> None:
     """Refuse the address of a store elsewhere, which would become a folder named ``s3:``."""
-    is_path = isinstance(path, (str, os.PathLike))  # a null byte is told where it is written to
+    is_path = isinstance(path, (str, os.PathLike))  # a null byte is reported on writing
     address = _ADDRESS.fullmatch(str(path if is_path else read_path("out", path)))
     if address:
         msg = (

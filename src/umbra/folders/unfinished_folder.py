@@ -65,7 +65,7 @@ class UnfinishedFolder:
 
     @classmethod
     def _make_alone(cls, target: Path) -> Self:
-        """Make the folder if no other run lives. Call with ``target`` locked."""
+        """Make the folder if no other run is active. Call with ``target`` locked."""
         path = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target))
         lock = (path / LOCK).open("wb")
         made = cls(path, lock, is_alone=take_lock(lock) is not None)
@@ -240,7 +240,7 @@ def _describe(path: Path) -> str:
 
 
 def _take_abandoned(path: Path) -> IO[bytes] | bool:
-    """Return the lock of a killed run's folder; True if the run lives, False if none can tell."""
+    """Return the lock of a killed run's folder; True if the run is active, False if unknown."""
     lock = _open_lock(path)
     if lock is None:
         return False
@@ -268,5 +268,5 @@ def _open_lock(path: Path) -> IO[bytes] | None:
             path.rmdir()
             return None
         return None if (path / LOCK).exists() else (path / LOCK).open("wb")
-    except OSError:  # a link, or another hand's
+    except OSError:  # a link, or another user's
         return None

@@ -74,7 +74,7 @@ def settle_edge_on(
     camera: Camera,
     light: Light,
 ) -> NDArray[np.int32]:
-    """Count anew, by rays, where a light lies in the plane of the face that is seen."""
+    """Recount by rays the pixels whose visible face lies in the plane of a light."""
     source, origin = light.local(scene.origin), scene.origin
     edge_on = find_edge_on(view, triangles, source)
     if edge_on is None:

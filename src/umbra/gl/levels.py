@@ -20,7 +20,7 @@ from umbra.volume.bounds import throw_box
 __all__ = ["DetailLevel", "LevelTable", "choose_levels", "make_levels"]
 
 _FIRST = 2.0  # size of the finest cells, in the median edge's lengths
-_FEWER = 0.6  # a level has at most so many of the next finer one's faces
+_FEWER = 0.6  # largest share of the next finer level's faces
 _MOST = 8
 _OUTLINE = 3.0  # triangles of a silhouette's sides, for the root of the number of faces
 NONE = -1

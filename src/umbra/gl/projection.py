@@ -121,7 +121,7 @@ class CameraProjection:
         return matrix
 
     def magnified(self, x: float, y: float, times: tuple[int, int]) -> "CameraProjection":
-        """Draw only what is around a place of the picture, -1 to 1, so many times as large."""
+        """Magnify the picture about one of its points (-1 to 1)."""
         matrix = self.matrix.copy()
         for row, (at, scale) in enumerate(zip((x, y), times, strict=True)):
             matrix[row] = scale * (matrix[row] - at * matrix[3])

@@ -101,7 +101,7 @@ def add_file_ground(
 
 
 def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]:
-    """Report buildings under whose middle there is none of the land."""
+    """Report buildings whose middle lies outside the land."""
     from umbra.readers.terrain import find_terrain_height  # noqa: PLC0415 (it loads all formats)
 
     boxes = boxes[find_standing(boxes)]

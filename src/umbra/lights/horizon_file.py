@@ -45,7 +45,7 @@ _SRTM = ".hgt"  # has no head
 
 
 class _File:
-    """A file whose faults are told by line."""
+    """A file with line numbers, for error messages."""
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data

@@ -51,7 +51,7 @@ class _Read(NamedTuple):
 
 
 class _Lines:
-    """Rows of a table with their numbers, whose faults are told by line."""
+    """Rows of a table with their line numbers, for error messages."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path

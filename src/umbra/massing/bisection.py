@@ -61,7 +61,7 @@ class PartHeight:
 
 
 def scale_part(scene: Scene, parts: Sequence[int], height: float) -> Scene:
-    """Return a scene with some parts scaled upright from their base to a height [m]."""
+    """Return a scene with some parts scaled vertically from their base to a height [m]."""
     soup = scene.triangles(parts)
     z = soup.vertices[soup.faces][..., 2]
     base, top = float(z.min()), float(z.max())

@@ -1,5 +1,5 @@
 """
-Opacity of textured triangles, and the light that they let through along rays.
+Opacity of textured triangles, and the light that they transmit along rays.
 
 Rows, materials, texels and the rule are those of `umbra.rays.transmission.Transmitters`.
 """

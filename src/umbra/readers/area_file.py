@@ -111,7 +111,7 @@ def load_areas(path: Path | str) -> AreaFile:
             msg = f"holds no polygon{left}; give areas as polygons"
             raise InputError(msg)
         areas = make_areas(shapely, table, file.name.partition(".")[0])
-        # It is told below in which coordinates the areas are taken.
+        # The coordinates in which the areas are taken are reported below.
         table_notes = (
             note for note in table.notes if "CRS" not in note and "not degrees" not in note
         )

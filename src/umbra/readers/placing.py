@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 _GROUND = "ground"
-_DEEP = 0.05  # of what lies below the ground, from which it is told [m]
+_DEEP = 0.05  # depth below the ground from which it is reported [m]
 _AFLOAT = ("Bridge", "Tunnel", "Canopy")  # kinds that begin so show nothing of the ground's height
 _FORMS = {
     "place": "LAYER=X,Y[,Z][,AZIMUTH], such as 'new=2500,340500' or 'new=48.2029,16.3658,,90'",

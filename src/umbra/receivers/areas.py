@@ -36,7 +36,7 @@ __all__ = [
 ]  # fmt: skip
 
 _LEVEL = re.compile(r"(ground|mean|top)\s*(?:\+\s*([\d.]+)\s*m?)?")
-_COVERED = 0.01  # share under roofs from which it is told
+_COVERED = 0.01  # least share under roofs that is reported
 _ABOVE = 0.01  # height above the ground from which something is a roof over it [m]
 _UP = np.array([0.0, 0.0, 1.0])
 

@@ -176,7 +176,7 @@ class PlanTile:
         return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
 
     def count_many(self, lights: int) -> None:
-        """Return nothing: a sweep pays for any number of lights."""
+        """Return None: a sweep is the fastest for any number of lights."""
 
     def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
         """Return nothing: a sweep counts one caster, on the cells in its reach."""
@@ -300,7 +300,7 @@ class TopmostTile(PlanTile):
         return np.union1d(self.surface.rim, np.flatnonzero(self._find_crowned()))
 
     def _find_crowned(self) -> NDArray[np.bool_]:
-        """Find the cells under canopies, which are looked through."""
+        """Find the cells under canopies, which are see-through."""
         model, surface = self.model, self.receiving
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)

@@ -229,7 +229,7 @@ class ViewTile(CounterByMasks):
         return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
 
     def count_many(self, lights: int) -> PixelCounter | None:
-        """Return a counter by patches, which pays for many lights in an orthographic view."""
+        """Return a counter by patches, the faster one for many lights in an orthographic view."""
         model = self.model
         if self.camera.is_perspective or lights < _MANY:
             return None
@@ -283,7 +283,7 @@ class ViewTile(CounterByMasks):
         return self.find_cells(() if canopy is None else canopy.parts)
 
     def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
-        """Find the pixels in which some parts, also such as are looked through, are in front."""
+        """Find the pixels in which some parts, see-through ones included, are in front."""
         model = self.model
         tile = self
         if model.shown is not None and not set(parts) <= set(model.shown):

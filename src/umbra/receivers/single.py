@@ -31,9 +31,9 @@ CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
 MANY_SUNS = 16
-"""Number of suns from which patches of surfaces pay; rays are faster for fewer,"""
+"""Number of suns from which patches of surfaces are faster than rays."""
 _FEW_SUNS, _MANY_SAMPLES = 4, 1_000_000
-"""but from so many suns on of so many samples: a patch serves all of its own at once."""
+"""The same for a surface study of many samples: a patch counts all of its own at once."""
 _KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
 _SAMPLE = 150  # of a surface, with its share of a patch [byte]
 _SHARE = 0.03  # of the memory, for samples and patches that are kept for the next study

@@ -24,7 +24,7 @@ __all__ = ["AreaTable", "compare_areas", "frame_areas", "name_share", "tabulate"
 
 
 def name_share(hours: float) -> str:
-    """Return the name of the share of an area with at least so many hours: ``share_2h``."""
+    """Return the name of the share of an area with at least a number of hours: ``share_2h``."""
     seconds = round(3600 * hours)
     unit, length = next(
         (unit, length) for unit, length in (("h", 3600), ("min", 60), ("s", 1))
@@ -70,7 +70,7 @@ class AreaTable:
 
     @property
     def zone(self) -> str:
-        """Time zone of the clock times that are told."""
+        """Time zone of the clock times."""
         return "UTC" if self.period.site is None else self.period.site.zone
 
     @property

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["ChunkJob", "make_lazy_dataset"]
 
 SIDE = 2048
-"""Side of a chunk by default [cell]: each looks at all casters anew."""
+"""Side of a chunk by default [cell]: each processes all casters."""
 _KEPT = 2  # jobs that a process keeps prepared
 _TIMES = ("prepare_seconds", "count_seconds")
 

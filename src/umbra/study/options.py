@@ -70,8 +70,8 @@ class StudyOptions(ReceiverOptions):
         "before; default: 2h.", metavar="DURATION",
     )  # fmt: skip
     spells: bool = _results(
-        "flag", "Also write when sun first and last comes, how often it returns, the longest time "
-        "of sun, and the share of time in shadow.", default=False,
+        "flag", "Also write the first and the last sun, the number of sun intervals, the longest "
+        "one, and the share of time in shadow.", default=False,
     )  # fmt: skip
     exact: bool | float = _results(
         "flag", "Compute when each cell enters and leaves shadow, to a second, instead of adding "
@@ -79,7 +79,7 @@ class StudyOptions(ReceiverOptions):
         more="A number is the tolerance instead of a second [s].", default=False, least=0,
     )  # fmt: skip
     min_spell: str | dt.timedelta | None = _results(
-        "any", "Also write the hours of sun that last this long at a time; implies spells=.",
+        "any", "Also write the hours of sun in intervals at least this long; implies spells=.",
         metavar="DURATION",
     )  # fmt: skip
     disc: bool = _results(

@@ -265,7 +265,7 @@ def make_preview(
 
 
 SMOOTH = 1_200_000
-"""Most cells of a preview that is counted anew: as many as a plan has by default."""
+"""Most cells of a preview that is recounted: as many as a plan has by default."""
 
 
 def refine_preview(

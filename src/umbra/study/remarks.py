@@ -35,7 +35,7 @@ _SIDE = 24  # points along each side of a proposal's bounds
 _DEEP = 0.3  # height that two bodies share at a point, beyond what a model's tolerance is [m]
 _SHARE = 0.05  # of a proposal's plan that is worth a word
 _LEVEL = 1e-9  # of the side: points keep off edges that lie on a round fraction of the bounds
-_CUT = 0.25  # time in shadow at a plan's edge from which it is told that they are cut [h]
+_CUT = 0.25  # least time in shadow at a plan's edge that is reported as cut [h]
 _OPENINGS = ("window", "door", "curtainwall", "plate")
 
 

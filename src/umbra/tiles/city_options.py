@@ -42,7 +42,7 @@ class CityOptions(Options):
         metavar="LENGTH",
     )  # fmt: skip
     memory: Given[str | float | None, Any] = _tiles(
-        "any", "With tiles=: most memory of the run, such as 4GB; default: half of what there is.",
+        "any", "With tiles=: most memory of the run, such as 4GB; default: half the machine's.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
     min_altitude: float | None = _tiles(

@@ -194,7 +194,7 @@ def _decide(outcomes: Sequence[Outcome], first: str, other: str, word: str) -> O
 
 
 def join_levels(outcomes: Sequence[Outcome]) -> Outcome:
-    """Return the outcome of levels, from the lowest: the first must hold; the highest is told."""
+    """Return the outcome of levels from the lowest: the first must hold; the highest is shown."""
     lowest = outcomes[0]
     reached = [outcome for outcome in outcomes if outcome.verdict == PASS]
     level = reached[-1].level if reached and lowest.verdict == PASS else ""

@@ -278,7 +278,7 @@ export class Orbit {
     if (!(event.ctrlKey || event.metaKey || this.options.takesWheel || this.isTaken)) return;
     event.preventDefault();
     const { x, y } = this.#at(event);
-    // The place is found once a gesture: what comes nearer stays under the pointer by itself.
+    // The place is found once a gesture: zooming keeps it under the pointer.
     if (event.timeStamp - this.wheeled > 250) this.held = this.#findHold(x, y);
     this.wheeled = event.timeStamp;
     const pixels = event.deltaY * [1, 16, 400][event.deltaMode];

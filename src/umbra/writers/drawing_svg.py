@@ -61,7 +61,7 @@ def tell_svg(page: Page) -> Iterable[str]:
         size = max(_LEAST, rows * TYPE)
         room = cols - 2 * size
         fitting = fit_caption(page.caption, size, room)
-        # Another typeface may be wider: a line that fills the picture is told its length.
+        # Another typeface may be wider: a line that fills the picture states its length.
         held = "" if fitting == size else f'textLength="{room:g}" lengthAdjust="spacingAndGlyphs" '
         yield (
             f'{_open("caption", "Caption")}<text x="{size:g}" y="{rows - size:g}" '

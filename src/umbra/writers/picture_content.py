@@ -132,7 +132,7 @@ class Plan:
     nothing: NDArray[np.bool_] | None = field(default=None, repr=False)
     nothing_name: str = "no surface here"  # in the key
     looks_through: bool = False  # the proposed parts, as a view does: they are hatched
-    # (rows, cols), looked through: outlined and hatched
+    # (rows, cols), of see-through casters: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopy_name: str = "canopies"  # in the key
     # whether roofs are drawn over the receivers, as over the ground; else outlined

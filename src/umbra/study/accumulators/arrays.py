@@ -162,7 +162,7 @@ class ResultArrays:
         """Return a date's hours in shadow of the current tile."""
         return self._by_day["shadow_hours"][day][where] if self._by_day else self._of_tile[day]
 
-    def lets_all_through(self, day: int) -> bool:
+    def is_fully_transmissive(self, day: int) -> bool:
         """Return whether canopies transmit all light on a day."""
         return self.shares is not None and self.shares[day] >= 1
 

@@ -170,7 +170,7 @@ class ExactIntervals(DayIntervals):
         if arrays.shares is None:
             return finished[0], up
         weakened, solid = finished
-        intervals = solid if arrays.lets_all_through(day) else weakened
+        intervals = solid if arrays.is_fully_transmissive(day) else weakened
         behind = np.maximum(solid.sun - weakened.sun, 0)
         return intervals.add_behind(behind, float(arrays.shares[day])), up
 

@@ -95,9 +95,9 @@ class _DaySink:
         self.up_hours_by_day = arrays.up_hours_by_day  # exact intervals write to it, all the same
         self._arrays, self._groups = arrays, groups
 
-    def lets_all_through(self, day: int) -> bool:
+    def is_fully_transmissive(self, day: int) -> bool:
         """Return whether canopies transmit all light on a day."""
-        return self._arrays.lets_all_through(day)
+        return self._arrays.is_fully_transmissive(day)
 
     def enter_day(self, intervals: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
         """Reduce the sun intervals of one day."""

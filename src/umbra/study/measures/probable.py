@@ -59,7 +59,7 @@ class ProbableSunHours(Measure):
         }
 
     def tell(self, options: Any) -> str:
-        """Say what the probability is, where it is not given."""
+        """Describe the probability of sunshine where none is given."""
         return "" if options.sunshine is not None else "probable sun: it shines whenever it is up"
 
     def make_lights(self, asked: Asked) -> Lights:

@@ -113,7 +113,7 @@ def write_proof(
     if image is not None:
         from PIL import Image  # noqa: PLC0415
 
-        file = io.BytesIO()  # written anew, without whatever else the file held
+        file = io.BytesIO()  # rewritten, without the other contents of the file
         Image.fromarray(image).save(file, "png")
         logo = file.getvalue()
     caption = "Plan: what is judged, by verdict, the proposal, and the lines of equal hours"
