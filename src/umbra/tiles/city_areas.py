@@ -40,7 +40,7 @@ from umbra.study.result import Study
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.city_ground import find_origin
 from umbra.tiles.city_lattice import CityTile
-from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.job import CityJob, WorkerContext
 from umbra.tiles.matched_parts import fill_bounds, find_matching
 from umbra.tiles.neighbourhood import (
     Neighbourhood,
@@ -78,16 +78,16 @@ def settle_areas(
     InputError
         If there are none, one is wrong, or they lie elsewhere.
     """
-    asked: Any = options.areas
-    if asked is None:
+    wanted: Any = options.areas
+    if wanted is None:
         return options, []
-    patterns = (asked,) if isinstance(asked, str) else asked
+    patterns = (wanted,) if isinstance(wanted, str) else wanted
     if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
-        isinstance(one, str) for one in patterns
+        isinstance(pattern, str) for pattern in patterns
     ):  # fmt: skip
         areas, notes = _find_parts(catalogue, patterns), list[str]()
     else:
-        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), asked)
+        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), wanted)
     refuse_outside(areas, options.extent)
     return replace(options, areas=areas), notes
 
@@ -133,8 +133,8 @@ def list_tasks(job: CityJob) -> list[CityTile]:
     length = job.lattice.side * max(grid.dx, grid.dy)
     middle = shapely.get_coordinates(shapely.centroid([area.polygon for area in areas]))
     squares: dict[tuple[int, ...], list[int]] = {}
-    for k, place in enumerate(np.floor(middle / length).astype(int).tolist()):
-        squares.setdefault(tuple(place), []).append(k)
+    for k, square in enumerate(np.floor(middle / length).astype(int).tolist()):
+        squares.setdefault(tuple(square), []).append(k)
     runs = [run for _, own in sorted(squares.items()) for run in _cut(job.options, areas, own)]
     return [
         *tiles,
@@ -167,7 +167,7 @@ def _judge(options: StudyOptions, areas: Sequence[Area]) -> Sequence[Area]:
     return make_bands(areas, bands)[0] if bands else areas
 
 
-class _AreaPlace(Workplace):
+class _AreaContext(WorkerContext):
     """
     What a process needs to count the areas of a city, with its proposal or as it was before.
 
@@ -178,29 +178,31 @@ class _AreaPlace(Workplace):
     """
 
     def __init__(self, job: CityJob, *, is_before: bool) -> None:
-        asked = job.options
-        own = asked.ask_hours("areas", measures=True, exact=asked.exact)
+        options = job.options
+        own = options.ask_hours("areas", measures=True, exact=options.exact)
         super().__init__(replace(job, options=own))
-        self._asked, self._is_before = asked, is_before
+        self._asked, self._is_before = options, is_before
 
     @cached_property
     def roles(self) -> Roles:
         """Roles of the files' parts."""
-        own, asked = self.job.options, self._asked
-        proposal = {name: getattr(asked, name) for name in ("proposed", "replace", "replace_in")}
+        own, study_options = self.job.options, self._asked
+        proposal = {
+            name: getattr(study_options, name) for name in ("proposed", "replace", "replace_in")
+        }
         options = replace(own, **proposal)
         return Roles(self.catalogue, options, self.job.merged, is_before=self._is_before)
 
 
-def count_areas(place: Workplace, tile: CityTile) -> int:
+def count_areas(context: WorkerContext, tile: CityTile) -> int:
     """Count the areas of a task and write their figures; return the number of casting triangles."""
-    job = place.job
-    own = _AreaPlace(job, is_before=False)
+    job = context.job
+    own = _AreaContext(job, is_before=False)
     laid = _lay_out(own, tile, job.options)
     after, faces = _count(own, laid)
     before, more = None, 0
     if job.options.proposed:
-        before, more = _count(_AreaPlace(job, is_before=True), laid)
+        before, more = _count(_AreaContext(job, is_before=True), laid)
     columns: Any = compare_areas(after, before)
     columns |= {"sides": laid.sides, "covered": laid.covered}
     path = CityStore(job.store).find_place(tile.number) / _PIECE
@@ -210,7 +212,7 @@ def count_areas(place: Workplace, tile: CityTile) -> int:
     return faces + more
 
 
-def _lay_out(own: _AreaPlace, tile: CityTile, options: StudyOptions) -> AreaReceivers:
+def _lay_out(own: _AreaContext, tile: CityTile, options: StudyOptions) -> AreaReceivers:
     """Lay out the areas of a task among what is seen in their plan."""
     shapely = need("shapely", "gis", "areas")
     frame, threads = own.job.frame, own.job.threads
@@ -227,7 +229,7 @@ def _lay_out(own: _AreaPlace, tile: CityTile, options: StudyOptions) -> AreaRece
     return lay_out_areas(cast("AreaKind", find_kind("areas")), request, areas, ground)
 
 
-def _count(own: _AreaPlace, laid: AreaReceivers) -> tuple[Study, int]:
+def _count(own: _AreaContext, laid: AreaReceivers) -> tuple[Study, int]:
     """Count areas among all that reaches them; return their study, and the number of faces."""
     near, points = Neighbourhood(own), laid.local.points
     box = np.stack([points.min(0), points.max(0)])
@@ -248,7 +250,7 @@ def _count(own: _AreaPlace, laid: AreaReceivers) -> tuple[Study, int]:
     return study, len(among.casting.caster.faces)
 
 
-def _prepare(own: Workplace, units: Selection) -> Casting:
+def _prepare(own: WorkerContext, units: Selection) -> Casting:
     """Prepare the casters among some units."""
     scene = Neighbourhood(own).read(units).with_words(own.catalogue)
     caster, canopy, soup = make_tile_casters(own, scene)
@@ -273,7 +275,7 @@ def read_area_table(job: CityJob) -> AreaTable | None:
                 columns[name][rows] = values
     covered, sides = columns.pop("covered"), columns.pop("sides")
     level = AreaLevel.of(options.areas_on)
-    notes = tell_sampling([one.name for one in judged], covered, sides, options.cell, level)
+    notes = tell_sampling([area.name for area in judged], covered, sides, options.cell, level)
     has_hours = options.asks_hours and options.date is not None
     least = read_hours(options.least, "least") if has_hours else None
     return AreaTable(judged, job.open().period, columns, least, tuple(notes))

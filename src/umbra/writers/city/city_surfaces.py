@@ -78,8 +78,8 @@ class CitySurfaces:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._group: Any = open_store(folder)
-        self.facts = dict(self._group.attrs)
+        self.group: Any = open_store(folder)
+        self.facts = dict(self.group.attrs)
         known = read_sealed(folder / "city.json", orjson.OPT_INDENT_2)
         if known is None:
             raise make_damage(folder / "city.json")
@@ -104,22 +104,22 @@ class CitySurfaces:
     @cached_property
     def days(self) -> NDArray[np.datetime64]:
         """Dates by which results are kept; none if only sums are."""
-        if "surface_mean_sun_hours_by_day" not in self._group:
+        if "surface_mean_sun_hours_by_day" not in self.group:
             return np.zeros(0, "datetime64[us]")
-        return read_stored_array(self._group, "day").astype("datetime64[us]")
+        return read_stored_array(self.group, "day").astype("datetime64[us]")
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return read_stored_array(self._group, "time").astype("datetime64[us]")
+        return read_stored_array(self.group, "time").astype("datetime64[us]")
 
     @cached_property
     def up_hours(self) -> float:
         """Time with the sun up in the whole period [h]."""
         hours = (
-            read_stored_array(self._group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
+            read_stored_array(self.group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
         )
-        return sum(float(one[0]) for one in hours)
+        return sum(float(times[0]) for times in hours)
 
     def name_parts(self, pieces: SurfacePieces, parts: slice) -> NDArray:
         """Return the name of the object of each part."""
@@ -135,9 +135,9 @@ class CitySurfaces:
 
     def list_figures(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
         """Return the figures of a run's surfaces."""
-        some = run.surfaces
+        surfaces = run.surfaces
         return list_figures(
-            lambda name: pieces.read(name, some.start, some.stop), self.days, self.facts
+            lambda name: pieces.read(name, surfaces.start, surfaces.stop), self.days, self.facts
         )
 
 
@@ -212,7 +212,7 @@ def write_city_attributes(
     paths : list of Path
     """
     # Each was read alone, and so without its layer.
-    named = [replace(one.sources[0], layer=one.layer) for one in result.catalogue.files]
+    named = [replace(file.sources[0], layer=file.layer) for file in result.catalogue.files]
     files = dict(zip(map(id, named), result.catalogue.files, strict=True))
     written = []
     sources = find_cityjson(named)
