@@ -117,7 +117,7 @@ class Request:
         return {
             **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
             "masks": self.bytes_of_masks,
-            "kept": self.bytes_kept,
+            "bytes_kept": self.bytes_kept,
             "threads": self.threads,
             "by_day": self.by_day,
             "is_cut": self.is_cut,

@@ -189,7 +189,12 @@ class OrthographicKind(ReceiverKind):
         grid, _, _ = lay_out(
             Skyline.of(np.array([(*low, level), (*high, level)]), level),
             np.zeros((0, 3)),
-            **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + PIXEL_BYTES},
+            **{
+                **raster,
+                "extent": extent,
+                "cell": cell,
+                "bytes_kept": raster["bytes_kept"] + PIXEL_BYTES,
+            },
         )
         if size is not None:
             grid = _make_square(grid)
