@@ -1,5 +1,7 @@
 """Verdicts on named receivers of a city in tiles are those of one study of all files."""
 
+import json
+import shutil
 import warnings
 
 import numpy as np
@@ -7,6 +9,8 @@ import pytest
 from support.cities import DAY, make_houses
 
 import umbra
+from umbra.cli.main import main
+from umbra.errors import InputError
 from umbra.readers.window_files import read_windows
 from umbra.rules import read_rule
 from umbra.tiles import city_runs
@@ -97,3 +101,55 @@ def test_what_tiles_lack_is_unknown_which_overrides_pass(city, tmp_path):
     (verdict,) = judge_city(made.job, [read_rule("bre-209-gardens")])
     assert [one.verdict for one in verdict.findings] == ["pass"] * 3 + ["unknown"]  # no proposal
     assert verdict.verdict == "unknown"
+
+
+def test_the_command_writes_verdicts_and_a_report(city, tmp_path, capsys):
+    """With a name that is no HTML, and of areas that fail, pass and are unknown."""
+    areas = tmp_path / "areas.geojson"
+    shapes = {**GARDENS, "<b>&": shapely.box(85100, 447020, 85130, 447050)}
+    features = [
+        {"type": "Feature", "properties": {"name": name},
+         "geometry": shapely.geometry.mapping(shape)}
+        for name, shape in shapes.items()
+    ]  # fmt: skip
+    areas.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    words = [
+        "study", *map(str, city), "--date", "2026-03-21", "--every", "3h", "--receivers", "ground",
+        "--cell", "7.5", "--extent", "85000,447000,85240,447240", "--areas", str(areas),
+        "--proposed", "west 11", "--rules", "bre-209-gardens", "--report",
+    ]  # fmt: skip
+    said = {}
+    for name, more in (("tiles", ["--tiles", "120"]), ("whole", ["--no-pictures"])):
+        with pytest.raises(SystemExit) as ended:
+            main([*words, *more, "--out", str(tmp_path / name)])
+        said[name] = capsys.readouterr().err
+        assert ended.value.code == 0, said[name]
+    for name in ("verdicts.csv", "areas.csv"):
+        texts = [(tmp_path / one / name).read_text() for one in ("tiles", "whole")]
+        assert texts[0] == texts[1]
+    page = (tmp_path / "tiles/report.html").read_text()
+    assert page.count('class="area ') == len(shapes)
+    assert '<g class="area pass" id="area-0"><title>long: pass</title>' in page
+    assert "<b>" not in page
+    assert "within 20 m of buildings" in page
+    assert "data:image/png;base64," in page
+    lines = [line for line in said["whole"].splitlines() if " in the sun on average" in line]
+    assert lines
+    assert set(lines) <= set(said["tiles"].splitlines())
+
+
+def test_rules_that_judge_no_areas_are_refused_before_counting(city, tmp_path):
+    first = tmp_path / "rules.yaml"
+    first.write_text(
+        "format: 1\nname: r\nversion: '1'\nsource: s\nchecks:\n"
+        "  - {name: c, dates: 03-21, at_least: 2h, share: 50}\n"
+    )
+    out = tmp_path / "out"
+    for rules, areas, option in (
+        (first, GARDENS, "rules"), ("tno-light", None, "areas"),
+    ):  # fmt: skip
+        made = {**OPTIONS, "areas": areas}
+        with pytest.raises(InputError) as caught:
+            umbra.city_study(city, out=out, tiles=120, **made).judge(rules)
+        assert caught.value.option == option
+        shutil.rmtree(out)

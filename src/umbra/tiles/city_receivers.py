@@ -51,8 +51,16 @@ class RolePlace(Workplace):
 
 
 def _prepare(own: Workplace, units: Selection, *, has_names: bool = False) -> Casting:
-    """Prepare the casters among some units."""
-    scene = Neighbourhood(own).read(units).with_words(own.catalogue, has_names=has_names)
+    """Prepare the casters among some units, whose parts have names if these are asked for."""
+    scene = Neighbourhood(own).read(units).with_words(own.catalogue)
+    if has_names:
+        files, numbers = own.catalogue.files, scene.number.tolist()
+        names = {file: files[file].words["names"] for file in {number for number, _ in numbers}}
+        parts = tuple(
+            replace(part, name=names[file][k], layer=files[file].layer)
+            for part, (file, k) in zip(scene.parts, numbers, strict=True)
+        )
+        scene = replace(scene, parts=parts)
     caster, canopy, soup = make_tile_casters(own, scene)
     return Casting(scene, soup, caster, own.job.threads, canopy=canopy)
 

@@ -226,20 +226,10 @@ class PartScene(Scene):
             for file, thing in zip(self.number[:, 0].tolist(), self.thing.tolist(), strict=True)
         ]
 
-    def with_words(self, catalogue: Catalogue, *, has_names: bool = False) -> "PartScene":
-        """Return the same with the parts' kinds, and names if asked for, without meshes."""
-        files = {file: catalogue.files[file] for file in set(self.number[:, 0].tolist())}
-        kinds = {number: file.kinds_of_parts for number, file in files.items()}
-        names: dict[int, Sequence[str]] = {}
-        if has_names:
-            names = {number: file.words["names"] for number, file in files.items()}
-        parts = tuple(
-            Part(
-                names[file][part] if names else "", kinds[file][part], NOTHING,
-                layer=files[file].layer if names else "",
-            )
-            for file, part in self.number.tolist()
-        )  # fmt: skip
+    def with_words(self, catalogue: Catalogue) -> "PartScene":
+        """Return the same with the parts' kinds, without meshes."""
+        kinds = {file: catalogue.files[file].kinds_of_parts for file in set(self.number[:, 0])}
+        parts = tuple(Part("", kinds[file][part], NOTHING) for file, part in self.number.tolist())
         return replace(self, parts=parts)
 
     def bounds(self) -> NDArray[np.float64]:

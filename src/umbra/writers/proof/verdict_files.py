@@ -12,7 +12,7 @@ from umbra.writers.csv_tables import write_table
 from umbra.writers.proof.rows import COLUMNS, SHOWN, list_rows, list_shown, tell_rule
 from umbra.writers.report.markup import Table
 
-__all__ = ["write_study_verdicts", "write_verdicts"]
+__all__ = ["list_verdict_tables", "write_study_verdicts", "write_verdicts"]
 
 
 def write_study_verdicts(
@@ -25,6 +25,11 @@ def write_study_verdicts(
 def write_verdicts(path: Path, verdicts: Sequence[RuleVerdict], zone: str) -> list[Table]:
     """Write verdicts, with times of a zone, and return a table for each rule."""
     write_table(path, COLUMNS, list_rows(verdicts, zone))
+    return list_verdict_tables(verdicts, zone)
+
+
+def list_verdict_tables(verdicts: Sequence[RuleVerdict], zone: str) -> list[Table]:
+    """Return a table for each rule."""
     return [
         Table(
             tell_rule(one),
