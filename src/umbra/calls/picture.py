@@ -82,8 +82,8 @@ class Picture:
     def arrays(self) -> dict[str, NDArray]:
         """Return the arrays by name, as ``umbra render`` writes them."""
         names = ("position", "normal", "count", "lit", "visibility", "transmission")
-        found = {name: getattr(self, name) for name in names}
-        return {name: array for name, array in found.items() if array is not None}
+        arrays = {name: getattr(self, name) for name in names}
+        return {name: array for name, array in arrays.items() if array is not None}
 
     def sum_up(self) -> dict[str, Any]:
         """Return its numbers, for ``--json``."""
@@ -246,12 +246,14 @@ def draw_picture(
         warn(note)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
-    sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = choose_threads(options.threads)
     device, said = find_device(options.device), _WarnOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
+    if not (style.is_plain or is_bare):
+        options = options.soften(shining)
+    sized = size_lights(shining, options.light_size) if options.is_soft else []  # type: ignore[arg-type]
     is_all = casters is None or len(casters) == len(scene.parts)
     scene, ground = choose_ground(scene, options, style, tell)
     casters = None if is_all else casters
@@ -274,8 +276,8 @@ def draw_picture(
         tell_moved_parts(tell, counter.moved, options.detail)
 
     def draw() -> NDArray[np.uint8]:
-        found = averages or average_colors(shown, camera, shadows, layers)
-        return finish(found, style, options)
+        image = averages or average_colors(shown, camera, shadows, layers)
+        return finish(image, style, options)
 
     seen = layers[0].seen
     hidden = np.zeros((), np.int32) if seen.hidden is None else np.stack(seen.hidden)

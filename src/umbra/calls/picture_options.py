@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
     from umbra.calls.study_result import ShadowStudy
+    from umbra.scene import Light
 
 __all__ = [
     "SHADOWS",
@@ -76,17 +78,17 @@ _mask_filter = partial(
 )  # fmt: skip
 _detail = partial(
     _counting, "number",
-    "With gl: pixels by which hard shadows may be off, cast from coarser meshes where that "
-    "suffices; 0: all are exact.",
+    "With gl: largest error of hard shadows [pixels], which are cast from coarser meshes where "
+    "it allows; 0: all are exact.",
     default=0.0, metavar="PIXELS",
 )  # fmt: skip
 _length = partial(
     _lights, "number",
-    "With layers after Weng: how far the widest goes, in tenths of the silhouette's radius.",
+    "With layers after Weng: reach of the widest, in tenths of the silhouette's radius.",
     default=Softness.length, metavar="N",
 )  # fmt: skip
 _gap = partial(
-    _lights, "number", "With layers after Weng: from each to the next, in the same unit.",
+    _lights, "number", "With layers after Weng: distance between neighbours, in the same unit.",
     default=Softness.gap, metavar="N",
 )  # fmt: skip
 
@@ -103,7 +105,7 @@ class DrawingOptions(Options):
     )  # fmt: skip
     style: str = _looks(
         "choice",
-        "architectural: pale, with lines, a ground, and corners that the sky darkens; material: "
+        "architectural: pale, with lines, a ground, and ambient occlusion; material: "
         "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
         "models with textures or gloss, plain with arrays.",
         default="auto", choices=("auto", "architectural", "material", "plain"),
@@ -153,8 +155,9 @@ class RenderOptions(DrawingOptions):
     soft: str | None = _lights(
         "choice",
         "Soft shadows: by samples of the light (the reference), penumbra wedges (fast), depth "
-        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft).",
-        choices=SOFT,
+        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft). "
+        "Default: complexity for the sun in pictures that are not plain, nor films; else none.",
+        choices=("none", *SOFT),
     )
     light_size: float | Sequence[float] = _lights(
         "number",
@@ -181,8 +184,8 @@ class RenderOptions(DrawingOptions):
         super().__post_init__()
         methods = find_device(self.device).methods
         methods.check(self.method)
-        if self.soft is not None:
-            methods.check_soft(self.soft)
+        if self.is_soft:
+            methods.check_soft(str(self.soft))
         elif self.light_size:
             msg = "light_size= is for soft shadows; add soft='wedges'"
             raise InputError(msg, option="light_size")
@@ -194,7 +197,7 @@ class RenderOptions(DrawingOptions):
             msg = f"{name}= is for scaled layers; add soft='weng'"
             raise InputError(msg, option=name)
         can = find_device(self.device).enlarges_masks
-        if self.mask_scale != 1 and (not can or self.soft is not None):
+        if self.mask_scale != 1 and (not can or self.is_soft):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
             raise InputError(msg, option="mask_scale")
         self._check_detail()
@@ -208,13 +211,25 @@ class RenderOptions(DrawingOptions):
             msg = f"detail= is a number of pixels, 0 or more; got {self.detail:g}"
             raise InputError(msg, option="detail")
         device = find_device(self.device)
-        hard = self.soft is None and self.method in device.methods.volumes
+        hard = not self.is_soft and self.method in device.methods.volumes
         if self.detail and not (device.has_levels and hard and self.mask_scale == 1):
             msg = (
                 "detail= is for hard shadows counted by volumes on gl; give device='gl', and no "
                 "soft=, mask_scale= or mask method"
             )
             raise InputError(msg, option="detail")
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether soft shadows are asked for."""
+        return self.soft not in {None, "none"}
+
+    def soften(self, lights: Sequence[Light]) -> RenderOptions:
+        """Return the same, but with the penumbra of the sun where nobody said how to count."""
+        told = (self.soft, self.method, self.mask_scale, self.detail) != (None, "auto", 1, 0.0)
+        if told or self.device not in {"auto", DEFAULT} or any(one.is_point for one in lights):
+            return self
+        return replace(self, soft="complexity")
 
     @property
     def softness(self) -> Softness:
