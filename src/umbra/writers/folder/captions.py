@@ -23,6 +23,7 @@ from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
+    "EARTH_NAME",
     "Scale",
     "choose_panels",
     "describe",
@@ -187,11 +188,17 @@ def outline_areas(areas: Sequence[Area]) -> tuple[OutlinedArea, ...]:
     return tuple(found)
 
 
+EARTH_NAME = "earth, cut"
+"""In the key: what a level view sees of the inside of the earth."""
+
+
 def _name_nothing(study: Study, options: StudyOptions) -> str:
     """Name what is grey in the pictures, for the key."""
     if study.kind.is_plan:
         return "no surface here"
-    return "not asked" if options.on else "back of a surface"
+    if options.on:
+        return "not asked"
+    return EARTH_NAME if study.kind.is_upright else "back of a surface"
 
 
 def tell_place(study: Study) -> str:
