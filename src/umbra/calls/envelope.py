@@ -260,7 +260,7 @@ def _gather(
     model = Model(scene=whole, site=site, year=year, options=study, proposed=("envelope",))
     named = [Area(f"plot {k + 1}", one) for k, one in enumerate(outlines)]
     return GatheredPoints(
-        model, areas=options.areas, windows=options.windows, plot=named,
+        model, areas=options.areas, windows=options.windows, plot=named, roads=options.roads,
         points=read_given(options.points, options.names),
     )  # fmt: skip
 

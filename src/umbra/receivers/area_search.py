@@ -19,19 +19,23 @@ __all__ = ["check_areas", "find_areas", "join_plans"]
 _GRID = 1e-6  # corners of parts that are nearer are one [m]
 
 
-def check_areas(asked: Any) -> Any:
-    """Read a file of areas that is asked for; return all else as it is."""
+def check_areas(asked: Any, option: str = "areas") -> Any:
+    """Read a file of areas that an option asks for; return all else as it is."""
     if is_area_file(asked):
-        return load_areas(Path(asked))
+        try:
+            return load_areas(Path(asked))
+        except InputError as error:
+            error.data["option"] = option
+            raise
     is_right = isinstance(asked, (str, Mapping, AreaFile)) or hasattr(asked, "geometry")
     if not is_right and isinstance(asked, Sequence):
         is_right = len(asked) > 0 and all(isinstance(one, (str, Area)) for one in asked)
     if not is_right:
         msg = (
-            "areas is a file of polygons, a pattern of the model's parts or kinds, a GeoDataFrame, "
-            f"or polygons by name; got {show_value(asked)}"
+            f"{option} is a file of polygons, a pattern of the model's parts or kinds, a "
+            f"GeoDataFrame, or polygons by name; got {show_value(asked)}"
         )
-        raise InputError(msg, option="areas")
+        raise InputError(msg, option=option)
     return asked
 
 

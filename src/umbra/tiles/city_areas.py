@@ -81,6 +81,12 @@ def settle_areas(
     asked: Any = options.areas
     if asked is None:
         return options, []
+    if options.roads is not None:
+        msg = (
+            "roads= moves the boundary of bands in a study without tiles; leave tiles= out, or "
+            "give areas with their boundary already moved"
+        )
+        raise InputError(msg, option="roads")
     patterns = (asked,) if isinstance(asked, str) else asked
     if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
         isinstance(one, str) for one in patterns

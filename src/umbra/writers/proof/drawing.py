@@ -228,8 +228,12 @@ def _add_plot(shapely: Any, gathered: Gathered, drawing: Drawing) -> list[NDArra
     plot = gathered.find_plot()
     drawing.boundary = _list_rings(shapely, plot)
     reach = 0.0
+    moved = gathered.list_boundaries()
+    for boundary in moved:
+        drawing.offsets.append((_list_rings(shapely, boundary), "boundary moved"))
+    counted = moved[0] if len(moved) == 1 else plot
     for distance in (5.0, 10.0):
-        ring = shapely.buffer(plot, distance, quad_segs=16)
+        ring = shapely.buffer(counted, distance, quad_segs=16)
         drawing.offsets.append((_list_rings(shapely, ring), f"{distance:g} m"))
         reach = distance
     low, high = np.reshape(shapely.bounds(plot), (2, 2))
