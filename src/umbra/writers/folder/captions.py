@@ -23,7 +23,6 @@ from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
-    "EARTH_NAME",
     "Scale",
     "choose_panels",
     "describe",
@@ -164,7 +163,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         proposed=proposed,
         looks_through=proposed is not None,
         nothing=nothing if nothing.any() else None,
-        nothing_name=_name_nothing(study, options),
+        nothing_name="not asked" if options.on and not study.kind.is_plan else study.kind.nothing,
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
         areas=outline_areas(study.named_areas) if study.kind.is_plan else (),
@@ -186,19 +185,6 @@ def outline_areas(areas: Sequence[Area]) -> tuple[OutlinedArea, ...]:
         rings = tuple(shapely.get_coordinates(edge) for edge in edges)
         found.append(OutlinedArea(area.name, rings, (middle.x, middle.y)))
     return tuple(found)
-
-
-EARTH_NAME = "earth, cut"
-"""In the key: what a level view sees of the inside of the earth."""
-
-
-def _name_nothing(study: Study, options: StudyOptions) -> str:
-    """Name what is grey in the pictures, for the key."""
-    if study.kind.is_plan:
-        return "no surface here"
-    if options.on:
-        return "not asked"
-    return EARTH_NAME if study.kind.is_upright else "back of a surface"
 
 
 def tell_place(study: Study) -> str:

@@ -24,7 +24,6 @@ from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
-    EARTH_NAME,
     Scale,
     choose_panels,
     describe_foot,
@@ -74,7 +73,8 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
             appearance=find_grid_appearance(seen, heights.shape),
             canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
-            roofs_cover=False, nothing=earth if earth.any() else None, nothing_name=EARTH_NAME,
+            roofs_cover=False, nothing=earth if earth.any() else None,
+            nothing_name=seen.kind.nothing,
         )  # fmt: skip
         sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
     model = scene.model_bounds()[:, :2].mean(0) - need.mean(0)
