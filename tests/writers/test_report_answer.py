@@ -11,6 +11,7 @@ from umbra.study import run_study
 from umbra.writers.folder.summary import tell_answers
 from umbra.writers.picture_content import Plan
 from umbra.writers.report import Table, write_report
+from umbra.writers.report.markup import make_answers
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 
@@ -93,3 +94,13 @@ def test_three_moments_of_the_day_lead_to_their_shadows(page, report):
     assert page.ask("clock.textContent").startswith("15:00")
     pressed = "[...moments.children].map((one) => one.getAttribute('aria-pressed'))"
     assert page.ask(pressed) == ["false", "false", "true"]
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "outcome"),
+    [(["pass"], "pass"), (["pass", "unknown"], ""), (["pass", "unknown", "fail"], "fail")],
+)
+def test_an_unknown_verdict_has_not_the_colour_of_a_pass(verdicts, outcome):
+    table = Table("A rule", ("name", "verdict"), [("garden", word) for word in verdicts])
+    first, _ = make_answers([table], [])
+    assert first == f'<p class="{f"answer {outcome}".strip()}">A rule</p>'

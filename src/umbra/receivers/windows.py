@@ -25,7 +25,7 @@ from umbra.scene import Scene
 from umbra.scene.grid import Places
 from umbra.scene.named_places import Window
 
-__all__ = ["JUDGED", "WindowKind", "WindowReceivers", "find_windows"]
+__all__ = ["JUDGED", "MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
 
 JUDGED = ("centre", "sill", "pane")
 """Where windows are judged."""
@@ -36,7 +36,7 @@ HOW = (  # a house without windows in its file gets them
 _FRONT = 1e-3  # of a pane, at which it is judged [m]
 _SILL = 0.01  # above the lower edge of a pane, at which its sill is judged [m]
 _SIDE, _LEAST = 0.25, 4  # of a pane's squares [m], and least number along a side
-_MOST_HELD = 2000  # windows of which it is looked whether they lie in a body
+MOST_HELD = 2000  # windows of which it is looked whether they lie in a body
 
 
 def find_windows(request: Request) -> tuple[list[Window], list[str]]:
@@ -219,7 +219,7 @@ def _settle_reveal(window: Window, asked: float | str | None) -> Window:
 
 def _bring_out(windows: Sequence[Window], request: Request) -> tuple[list[Window], list[str]]:
     """Bring panes that lie within a wall by their reveal to its outer face; tell of all others."""
-    if len(windows) > _MOST_HELD:
+    if len(windows) > MOST_HELD:
         return list(windows), []
     scene, soup = request.scene, request.prepare().soup
     settled, lost = list(windows), []

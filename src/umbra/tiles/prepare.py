@@ -48,7 +48,7 @@ from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
 from umbra.version import __version__
 
-__all__ = ["Preparation", "find_city_site", "prepare_city"]
+__all__ = ["Preparation", "find_city_site", "locate_city", "prepare_city"]
 
 _FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
@@ -90,7 +90,7 @@ class Preparation:
                 f"'{self.damaged[0]}')"
             )
         if self.job.site is not None:
-            notes += tell_moved(_locate(self.catalogue), self.job.site)
+            notes += tell_moved(locate_city(self.catalogue), self.job.site)
         if self.job.options.date is not None:
             notes += tell_skipped(self.job.options.date)
         notes += tell_sources(self.job.options, self.job.site)
@@ -180,8 +180,8 @@ def prepare_city(
     if options.horizon is not None and sees_whole_sky(replace(options, disc=False)):
         msg = "the exact sky and sky_blocked_by take no horizon= in tiles; leave one out"
         raise InputError(msg, option="horizon")
-    options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
-    options, placed = settle_areas(options, catalogue, _locate(catalogue))
+    options, told = settle_outline(options, locate_city(catalogue), catalogue.bounds)
+    options, placed = settle_areas(options, catalogue, locate_city(catalogue))
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
@@ -262,7 +262,7 @@ def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any
 
     None where nothing says it and it is not needed.
     """
-    scene = _locate(catalogue)
+    scene = locate_city(catalogue)
     said = [given.get("latitude"), given.get("longitude"), scene.latitude, scene.longitude]
     if not is_needed and said == [None] * 4:
         return None
@@ -270,7 +270,7 @@ def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any
     return find_site(scene, **given, tell=lambda _told: None)
 
 
-def _locate(catalogue: Catalogue) -> Scene:
+def locate_city(catalogue: Catalogue) -> Scene:
     """Return a scene without parts at the place that the files say."""
     scene = Scene((), np.zeros(3), crs=catalogue.crs)
     if catalogue.crs is not None:

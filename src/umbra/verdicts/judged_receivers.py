@@ -91,9 +91,13 @@ class Gathered:
 
     def _keep(self, key: Any, make: Any) -> SunlightOf:
         if key not in self._kept:
-            self._kept[key] = SunlightOf(self.model, make())
+            self._kept[key] = self._make_sunlight(make())
         kept: SunlightOf = self._kept[key]
         return kept
+
+    def _make_sunlight(self, subjects: Subjects) -> SunlightOf:
+        """Return what counts the sun and the sky on receivers."""
+        return SunlightOf(self.model, subjects)
 
     def _has_windows(self) -> bool:
         return self.windows is not None or bool(getattr(self.model.scene, "windows", ()))
@@ -106,13 +110,17 @@ class Gathered:
             canopy=options.canopy, transmissivity=options.transmissivity, leaf_on=options.leaf_on,
             cast=options.cast, no_cast=options.no_cast, threads=options.threads, **more,
         )  # fmt: skip
-        scene = settle_ground(self.model.scene, asked).scene
-        setup = Setup.of(scene, self.model.site, asked)
-        laid = find_kind(kind, scene, asked.ground).lay_out(setup.request)
+        laid = self._lay_out_kind(kind, asked)
         for note in getattr(laid, "notes", ()) if is_told else ():
             if note not in self.notes:
                 self.notes.append(note)
         return laid
+
+    def _lay_out_kind(self, kind: str, asked: StudyOptions) -> Any:
+        """Lay out receivers of a kind as options ask for them."""
+        scene = settle_ground(self.model.scene, asked).scene
+        setup = Setup.of(scene, self.model.site, asked)
+        return find_kind(kind, scene, asked.ground).lay_out(setup.request)
 
     def _lay_areas(self) -> Subjects:
         laid = self._lay_out("areas", is_told=True, areas=self.areas, areas_on=self.areas_on)
@@ -151,9 +159,18 @@ class Gathered:
 
     def find_height(self) -> float:
         """Return the height of the proposal, or of the model, above its ground [m]."""
-        low, high = _find_bounds(self.model)
+        low, high = self.find_bounds()
         middle = (low + high) / 2
         return float(high[2] - self._find_ground([(middle[0], middle[1])])[0])
+
+    def find_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners of the proposal, or of the model [m]."""
+        scene: Scene = self.model.scene
+        parts: Sequence[int] = range(len(scene.parts))
+        if self.model.proposed:
+            parts = scene.select(self.model.proposed, option="proposed")
+        bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
+        return bounds[:, 0].min(0), bounds[:, 1].max(0)
 
     def _lay_places(self, requirement: Requirement) -> Subjects:
         places = requirement.places
@@ -235,9 +252,9 @@ class Gathered:
         A place that is dark for L hours is so at some moment at least L/2 from both ends of the
         period, when the sun is no lower than at these two.
         """
-        height = float(_find_bounds(self.model)[1][2]) - z
+        height = float(self.find_bounds()[1][2]) - z
         reach = 0.0
-        probe = SunlightOf(self.model, of_points("places", ["probe"], [(0, 0, 1e4)]))
+        probe = self._make_sunlight(of_points("places", ["probe"], [(0, 0, 1e4)]))
         for condition in list_conditions(requirement.condition):
             for day in probe.list_days(condition, "after"):
                 past = np.cumsum(day.hours)
@@ -246,16 +263,6 @@ class Gathered:
                 lowest = day.altitudes[inside].min() if inside.any() else 90.0
                 reach = max(reach, height / math.tan(math.radians(max(lowest, _LOWEST))))
         return max(reach, 10.0)
-
-
-def _find_bounds(model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of the proposal, or of the model [m]."""
-    scene: Scene = model.scene
-    parts: Sequence[int] = range(len(scene.parts))
-    if model.proposed:
-        parts = scene.select(model.proposed, option="proposed")
-    bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
-    return bounds[:, 0].min(0), bounds[:, 1].max(0)
 
 
 def _read_laid(kind: str, laid: Any, **more: Any) -> Subjects:

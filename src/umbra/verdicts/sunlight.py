@@ -183,10 +183,9 @@ class SunlightOf:
                 self._studies[which, name] = study
         return np.asarray(self._studies[key].more[measure][1], np.float64)
 
-    def _run(self, which: str, **more: Any) -> Study:
-        model, options = self.model, self.model.options
-        given = self.subjects
-        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+    def keep_options(self, which: str) -> dict[str, Any]:
+        """Return the model's options that hold for a study of these casters."""
+        options = self.model.options
         kept = {
             name: getattr(options, name)
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
@@ -194,7 +193,12 @@ class SunlightOf:
         }  # fmt: skip
         if which != "proposed":  # what the proposal alone shades, it shades without land, too
             kept["horizon"] = options.horizon
-        casters = model.choose_casters(which)
+        return kept
+
+    def _run(self, which: str, **more: Any) -> Study:
+        model, given = self.model, self.subjects
+        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        kept, casters = self.keep_options(which), model.choose_casters(which)
         scene = model.scene.whole if which == "before" else model.scene
         if not scene.select(casters["cast"], casters["no_cast"]):
             scene, casters, kept = _make_empty(given.points), {}, {

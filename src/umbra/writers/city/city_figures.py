@@ -12,8 +12,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Period
 from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.plan import PlanKind
+from umbra.sun import name_date
+from umbra.sun.clock import say_hours
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import lay_out_window
 from umbra.tiles.neighbourhood import Neighbourhood
@@ -28,9 +31,15 @@ from umbra.writers.city.store_window import (
 )
 from umbra.writers.folder.month_maps import BY_MONTH, make_month_row
 
-__all__ = ["CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months"]
+__all__ = [
+    "CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months",
+    "tell_city_hours",
+]  # fmt: skip
 
 _SAMPLES = 4_000_000  # that are read at a time
+_SUN = "sun_hours"
+_NEVER = 1e-4  # hours that are none [h]
+_MOST_DATES = 8
 
 
 class CityFigures(Protocol):
@@ -39,6 +48,9 @@ class CityFigures(Protocol):
     @property
     def counted(self) -> Counted | None:
         """What counts, and its area as one weight; None where nothing does."""
+
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
 
     def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64] | float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
@@ -129,6 +141,10 @@ class PlanFigures:
             return np.zeros((strip.stop - strip.start, shape[1]), np.bool_)
         return find_near(around, (dx, dy), NEAR)[strip.start - first :][: strip.stop - strip.start]
 
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return self._result.holds(name)
+
     def read(self, name: str) -> Iterator[tuple[NDArray, float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
         for tile in self._result.find_done():
@@ -161,6 +177,10 @@ class SurfaceFigures:
         whole = sum(float(areas.sum()) for _, areas in self.read("area"))
         self.counted = Counted(np.ones(1, np.bool_), np.array([whole]), "m²", "sampled surfaces")
 
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return name in self._surfaces.group
+
     def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64]]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
         group = self._surfaces.group
@@ -177,6 +197,40 @@ def find_figures(folder: Path) -> CityFigures | None:
         return SurfaceFigures(CitySurfaces(folder))
     plan = CityPlan.of(CityResult(folder))
     return None if plan is None else PlanFigures(plan)
+
+
+def tell_city_hours(figures: CityFigures | None, period: Period) -> list[str]:
+    """
+    Tell the hours of sun of each date, or of all, and of what area they are.
+
+    As ``tell_answers`` tells them of one study.
+    """
+    counted = None if figures is None else figures.counted
+    if figures is None or counted is None or not figures.holds(_SUN):
+        return []
+    by_day = figures.holds(f"{_SUN}_by_day")
+    up = period.up_hours_by_day if by_day else np.array([period.up_hours_by_day.sum()])
+    total, dark, area = np.zeros(len(up)), np.zeros(len(up)), 0.0
+    for values, areas in figures.read(f"{_SUN}_by_day" if by_day else _SUN):
+        sun = values.reshape(len(up), -1).astype(np.float64)
+        total += (sun * areas).sum(1)
+        dark += ((sun <= _NEVER) * areas).sum(1)
+        area += float(np.broadcast_to(areas, sun.shape[-1:]).sum())
+    days = period.days
+    dates = [f"sum of {len(days)} dates"] if len(up) < len(days) else [name_date(d) for d in days]
+    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
+    lines = []
+    for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area, strict=True):
+        if whole > 0:
+            share = f" ({100 * sun / whole:.3g} % of the possible)" if len(up) < len(days) else ""
+            lines.append(
+                f"{date}: {what}: {say_hours(sun)} of {say_hours(whole)} in the sun on average"
+                f"{share}; {100 * none:.3g} % without sun"
+            )
+    if len(lines) > _MOST_DATES:
+        more = len(lines) - _MOST_DATES
+        lines = [*lines[:_MOST_DATES], f"and {more} more dates, in the store"]
+    return lines
 
 
 def list_city_months(figures: CityFigures, months: Months | None) -> list[dict[str, Any]]:

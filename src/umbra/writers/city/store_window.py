@@ -263,6 +263,10 @@ class CityResult:
         """Return a variable on a tile, (..., rows, cols)."""
         return read_stored_array(self._group, name, (..., tile.rows, tile.cols))
 
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return name in self._group
+
     def find_shape(self, name: str) -> tuple[int, ...]:
         """Return the shape of a variable."""
         return tuple(self._group[name].shape)

@@ -12,7 +12,7 @@ from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
 
 __all__ = [
     "COLUMNS", "list_brief", "list_conditions_of", "list_rows", "list_shown", "sum_up",
-    "tell_reason", "tell_rule", "tell_value",
+    "tell_reason", "tell_rule", "tell_value", "tell_verdicts",
 ]  # fmt: skip
 
 COLUMNS = (
@@ -20,6 +20,7 @@ COLUMNS = (
     "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
     "after", "close", "wanted", "because", "first_sun", "last_sun", "needs", "counted",
 )  # fmt: skip
+_MOST_TOLD = 12  # receivers of a rule that are told in lines
 _NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "check"}
 
 
@@ -142,6 +143,21 @@ def list_brief(verdict: RuleVerdict) -> list[tuple[str, str, str, str]]:
         outcome = one.outcome
         rows.append((one.where, _tell_judged(outcome), _tell_bound(outcome), one.verdict))
     return rows
+
+
+def tell_verdicts(verdicts: Sequence[RuleVerdict]) -> list[str]:
+    """Tell the verdict on each rule, and then a line for each of the worst receivers."""
+    lines = []
+    for verdict in verdicts:
+        rows = list_brief(verdict)
+        lines.append(tell_rule(verdict))
+        lines += [
+            f"  {word}: {name}{f', {value}' if value else ''}{f' ({bound})' if bound else ''}"
+            for name, value, bound, word in rows[:_MOST_TOLD] if len(rows) > 1
+        ]  # fmt: skip
+        if len(rows) > _MOST_TOLD:
+            lines.append(f"  and {len(rows) - _MOST_TOLD:,} more, in verdicts.csv")
+    return lines
 
 
 def _tell_bound(outcome: Outcome) -> str:

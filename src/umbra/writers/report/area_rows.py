@@ -3,18 +3,22 @@
 from typing import Any
 
 from umbra.study import Study
-from umbra.study.area_table import name_share
+from umbra.study.area_table import AreaTable, name_share
 from umbra.sun.clock import Stamps
 from umbra.writers.report.markup import Table
 
-__all__ = ["list_areas"]
+__all__ = ["lay_out_area_table", "list_areas"]
 
 _MOST_ROWS = 200
 
 
 def list_areas(study: Study) -> Table | None:
     """Lay out each named area on each date, before and after a proposal; None without areas."""
-    found = study.areas
+    return lay_out_area_table(study.areas, is_on_map=study.is_plan)
+
+
+def lay_out_area_table(found: AreaTable | None, *, is_on_map: bool) -> Table | None:
+    """Lay out the figures of named areas, whose rows show them on a map; None without areas."""
     if found is None or found.least is None:
         return None
     least = found.least
@@ -48,7 +52,7 @@ def list_areas(study: Study) -> Table | None:
         laid_out,
         f"First and last sun are when it reaches any of an area, by the clock of {zone}.{more}",
         # Shown on the map, where there is one.
-        kind="area" if study.is_plan else "",
+        kind="area" if is_on_map else "",
         index=[k // max(len(found.dates), 1) for k in range(len(laid_out))],
     )
 
