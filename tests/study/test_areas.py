@@ -341,6 +341,7 @@ def test_roads_without_bands_are_refused(scene):
                 scene, SITE, **DAY, areas={"plot": HOLED}, **{"roads": {"r": HOLED}, **more}
             )
         assert error.value.option == option
+        assert str(error.value).startswith("roads=")
 
 
 @pytest.mark.parametrize("band", ["5", "10,5", "a,b", "-1,5", "5,10,15", "5,5", "1,1e9", "nan,5"])

@@ -39,7 +39,7 @@ def check_areas(asked: Any, option: str = "areas") -> Any:
     return asked
 
 
-def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
+def find_areas(scene: Scene, asked: Any, option: str = "areas") -> tuple[list[Area], list[str]]:
     """
     Find areas in a model's own coordinates.
 
@@ -48,6 +48,8 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
     scene : Scene
     asked : path, str, sequence of str, AreaFile, mapping, sequence of Area, or GeoDataFrame
         A file; patterns of parts and kinds of the model; polygons by name.
+    option : str
+        That asks for them, for errors about patterns.
 
     Returns
     -------
@@ -59,13 +61,13 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
     InputError
         If there are none, one is no valid polygon, two have one name, or they lie elsewhere.
     """
-    asked = check_areas(asked)
+    asked = check_areas(asked, option)
     if isinstance(asked, AreaFile):
         return place_areas(asked, scene)
     if isinstance(asked, str) or (
         isinstance(asked, Sequence) and all(isinstance(one, str) for one in asked)
     ):
-        return _find_parts(scene, (asked,) if isinstance(asked, str) else asked), []
+        return _find_parts(scene, (asked,) if isinstance(asked, str) else asked, option), []
     shapely = need("shapely", "gis", "areas")
     if isinstance(asked, Mapping):
         given, crs = [Area(str(name), polygon) for name, polygon in asked.items()], None
@@ -93,9 +95,9 @@ def _read_frame(frame: Any) -> list[Area]:
     return [Area(str(name), polygon) for name, polygon in zip(names, frame.geometry, strict=True)]
 
 
-def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
+def _find_parts(scene: Scene, patterns: Sequence[str], option: str) -> list[Area]:
     """Return the plans of parts of the model that patterns match, one area for each object."""
-    parts, labels = scene.select(patterns, option="areas"), scene.labels()
+    parts, labels = scene.select(patterns, option=option), scene.labels()
     found = []
     for name in dict.fromkeys(labels[k] for k in parts):
         soup = scene.triangles([k for k in parts if labels[k] == name])
@@ -103,8 +105,8 @@ def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
         if shape is not None:
             found.append(Area(name, shape))
     if not found:
-        msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
-        raise InputError(msg, option="areas")
+        msg = f"{option}='{', '.join(patterns)}' matches only upright parts, which have no plan"
+        raise InputError(msg, option=option)
     return found
 
 

@@ -53,7 +53,7 @@ def find_roads(scene: Scene, asked: Any) -> Any:
     """
     shapely = need("shapely", "gis", "roads")
     try:
-        areas, _ = find_areas(scene, asked)
+        areas, _ = find_areas(scene, asked, "roads")
     except InputError as error:
         error.data["option"] = "roads"
         raise
