@@ -179,6 +179,10 @@ def load_compiler() -> None:
     reads all that its compiler knows before it loads a kernel, 0.4 s, although one that is compiled
     needs the runtime alone. A kernel that is not compiled yet makes the compiler read the rest.
     Users' own kernels might need the packages and the extensions, so only the commands do this.
+
+    Both are changes to numba as it runs, and stay while they are worth it: a town's study without
+    pictures takes 1.29 s of the processor without them, 1.08 s where a kernel needs the runtime
+    alone, and 1.00 s where nothing needless is imported, too (under load, least of 5 in turn).
     """
     global _is_command  # noqa: PLW0603
     _is_command = True
