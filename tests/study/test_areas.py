@@ -1,5 +1,7 @@
 """Named areas: their shares and hours of sun, against shapely and by hand."""
 
+import json
+
 import numpy as np
 import pytest
 from support.days import around, parts
@@ -310,6 +312,36 @@ def test_bands_lie_over_the_mean_ground_of_their_plot():
         study = umbra.shadow_study(land, SITE, **DAY, **options, areas_on=on, band=["2,10", "1,2"])
         assert set(np.round(study.receiver_z.values, 6)) == heights
         assert len(study.areas) == 2
+
+
+def test_bands_begin_where_a_road_moves_the_boundary(tmp_path):
+    """A road of 6 m south of the plot, as polygons, as a file, and as a part of the model."""
+    plot, road = shapely.box(0, 0, 20, 15), [(-40, -6), (60, -6), (60, 0), (-40, 0)]
+    moved = shapely.box(0, -3, 20, 15)
+    scene = umbra.make_scene([
+        umbra.Part("house", "Building", umbra.Mesh(*box((5, 5, 0), (9, 9, 6)))),
+        umbra.Part("street", "Road", umbra.Mesh(*sheet([(x, y, 0) for x, y in road]))),
+    ])  # fmt: skip
+    file = tmp_path / "roads.geojson"
+    geometry = {"type": "Polygon", "coordinates": [[*road, road[0]]]}
+    file.write_text(json.dumps({"type": "Feature", "properties": {}, "geometry": geometry}))
+    options = {"areas": {"plot": plot}, "receivers": "areas", "band": "5,10", "ground": 0.0}
+    for roads in ({"road": shapely.Polygon(road)}, file, "Road"):
+        study = umbra.shadow_study(scene, SITE, **DAY, **options, roads=roads)
+        ring = moved.buffer(10, quad_segs=32).difference(moved.buffer(5, quad_segs=32))
+        assert study.areas["area_m2"].item() == pytest.approx(ring.area, rel=1e-6)
+        (told,) = [note for note in study.result.areas.notes if "moves" in note]
+        assert all(f"{length:.2f} m" in told for length in (3, 6))
+
+
+def test_roads_without_bands_are_refused(scene):
+    for more, option in (({}, "roads"), ({"band": "5,10", "roads": "no such kind"}, "roads")):
+        with pytest.raises(InputError) as error:
+            umbra.shadow_study(
+                scene, SITE, **DAY, areas={"plot": HOLED}, **{"roads": {"r": HOLED}, **more}
+            )
+        assert error.value.option == option
+        assert str(error.value).startswith("roads=")
 
 
 @pytest.mark.parametrize("band", ["5", "10,5", "a,b", "-1,5", "5,10,15", "5,5", "1,1e9", "nan,5"])

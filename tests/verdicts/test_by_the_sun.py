@@ -2,6 +2,7 @@
 
 import datetime as dt
 import zoneinfo
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,36 @@ def test_japan_by_a_tower_on_a_grid_of_solar_hours():
     low = {"house": ((-7, -7, 0), (7, 7, 9))}
     passes = judge(make_model(low, TOKYO, proposed=("house",)), "japan-56-2:4m-4h", plot=PLOT)
     assert passes.verdict == "pass"
+
+
+@pytest.mark.parametrize(("width", "move"), [(6, 3.0), (16, 11.0)])
+def test_japan_moves_the_boundary_across_a_road(width, move):
+    """A road along the north side: bands lie as around a plot that reaches so far into it."""
+    model = make_model(TOWER, TOKYO, proposed=("tower",))
+    roads = {"road": rectangle(-200, 12, 200, 12 + width)}
+    found = judge(model, "japan-56-2:4m-4h", plot=PLOT, roads=roads)
+    moved = {"plot": rectangle(-12, -12, 12, 12 + move)}
+    same = judge(model, "japan-56-2:4m-4h", plot=moved)
+    plain = judge(model, "japan-56-2:4m-4h", plot=PLOT)
+    values = [[one.outcome.value for one in each.findings] for each in (found, same, plain)]
+    assert values[0] == pytest.approx(values[1], abs=0.17)  # squares lie elsewhere
+    assert values[0][0] < values[2][0] - 0.3
+
+
+def test_a_rule_that_moves_no_boundary_takes_the_plot_as_it_is():
+    rule = read_rule("japan-56-2:4m-4h")
+    kept = [
+        replace(one, requirements=tuple(
+            replace(each, across_roads=None) for each in one.requirements
+        )) for one in rule
+    ]  # fmt: skip
+    model = make_model(TOWER, TOKYO, proposed=("tower",))
+    roads = {"road": rectangle(-200, 12, 200, 28)}
+    values = [
+        [one.outcome.value for one in judge(model, kept, plot=PLOT, roads=given).findings]
+        for given in (roads, None)
+    ]
+    assert values[0] == values[1]
 
 
 def test_japan_without_a_zone_or_a_plot_is_unknown():

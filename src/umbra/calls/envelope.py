@@ -260,7 +260,7 @@ def _gather(
     model = Model(scene=whole, site=site, year=year, options=study, proposed=("envelope",))
     named = [Area(f"plot {k + 1}", outline) for k, outline in enumerate(outlines)]
     return GatheredPoints(
-        model, areas=options.areas, windows=options.windows, plot=named,
+        model, areas=options.areas, windows=options.windows, plot=named, roads=options.roads,
         points=read_given(options.points, options.names),
     )  # fmt: skip
 
@@ -287,7 +287,7 @@ def _check_covered(plot: Plot, asks: Sequence[Ask], scene: Scene) -> None:
     for ask in asks:
         covered = plot.find_covered(ask.places.points)
         if len(covered):
-            names = list(dict.fromkeys(ask.labels[k] for k in covered))
+            names = list(dict.fromkeys(ask.labels[k] for k in ask.receivers[covered]))
             x, y = (ask.places.points[covered[0]] + scene.origin)[:2]
             msg = (
                 f"the plot holds {len(names):,} receivers (first: {names[0]} at {x:,.6g}, "

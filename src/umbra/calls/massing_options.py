@@ -57,6 +57,11 @@ class HeightOptions(Options):
         "table", "Windows that rules judge: name,x,y,z,azimuth,width,height; default: the model's "
         "own.", metavar="FILE.csv",
     )  # fmt: skip
+    roads: Any = _study(
+        "roads", heading="Rules",
+        help="Roads, water and railways beside the plot, across which a rule moves its boundary: "
+        "a file of polygons, or a pattern of the model's parts or kinds.",
+    )  # fmt: skip
     points: ArrayLike | str | Path | None = _rules(
         "table", "Points x,y,z or x,y,z,nx,ny,nz that stand for areas and windows; a column name "
         "names them.", more="Or an array (n, 3) or (n, 6).", metavar="FILE.csv",

@@ -79,7 +79,8 @@ def part_height(scene: Scene, site: Site, part: str, *, options: PartOptions) ->
     def gather(changed: Scene) -> GatheredPoints:
         model = Model(scene=changed, site=site, year=when, options=study, proposed=(part,))
         return GatheredPoints(
-            model, areas=options.areas, windows=options.windows, plot=options.plot, points=given
-        )
+            model, areas=options.areas, windows=options.windows, plot=options.plot,
+            roads=options.roads, points=given,
+        )  # fmt: skip
 
     return search_part_height(scene, part, chosen, gather, options.highest)

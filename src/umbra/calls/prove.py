@@ -184,7 +184,7 @@ def make_proof(
     )  # fmt: skip
     gathered = Gathered(
         model, areas=options.areas, windows=options.windows, plot=options.plot,
-        areas_on=options.areas_on, reveal=options.reveal,
+        roads=options.roads, areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
     notes = tuple(dict.fromkeys(map(spell, (*remarks, *gathered.notes, *ground.notes, *land))))

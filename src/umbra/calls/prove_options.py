@@ -62,6 +62,11 @@ class JudgedOptions(Options):
         "table", "The plot's boundary, a file of one polygon, for rules of bands beside it.",
         metavar="FILE",
     )  # fmt: skip
+    roads: Any = _study(
+        "roads", heading="What is judged",
+        help="Roads, water and railways beside the plot, across which a rule moves its boundary: "
+        "a file of polygons, or a pattern of the model's parts or kinds.",
+    )  # fmt: skip
     proposed: Sequence[str] = _casters(
         "patterns",
         "Parts of the proposal: names, kinds or layers; the model without them is before.",

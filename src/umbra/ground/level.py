@@ -11,7 +11,7 @@ from umbra.scene import Scene
 from umbra.scene.mesh import ADDED_GROUND, find_standing
 
 __all__ = [
-    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "check_stated",
+    "EARTH", "GAP", "TERRAIN", "Bases", "Level", "Terrain", "check_stated",
     "has_terrain", "measure_bases", "measure_terrain", "settle_level",
 ]  # fmt: skip
 
@@ -28,6 +28,8 @@ _AFLOAT = TERRAIN | {
 """Kinds of parts that show nothing of the ground's height."""
 RELIEF = {"Raster", "TINRelief", *ADDED_GROUND}
 """Kinds that are terrain at any coverage."""
+EARTH = RELIEF | {"LandUse", "IfcSite", "IfcGeographicElement"}
+"""Kinds with earth below them, whatever they hold; a road may lie on a bridge."""
 COVERED = 0.2
 """Least share of the model's plan rectangle that ground of other kinds covers."""
 GROUND_SURFACE = "GroundSurface"

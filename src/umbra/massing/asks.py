@@ -44,6 +44,9 @@ class Ask:
         Receivers, local frame.
     labels : tuple of str
         Name of each receiver.
+    owner, share : (n_places,) int64 and float64, optional
+        Of places that are samples of a receiver, such as a whole pane: which, in ascending order,
+        and their share of it. Its hours are the mean of theirs. By default each is a receiver.
     measure : int
         SUM, LONGEST or SPELLS.
     limit : (n,) float64
@@ -71,6 +74,20 @@ class Ask:
     min_angle: float = 0.0
     is_continuous: bool = False
     is_alone: bool = False
+    owner: NDArray[np.int64] | None = None
+    share: NDArray[np.float64] | None = None
+
+    @property
+    def receivers(self) -> NDArray[np.int64]:
+        """The receiver of each place, (n_places,)."""
+        return np.arange(len(self.labels)) if self.owner is None else self.owner
+
+    def gather(self, pieces: SunPieces) -> SunPieces:
+        """Return pieces of places as those of receivers, each of which counts by its share."""
+        if self.owner is None or self.share is None:
+            return pieces
+        at = pieces.receiver
+        return pieces._replace(receiver=self.owner[at], hours=pieces.hours * self.share[at])
 
     @cached_property
     def lights(self) -> Lights:
@@ -98,7 +115,11 @@ class Ask:
 
     def _pick(self, table: SunIntervalTable) -> NDArray[np.float64]:
         values = {SUM: table.sun, LONGEST: table.longest, SPELLS: table.counted}[self.measure]
-        return to_hours(values).astype(np.float64)
+        hours: NDArray[np.float64] = to_hours(values).astype(np.float64)
+        if self.owner is not None and self.share is not None:
+            totals = np.bincount(self.owner, self.share * hours, len(self.labels))
+            hours = totals.astype(np.float64)
+        return hours
 
     def meets(self, hours: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which receivers have enough, (n,) bool."""
@@ -156,7 +177,8 @@ class _ExactTable(ExactIntervals):
 
 
 def measure_pieces(ask: Ask, pieces: SunPieces) -> NDArray[np.float64]:
-    """Measure all pieces of an ask's receivers, (n,) [h]."""
+    """Measure all pieces of an ask's places at its receivers, (n,) [h]."""
+    pieces = ask.gather(pieces)
     count = len(ask.labels)
     indices = np.arange(count)
     start = np.searchsorted(pieces.receiver, np.arange(count + 1))

@@ -126,6 +126,7 @@ def pose_problem(
         cross_cells(plot, pieces, ask.places.points, ask.lights.directions)
         for ask, (pieces, _) in zip(asks, cuts, strict=True)
     ]
+    cuts = [(ask.gather(pieces), had) for ask, (pieces, had) in zip(asks, cuts, strict=True)]
     which = np.concatenate([group.ask for group in groups]).astype(np.int64)
     receiver = np.concatenate([group.receiver for group in groups]).astype(np.int64)
     of_all = [pieces for pieces, _ in cuts]

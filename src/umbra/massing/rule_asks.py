@@ -4,6 +4,7 @@ Rules as asks and groups: which receivers must keep which hours.
 Points that stand for the areas and windows of rules.
 """
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -104,6 +105,9 @@ class AskedRules:
     def add(self, rule: Rule) -> None:
         """Add a rule's requirements."""
         for requirement in rule.requirements:
+            if requirement.share_of:
+                self._add_share(rule, requirement)
+                continue
             for subjects in self._find(rule, requirement):
                 chosen = choose_asked(subjects, requirement)
                 if chosen:
@@ -120,11 +124,6 @@ class AskedRules:
     def _add_subjects(self, rule: Rule, requirement: Requirement, subjects: Subjects) -> None:
         maker = _Clauses(self, rule, requirement, subjects)
         clauses = maker.make(requirement.condition)
-        if requirement.share_of:
-            self.notes.append(
-                f"rule '{rule.name}' asks a share of the {requirement.share_of}s; each that meets "
-                "it now keeps it, which is at least as much"
-            )
         if requirement.of_each and requirement.one_is_enough:
             clauses = maker.join(clauses)
         for name, own in clauses:
@@ -133,6 +132,48 @@ class AskedRules:
                     f"{name} ({requirement.name})", np.array(clause.ask),
                     np.array(clause.receiver), np.array(clause.weight), clause.wanted,
                 ))  # fmt: skip
+
+    def _add_share(self, rule: Rule, requirement: Requirement) -> None:
+        """Add that a share of the flats meets a condition, one receiver of each."""
+
+        def refuse(what: str) -> NoReturn:
+            msg = f"rule '{rule.name}', {requirement.name}, {what}; {_INVERSE}"
+            raise InputError(msg, option="rules", rule=rule.name)
+
+        if requirement.share_at_least is None:
+            refuse("limits a share of flats from the other side: more building would keep it")
+        flats: dict[str, list[_Clause]] = {}
+        for subjects in self._find(rule, requirement):
+            chosen = [k for k in choose_asked(subjects, requirement) if subjects.flats[k]]
+            if not chosen:
+                continue
+            own = subjects.pick(chosen)
+            maker = _Clauses(self, rule, requirement, own)
+            made = maker.make(requirement.condition)
+            for flat, (_, clauses) in zip(own.flats, made, strict=True):
+                flats.setdefault(flat, []).extend(clauses)
+        if not flats:
+            refuse("names no flats: give them in the column flat of windows=")
+        several = [
+            flat
+            for flat, clauses in flats.items()
+            if len(clauses) > 1 or len(clauses[0].ask) > 1 or len(requirement.rooms) > 1
+        ]
+        if several:
+            refuse(
+                f"asks a share of flats with several windows, rooms or conditions each "
+                f"({len(several)} of {len(flats)}, first: '{several[0]}'), of which only the one "
+                "that decides can be kept"
+            )
+        members = [clauses[0] for clauses in flats.values()]
+        wanted = math.ceil(requirement.share_at_least / 100 * len(members) - 1e-9)
+        if wanted:
+            self.groups.append(ReceiverGroup(
+                f"{wanted} of {len(members)} flats ({requirement.name})",
+                np.array([clause.ask[0] for clause in members]),
+                np.array([clause.receiver[0] for clause in members]),
+                np.ones(len(members)), float(wanted),
+            ))  # fmt: skip
 
 
 def ask_rules(gathered: Gathered, rules: Sequence[Rule], around: Casting | None) -> AskedRules:
@@ -183,6 +224,11 @@ class _Clauses:
         for label, (name, own) in zip(labels, clauses, strict=True):
             joined.setdefault(f"{kind} {label}" if label else name, []).append(own)
         return [(name, self._join_any(parts)) for name, parts in joined.items()]
+
+    @property
+    def _is_pane(self) -> bool:
+        """Whether windows are judged by the mean over their panes."""
+        return self.subjects.kind == "windows" and len(self.subjects.owner) > len(self.subjects)
 
     def _make(self, condition: Condition | Alternative) -> list[list[_Clause]]:
         if isinstance(condition, Condition):
@@ -236,6 +282,8 @@ class _Clauses:
         self, condition: Condition, ask: int, met: NDArray[np.bool_], k: int
     ) -> _Clause:
         subjects = self.subjects
+        if self._is_pane:
+            return _Clause([ask], [k], [1.0], 1.0)
         samples = np.flatnonzero(subjects.owner == k)
         if len(samples) == 1:
             return _Clause([ask], samples.tolist(), [1.0], 1.0)
@@ -250,7 +298,6 @@ class _Clauses:
 
     def _check(self, condition: Condition) -> None:
         """Refuse what heights cannot be found for."""
-        subjects = self.subjects
         words = MEASURES[condition.measure].words
         if condition.measure not in _KINDS:
             self._refuse(f"measures {words}, for which no planes of the sun are found")
@@ -266,9 +313,8 @@ class _Clauses:
             self._refuse("adds dates up")
         if condition.lit_area is not None or condition.lit_share is not None:
             self._refuse("judges how much of a window or an area is lit at one moment")
-        is_pane = subjects.kind == "windows" and len(subjects.owner) > len(subjects)
-        if is_pane:
-            self._refuse("judges whole panes")
+        if self._is_pane and _KINDS[condition.measure] != SUM:
+            self._refuse("judges spells of whole panes, whose parts have spells of their own")
         if is_shadow and has_ratio:
             self._refuse("compares shadow with before")
 
@@ -291,7 +337,12 @@ class _Clauses:
         """Add an ask on one date; return its index, and the hours before."""
         subjects, asked = self.subjects, self.asked
         owner = subjects.owner
+        of_place, share = None, None
         names = tuple(subjects.names[k] for k in owner)
+        if self._is_pane:
+            names = tuple(subjects.names)
+            of_place = owner.astype(np.int64)
+            share = subjects.areas / np.bincount(owner, subjects.areas)[owner]
         origin = asked.gathered.model.scene.origin
         is_continuous = _is_continuous(self.rule, condition)
         ask = Ask(
@@ -300,6 +351,7 @@ class _Clauses:
             np.zeros(len(names)), _KINDS[condition.measure],
             condition.min_spell.total_seconds() / 3600, condition.min_altitude,
             condition.min_angle, is_continuous, condition.casters == "proposed",
+            owner=of_place, share=share,
         )  # fmt: skip
         around = None if ask.is_alone else asked.around
         before = measure_pieces(ask, ask.cut(ask.find_masks(around)))

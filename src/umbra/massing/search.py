@@ -303,8 +303,10 @@ class HeightEnvelope:
             for a, r in zip(problem.groups[g].ask, problem.groups[g].receiver, strict=True):
                 lacks[a][r] = True
         points = np.concatenate([ask.places.points for ask in problem.asks]) + self.scene.origin
-        labels = [label for ask in problem.asks for label in ask.labels]
-        is_broken = np.concatenate(lacks)
+        labels = [ask.labels[k] for ask in problem.asks for k in ask.receivers]
+        is_broken = np.concatenate(
+            [own[ask.receivers] for own, ask in zip(lacks, problem.asks, strict=True)]
+        )
         order = np.argsort(~is_broken, kind="stable")
         _, first = np.unique(np.round(points[order], 3), axis=0, return_index=True)
         chosen = order[first]

@@ -19,23 +19,27 @@ __all__ = ["check_areas", "find_areas", "join_plans"]
 _GRID = 1e-6  # corners of parts that are nearer are one [m]
 
 
-def check_areas(areas: Any) -> Any:
-    """Read a file of areas that is asked for; return all else as it is."""
+def check_areas(areas: Any, option: str = "areas") -> Any:
+    """Read a file of areas that an option asks for; return all else as it is."""
     if is_area_file(areas):
-        return load_areas(Path(areas))
+        try:
+            return load_areas(Path(areas))
+        except InputError as error:
+            error.data["option"] = option
+            raise
     is_right = isinstance(areas, (str, Mapping, AreaFile)) or hasattr(areas, "geometry")
     if not is_right and isinstance(areas, Sequence):
         is_right = len(areas) > 0 and all(isinstance(item, (str, Area)) for item in areas)
     if not is_right:
         msg = (
-            "areas is a file of polygons, a pattern of the model's parts or kinds, a GeoDataFrame, "
-            f"or polygons by name; got {show_value(areas)}"
+            f"{option} is a file of polygons, a pattern of the model's parts or kinds, a "
+            f"GeoDataFrame, or polygons by name; got {show_value(areas)}"
         )
-        raise InputError(msg, option="areas")
+        raise InputError(msg, option=option)
     return areas
 
 
-def find_areas(scene: Scene, selection: Any) -> tuple[list[Area], list[str]]:
+def find_areas(scene: Scene, selection: Any, option: str = "areas") -> tuple[list[Area], list[str]]:
     """
     Find areas in a model's own coordinates.
 
@@ -44,6 +48,8 @@ def find_areas(scene: Scene, selection: Any) -> tuple[list[Area], list[str]]:
     scene : Scene
     selection : path, str, sequence of str, AreaFile, mapping, sequence of Area, or GeoDataFrame
         A file; patterns of parts and kinds of the model; polygons by name.
+    option : str
+        That asks for them, for errors about patterns.
 
     Returns
     -------
@@ -55,13 +61,15 @@ def find_areas(scene: Scene, selection: Any) -> tuple[list[Area], list[str]]:
     InputError
         If there are none, one is no valid polygon, two have one name, or they lie elsewhere.
     """
-    selection = check_areas(selection)
+    selection = check_areas(selection, option)
     if isinstance(selection, AreaFile):
         return place_areas(selection, scene)
     if isinstance(selection, str) or (
         isinstance(selection, Sequence) and all(isinstance(item, str) for item in selection)
     ):
-        return _find_parts(scene, (selection,) if isinstance(selection, str) else selection), []
+        return _find_parts(
+            scene, (selection,) if isinstance(selection, str) else selection, option
+        ), []
     shapely = need("shapely", "gis", "areas")
     if isinstance(selection, Mapping):
         given, crs = [Area(str(name), polygon) for name, polygon in selection.items()], None
@@ -90,9 +98,9 @@ def _read_frame(frame: Any) -> list[Area]:
     return [Area(str(name), polygon) for name, polygon in zip(names, frame.geometry, strict=True)]
 
 
-def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
+def _find_parts(scene: Scene, patterns: Sequence[str], option: str) -> list[Area]:
     """Return the plans of parts of the model that patterns match, one area for each object."""
-    parts, labels = scene.select(patterns, option="areas"), scene.labels()
+    parts, labels = scene.select(patterns, option=option), scene.labels()
     areas = []
     for name in dict.fromkeys(labels[k] for k in parts):
         soup = scene.triangles([k for k in parts if labels[k] == name])
@@ -100,8 +108,8 @@ def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
         if shape is not None:
             areas.append(Area(name, shape))
     if not areas:
-        msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
-        raise InputError(msg, option="areas")
+        msg = f"{option}='{', '.join(patterns)}' matches only upright parts, which have no plan"
+        raise InputError(msg, option=option)
     return areas
 
 

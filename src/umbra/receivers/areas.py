@@ -23,6 +23,7 @@ from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request
 from umbra.receivers.lattice import choose_side, cut_polygon
+from umbra.receivers.moved_boundary import find_roads, move_areas
 from umbra.receivers.named import NamedReceivers
 from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.scene import Scene
@@ -116,7 +117,7 @@ class AreaKind(PlacedKind):
         laid = lay_out_areas(self, request, areas, ground)
         level = AreaLevel.of(options.areas_on)
         remarks = tell_sampling(laid.group_names, laid.covered, laid.sides, options.cell, level)
-        laid.notes = (*notes, *remarks)
+        laid.notes = (*notes, *laid.notes, *remarks)
         laid.facts["areas_sampling"] = laid.notes[-1]
         return laid
 
@@ -194,9 +195,12 @@ def lay_out_areas(
     """
     scene, options = request.scene, request.options
     level, mean = AreaLevel.of(options.areas_on), None
+    notes: list[str] = []
     if bands := read_bands(options.band):
-        plots = areas
-        areas, of_plot = make_bands(plots, bands)
+        plots, within = areas, list[Any]()
+        if options.roads is not None:
+            within, notes = move_areas(plots, find_roads(scene, options.roads))
+        areas, of_plot = make_bands(plots, bands, within)
         if level.base == "mean":
             plan, owner, weights, _ = _cut(plots, None, scene)
             z, _, _ = _drop_to_ground(request, plots, plan, owner, ground)
@@ -207,7 +211,7 @@ def lay_out_areas(
     return AreaReceivers(
         kind, request.prepare(), (len(points),), DIMS, weights, {"areas_on": str(level)},
         local=Places(points, normals), part=np.full(len(points), -1), areas=weights,
-        records=areas, owner=owner, sides=np.array(sides), covered=shares,
+        records=areas, owner=owner, sides=np.array(sides), covered=shares, notes=tuple(notes),
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from umbra.errors import InputError, show_value
 from umbra.option_fields import read_length
@@ -40,7 +41,9 @@ def read_bands(texts: Sequence[str]) -> tuple[Band, ...]:
     return tuple(dict.fromkeys(bands))
 
 
-def make_bands(areas: Sequence[Area], bands: Sequence[Band]) -> tuple[list[Area], list[int]]:
+def make_bands(
+    areas: Sequence[Area], bands: Sequence[Band], within: Sequence[Any] = ()
+) -> tuple[list[Area], list[int]]:
     """
     Make the bands of some areas.
 
@@ -48,6 +51,8 @@ def make_bands(areas: Sequence[Area], bands: Sequence[Band]) -> tuple[list[Area]
     ----------
     areas : sequence of Area
     bands : sequence of Band
+    within : sequence of shapely geometries
+        In place of each area's own polygon, if its boundary is moved.
 
     Returns
     -------
@@ -59,10 +64,9 @@ def make_bands(areas: Sequence[Area], bands: Sequence[Band]) -> tuple[list[Area]
     shapely = need("shapely", "gis", "areas")
     rings, plots = [], []
     for k, area in enumerate(areas):
+        plot = within[k] if within else area.polygon
         for near, far in bands:
-            outer, inner = (
-                shapely.buffer(area.polygon, reach, quad_segs=_CORNER) for reach in (far, near)
-            )
+            outer, inner = (shapely.buffer(plot, reach, quad_segs=_CORNER) for reach in (far, near))
             name = f"{area.name}, {near:g} to {far:g} m"
             rings.append(replace(area, name=name, polygon=shapely.difference(outer, inner)))
             plots.append(k)

@@ -209,6 +209,8 @@ class ReceiverKind:
         Whether each receiver belongs to a part of the model, or to the ground.
     is_upright : bool
         Whether the rows of the raster are heights.
+    nothing : str
+        Name in the key of what is seen and receives nothing.
     has_scale : bool
         Whether a length in the picture is one length in the model.
     spot : str
@@ -237,6 +239,7 @@ class ReceiverKind:
     lies_under_roofs: ClassVar[bool] = False
     belongs_to_parts: ClassVar[bool] = True
     is_upright: ClassVar[bool] = False
+    nothing: ClassVar[str] = "back of a surface"
     has_scale: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv", "solids")

@@ -239,6 +239,7 @@ class ElevationView(OrthographicKind):
     name = "elevation"
     rows = "z"
     is_upright = True
+    nothing = "earth, cut"
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
         """Name the elevation."""

@@ -18,6 +18,7 @@ from umbra.casters.casting import Casting
 from umbra.cpu.patch_pieces import PieceCounter, PieceEdges
 from umbra.cpu.patches import Patches
 from umbra.devices import DEFAULT, DEVICES
+from umbra.ground.level import EARTH, TERRAIN
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
@@ -38,6 +39,7 @@ from umbra.volume.adjacency import Caster
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
 
 _MANY = 128  # lights of a view from which patches pay
+_LEVEL = 1e-9  # largest z of a level unit vector
 _FAR = 1e9  # height of empty pixels' points, above every shadow [m]
 
 
@@ -152,8 +154,34 @@ class ViewTile(CounterByMasks):
     @property
     def nothing(self) -> NDArray[np.bool_]:
         """Pixels without a visible surface that receives, (rows, cols) bool."""
-        nothing = ~self.is_asked
+        nothing = ~self.is_asked | self.is_earth
         return nothing if self.model.samples is None else nothing | self.is_back
+
+    @cached_property
+    def is_earth(self) -> NDArray[np.bool_]:
+        """
+        Pixels of a level view that show the inside of the earth, (rows, cols) bool.
+
+        The underside of a terrain, and what is below a terrain, such as cellars: an elevation cuts
+        the earth at the model's border, and sees there what no sun can reach.
+        """
+        model, part = self.model, self.frame.part[::-1]
+        parts = model.scene.parts
+        land = [k for k, one in enumerate(parts) if one.kind in TERRAIN]
+        is_level = abs(self.camera.axes()[2][2]) < _LEVEL
+        if not land or not is_level or self.camera.is_perspective or model.samples is not None:
+            return np.zeros(self.shape, np.bool_)
+        is_land = np.isin(part, land)
+        earth: NDArray[np.bool_] = is_land & (self.frame.normal[::-1, :, 2] < -_LEVEL)
+        covers = [k for k in land if parts[k].kind in EARTH]
+        below = np.flatnonzero(self.is_seen & ~is_land)
+        if covers and len(below):
+            points = self.places.points[below]
+            up = np.broadcast_to([0.0, 0.0, 1.0], points.shape).copy()
+            tree = model.with_casters(covers).tree
+            found = find_hidden(tree, points, up, up[:1], model.threads)
+            earth.flat[below[found[0].view(np.bool_)]] = True
+        return earth
 
     @property
     def is_asked(self) -> NDArray[np.bool_]:

@@ -26,7 +26,8 @@ FILE_KEYS = (
 )  # fmt: skip
 CHECK_KEYS = (
     "name", "receivers", "where", "facing", "rooms", "judge", "of_each", "one_is_enough",
-    "share_of", "share_at_least", "share_at_most", "band", "height", "applies_above",
+    "share_of", "share_at_least", "share_at_most", "band", "across_roads", "height",
+    "applies_above",
 )  # fmt: skip
 VARIANT_KEYS = ("name", "about", "values")
 EVERY = "every"
@@ -260,6 +261,7 @@ def _read_check(block: Block) -> Requirement:
         share_at_least=_read_percent(block, "share_at_least"),
         share_at_most=_read_percent(block, "share_at_most"),
         band=_read_band(block, receivers),
+        across_roads=_read_width(block),
         height=block.number("height") if block.has("height") else None,
         applies_above=block.number("applies_above") if block.has("applies_above") else None,
     )
@@ -326,6 +328,18 @@ def _read_facing(block: Block) -> tuple[float, float] | None:
     if not match or match[2] is None or not float(match[1]) < float(match[2]) <= 360:
         block.refuse("'facing' is a range of azimuths, such as 90..270", block.values["facing"])
     return float(match[1]), float(match[2])
+
+
+def _read_width(block: Block) -> float | None:
+    if not block.has("across_roads"):
+        return None
+    width = block.number("across_roads")
+    if not block.has("band") or not 0 < width <= 1000:
+        block.refuse(
+            "'across_roads' goes with band and is a width of roads, such as 10 [m]",
+            block.values["across_roads"],
+        )
+    return width
 
 
 def _read_band(block: Block, receivers: tuple[str, ...]) -> tuple[float, float] | None:

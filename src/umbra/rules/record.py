@@ -159,6 +159,9 @@ class Requirement:
         That share [%].
     band : (float, float), optional
         Distances from the plot's boundary [m]; the second may be infinite.
+    across_roads : float, optional
+        Width up to which the boundary moves to the middle of a road beside the plot; beyond, to
+        half of this width inside the far side [m].
     height : float, optional
         Of the plane that is judged, above the plot's mean ground [m].
     applies_above : float, optional
@@ -178,6 +181,7 @@ class Requirement:
     share_at_least: float | None = None
     share_at_most: float | None = None
     band: tuple[float, float] | None = None
+    across_roads: float | None = None
     height: float | None = None
     applies_above: float | None = None
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["StudyOptions"]
 
 _DEEPEST = 10.0  # reveal [m]
-_OF_AREAS = ("areas", "areas_on", "band", "least")
+_OF_AREAS = ("areas", "areas_on", "band", "roads", "least")
 _results = partial(option, heading="Results")
 _running = partial(option, heading="Running")
 
@@ -145,7 +145,8 @@ class StudyOptions(ReceiverOptions):
         from umbra.study.compare import read_hours  # noqa: PLC0415  (the help needs none)
 
         if self.areas is None:
-            for name, default in (("areas_on", "ground"), ("band", ()), ("least", "2h")):
+            defaults = {"areas_on": "ground", "band": (), "roads": None, "least": "2h"}
+            for name, default in defaults.items():
                 given = getattr(self, name)
                 if type(given) is not type(default) or given != default:
                     msg = f"{name}= is about areas; give areas='FILE', or leave it out"
@@ -157,6 +158,11 @@ class StudyOptions(ReceiverOptions):
 
         read_bands(self.band)
         object.__setattr__(self, "areas", check_areas(self.areas))
+        if self.roads is not None:
+            if not self.band:
+                msg = "roads= moves the boundary of bands; give band='NEAR,FAR', or leave it out"
+                raise InputError(msg, option="roads")
+            object.__setattr__(self, "roads", check_areas(self.roads, "roads"))
         AreaLevel.of(self.areas_on)
         read_hours(self.least, "least")
 

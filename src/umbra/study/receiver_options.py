@@ -105,6 +105,12 @@ class ReceiverOptions(TimeOptions):
         "such as 5,10; areas_on=mean+4 is then above the mean ground of the area itself.",
         default=(), metavar="NEAR,FAR",
     )  # fmt: skip
+    roads: Given[str | Path | Mapping[str, Any] | Sequence[Any] | None, Any] = _receivers(
+        "table", "Roads, water and railways beside a plot, across which its boundary moves before "
+        "bands are measured: to the middle of a road up to 10 m wide, to 5 m inside the far side "
+        "of a wider one. A file of polygons, or a pattern of the model's parts or kinds.",
+        metavar="FILE|PATTERN",
+    )  # fmt: skip
     least: str | float | dt.timedelta = _receivers(
         "any", "Areas: the share of each that gets at least this much sun on a date.",
         more="A number is of hours.", default="2h", metavar="DURATION",

@@ -61,6 +61,12 @@ def settle_areas(
     wanted: Any = options.areas
     if wanted is None:
         return options, []
+    if options.roads is not None:
+        msg = (
+            "roads= moves the boundary of bands in a study without tiles; leave tiles= out, or "
+            "give areas with their boundary already moved"
+        )
+        raise InputError(msg, option="roads")
     patterns = (wanted,) if isinstance(wanted, str) else wanted
     if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
         isinstance(pattern, str) for pattern in patterns

@@ -46,7 +46,7 @@ class Gathered:
     Parameters
     ----------
     model : Model
-    areas, windows, plot : optional
+    areas, windows, plot, roads : optional
         As ``umbra.prove`` takes them.
     areas_on : str
         On what areas are judged: ``ground``, ``top``, ``ground+1.5``, ``mean+4``.
@@ -58,6 +58,7 @@ class Gathered:
     areas: Any = None
     windows: Any = None
     plot: Any = None
+    roads: Any = None
     areas_on: str = "ground"
     reveal: Any = None
     notes: list[str] = field(default_factory=list)
@@ -84,7 +85,7 @@ class Gathered:
         if kind == "places":
             return self._keep((kind, requirement.places), lambda: self._lay_places(requirement))
         if kind == "band" and self.plot is not None:
-            key = (kind, requirement.band, requirement.height)
+            key = (kind, requirement.band, requirement.across_roads, requirement.height)
             return self._keep(key, lambda: self._lay_band(requirement))
         return Lacking(NEEDS[kind])
 
@@ -185,10 +186,10 @@ class Gathered:
         from umbra.scene.named_places import Area  # noqa: PLC0415
 
         shapely = need("shapely", "gis", "plot")
-        boundary = self.find_plot()
+        plot, boundary = self.find_plot(), self.find_boundary(requirement.across_roads)
         assert requirement.band is not None
         near, far = requirement.band
-        ground = self._lay_out("areas", areas=[Area("plot", boundary)], areas_on="mean")
+        ground = self._lay_out("areas", areas=[Area("plot", plot)], areas_on="mean")
         z = float(np.mean(ground.places.points[:, 2])) + (requirement.height or 0.0)
         if math.isinf(far):
             far = near + self._find_reach(requirement, z)
@@ -217,6 +218,32 @@ class Gathered:
             areas, _ = find_areas(self.model.scene, self.plot)
             self._kept["plot"] = shapely.union_all([area.polygon for area in areas])
         return self._kept["plot"]
+
+    def find_boundary(self, half_up_to: float | None) -> Any:
+        """Return the plot, its boundary moved across roads where a rule moves it (see `Rule`)."""
+        plot = self.find_plot()
+        if half_up_to is None or self.roads is None:
+            return plot
+        key = ("boundary", half_up_to)
+        if key not in self._kept:
+            from umbra.receivers.moved_boundary import (  # noqa: PLC0415
+                find_roads,
+                move_boundary,
+                tell_frontages,
+            )
+
+            roads = find_roads(self.model.scene, self.roads)
+            self._kept[key], frontages = move_boundary(plot, roads, half_up_to)
+            self.notes.append(tell_frontages("the plot", frontages))
+        return self._kept[key]
+
+    def list_boundaries(self) -> list[Any]:
+        """Return the boundaries that were moved for rules."""
+        return [
+            kept
+            for key, kept in self._kept.items()
+            if isinstance(key, tuple) and key[0] == "boundary"
+        ]
 
     def _find_reach(self, requirement: Requirement, z: float) -> float:
         """

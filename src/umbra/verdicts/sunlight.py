@@ -117,11 +117,14 @@ class SunlightOf:
     subjects : Subjects
     lines : dict
         Of a limit in hours, its measure and a date, the hours of each sample of areas, (n,) [h].
+    line_conditions : dict
+        The conditions of these limits.
     """
 
     model: Model
     subjects: Subjects
     lines: dict[tuple[float, str, str], NDArray[np.float64]] = field(default_factory=dict)
+    line_conditions: dict[tuple[float, str, str], Condition] = field(default_factory=dict)
     _studies: dict[Any, Study] = field(default_factory=dict)
 
     def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
@@ -152,9 +155,8 @@ class SunlightOf:
                 self.subjects.kind in {"areas", "band"} and value.hours is not None and amount
             )
             if has_line and value.date and value.date[0] is not None:
-                self.lines[float(amount or 0.0), condition.measure, f"{value.date[0]}"] = (
-                    value.hours
-                )
+                key = (float(amount or 0.0), condition.measure, f"{value.date[0]}")
+                self.lines[key], self.line_conditions[key] = value.hours, condition
 
     def _count(self, condition: Condition, which: str) -> Study:
         # Hours by the sun or another clock are cut out of whole days, which rules share.

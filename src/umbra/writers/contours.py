@@ -337,9 +337,8 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:
         swatches.append(Swatch(crowned.canopy_name, "white", LEAF, "/////"))
-    bare = next((plan for plan in plans if plan.nothing is not None), None)
-    if bare is not None:
-        swatches.append(Swatch(bare.nothing_name, str(MISSING)))
+    bare = dict.fromkeys(plan.nothing_name for plan in plans if plan.nothing is not None)
+    swatches += [Swatch(name, str(MISSING)) for name in bare]
     if any(plan.looks_through for plan in plans):
         swatches.append(Swatch("proposed, see-through", "white", PROPOSED, "\\\\\\"))
     appearances = [plan.appearance for plan in plans if plan.appearance is not None]

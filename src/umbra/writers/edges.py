@@ -76,12 +76,28 @@ def _mark(study: Study, grid: Grid) -> _Marks:
     """Return the shade, jumps and creases of a study's surfaces on a grid, and a view's sky."""
     tile = study.model.make_tile(grid)
     if isinstance(tile, ViewTile):
-        return *_read_view(tile), ~tile.is_seen
+        shade, jumps, creases = _read_view(tile)
+        if tile.is_earth.any():  # whose inside is drawn as a cut, without edges
+            inside = _find_inner(tile.is_earth)
+            shade[tile.is_earth] = 1.0
+            jumps &= ~inside
+            creases &= ~inside
+        return shade, jumps, creases, ~tile.is_seen
     heights = tile.relief
     shade, jumps, creases = _read_relief(heights, min(grid.dx, grid.dy), _find_rough(heights))
     if tile.nothing.any():
         _mark_rim(tile.nothing, jumps)
     return shade, jumps, creases & ~jumps, None
+
+
+def _find_inner(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells (rows, cols) whose four neighbours are cells as well."""
+    inner = cells.copy()
+    inner[1:] &= cells[:-1]
+    inner[:-1] &= cells[1:]
+    inner[:, 1:] &= cells[:, :-1]
+    inner[:, :-1] &= cells[:, 1:]
+    return inner
 
 
 def _mark_rim(nothing: NDArray[np.bool_], jumps: NDArray[np.bool_]) -> None:

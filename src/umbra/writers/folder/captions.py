@@ -163,7 +163,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         proposed=proposed,
         looks_through=proposed is not None,
         nothing=nothing if nothing.any() else None,
-        nothing_name=_name_nothing(study, options),
+        nothing_name="not asked" if options.on and not study.kind.is_plan else study.kind.nothing,
         canopies=canopies if canopies is not None and canopies.any() else None,
         canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
         areas=outline_areas(study.named_areas) if study.kind.is_plan else (),
@@ -185,13 +185,6 @@ def outline_areas(areas: Sequence[Area]) -> tuple[OutlinedArea, ...]:
         rings = tuple(shapely.get_coordinates(edge) for edge in edges)
         found.append(OutlinedArea(area.name, rings, (middle.x, middle.y)))
     return tuple(found)
-
-
-def _name_nothing(study: Study, options: StudyOptions) -> str:
-    """Name what is grey in the pictures, for the key."""
-    if study.kind.is_plan:
-        return "no surface here"
-    return "not asked" if options.on else "back of a surface"
 
 
 def tell_place(study: Study) -> str:

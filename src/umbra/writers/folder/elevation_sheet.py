@@ -67,12 +67,14 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     for side, box in zip(_SIDES, boxes, strict=True):
         seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
-        crowns = seen.model.make_tile(seen.grid).find_canopies()
+        tile = seen.model.make_tile(seen.grid)
+        crowns, earth = tile.find_canopies(), tile.is_earth
         elevation = Plan(
             *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
             appearance=find_grid_appearance(seen, heights.shape),
             canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
-            roofs_cover=False,
+            roofs_cover=False, nothing=earth if earth.any() else None,
+            nothing_name=seen.kind.nothing,
         )  # fmt: skip
         sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
     model = scene.model_bounds()[:, :2].mean(0) - need.mean(0)

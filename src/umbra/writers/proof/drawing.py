@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from umbra.ground.level import TERRAIN
 from umbra.packages import need
+from umbra.rules.record import Condition
 from umbra.rules.words import MEASURES, tell_hours
+from umbra.sun.clock import parse_duration
 from umbra.verdicts.judge import RuleVerdict
 from umbra.verdicts.judged_receivers import Gathered
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.verdicts.sunlight import SunlightOf
+from umbra.verdicts.values import measure
 
 __all__ = [
     "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "REPLACED", "TINTS", "Drawing", "Line", "Spot",
@@ -31,6 +34,8 @@ _MOST_BANDS = 2  # whose lines are drawn: more are of variants among which none 
 _FINE = 160  # squares across an area for its lines
 _MARGIN = 0.12  # of the frame's longer side
 _LEAST_MARGIN = 12.0  # [m]
+_FINE_STEP = 60  # of the sun for lines [s]
+_MOST_MOMENTS = 3e8  # of all places and lines, of which the rule's own steps are left
 _NEAR = 0.25  # between windows above one another, in plan [m]
 
 
@@ -192,6 +197,29 @@ def _shorten(names: list[str]) -> list[str]:
     return [" ".join(row[head : len(row) - tail]) for row in rows]
 
 
+def _count_finer(sunlight: SunlightOf) -> dict[tuple[float, str, str], NDArray[np.float64]]:
+    """
+    Return the hours at samples by limit, counted in steps of a minute.
+
+    Of a rule's own steps of 5 min the lines would show each.
+    """
+    found = dict(sunlight.lines)
+    finer: dict[str, Condition] = {}
+    for condition in sunlight.line_conditions.values():
+        if parse_duration(condition.every).total_seconds() > _FINE_STEP:
+            finer.setdefault(repr(condition), replace(condition, every=f"{_FINE_STEP}s"))
+    moments = 24 * 3600 / _FINE_STEP * len(sunlight.subjects.points)
+    if len(finer) * moments * len(found) > _MOST_MOMENTS:
+        return found
+    for condition in finer.values():
+        amount = condition.at_most if condition.at_least is None else condition.at_least
+        for values in measure(condition, sunlight, has_before=False):
+            key = (float(amount or 0.0), condition.measure, f"{values.date[0]}")
+            if key in found and values.hours is not None:
+                found[key] = values.hours
+    return found
+
+
 def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
     """Trace the lines of equal hours in each area, at the limits."""
     from contourpy import contour_generator  # noqa: PLC0415
@@ -199,7 +227,7 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
 
     subjects, drawn = sunlight.subjects, []
     limits = [key[0] for key in sunlight.lines]
-    for (limit, measure, date), hours in sunlight.lines.items():
+    for (limit, of, date), hours in _count_finer(sunlight).items():
         lines: list[NDArray] = []
         for k, area in enumerate(subjects.records):
             is_own = subjects.owner == k
@@ -221,7 +249,7 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
             ]
         if lines:
             short = tell_hours(limit) + (f", {date}" if limits.count(limit) > 1 else "")
-            label = f"{tell_hours(limit)} of {MEASURES[measure].words}, {date}"
+            label = f"{tell_hours(limit)} of {MEASURES[of].words}, {date}"
             drawn.append(Line(lines, label, short))
     return drawn
 
@@ -230,8 +258,12 @@ def _add_plot(shapely: Any, gathered: Gathered, drawing: Drawing) -> list[NDArra
     plot = gathered.find_plot()
     drawing.boundary = _list_rings(shapely, plot)
     reach = 0.0
+    moved = gathered.list_boundaries()
+    for boundary in moved:
+        drawing.offsets.append((_list_rings(shapely, boundary), "boundary moved"))
+    counted = moved[0] if len(moved) == 1 else plot
     for distance in (5.0, 10.0):
-        ring = shapely.buffer(plot, distance, quad_segs=16)
+        ring = shapely.buffer(counted, distance, quad_segs=16)
         drawing.offsets.append((_list_rings(shapely, ring), f"{distance:g} m"))
         reach = distance
     low, high = np.reshape(shapely.bounds(plot), (2, 2))

@@ -49,7 +49,7 @@ def list_key(drawing: Drawing, numbered: Sequence[str]) -> list[Key]:
     if drawing.buildings:
         keys.append(Key("box", "what stands around", LAND))
     if drawing.boundary:
-        beside = " and ".join(label for _, label in drawing.offsets)
+        beside = ", ".join(label for _, label in drawing.offsets)
         keys.append(Key("line", f"the plot; dashed: {beside} from it", BOUNDARY))
     keys += [Key("line", f"line of {line.label}", INK) for line in drawing.lines]
     keys += [Key("number", name, f"{k}") for k, name in enumerate(numbered, 1)]
