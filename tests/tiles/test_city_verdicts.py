@@ -27,6 +27,7 @@ OPTIONS = {
 GARDENS = {
     "long": shapely.box(85020, 447090, 85200, 447102),
     "bent": shapely.Polygon([(85090, 447150), (85130, 447150), (85090, 447190)]),
+    "patch": shapely.box(85125, 447084, 85135, 447090),  # in the square of a run of the yard
     "yard": shapely.box(85150, 447100, 85160, 447112),
 }
 PROPOSAL = {"proposed": ["west 11"], "replace": ["west 2?"]}
@@ -99,7 +100,7 @@ def test_what_tiles_lack_is_unknown_which_overrides_pass(city, tmp_path):
     assert [one.verdict for one in verdict.findings] == ["unknown"]
     assert "tiles=" in verdict.findings[0].outcome.needs
     (verdict,) = judge_city(made.job, [read_rule("bre-209-gardens")])
-    assert [one.verdict for one in verdict.findings] == ["pass"] * 3 + ["unknown"]  # no proposal
+    assert [one.verdict for one in verdict.findings] == ["pass"] * 4 + ["unknown"]  # no proposal
     assert verdict.verdict == "unknown"
 
 
