@@ -16,7 +16,8 @@ from umbra.rules import read_rule
 from umbra.tiles import city_runs
 from umbra.tiles.city_verdicts import gather_city, judge_city
 from umbra.verdicts import Gathered, Model, judge_rules
-from umbra.writers.proof.rows import list_conditions_of, list_rows
+from umbra.writers.proof.rows import list_conditions_of, list_rows, tell_verdicts
+from umbra.writers.proof.verdict_files import list_verdict_tables
 
 shapely = pytest.importorskip("shapely")
 
@@ -137,6 +138,16 @@ def test_the_command_writes_verdicts_and_a_report(city, tmp_path, capsys):
     lines = [line for line in said["whole"].splitlines() if " in the sun on average" in line]
     assert lines
     assert set(lines) <= set(said["tiles"].splitlines())
+
+
+def test_what_a_rule_takes_for_granted_is_told(city, tmp_path):
+    """Without a proposal the shadows of all parts count."""
+    made = umbra.city_study(city, out=tmp_path, tiles=120, **OPTIONS, areas=GARDENS)
+    verdicts = judge_city(made.job, [read_rule("zurich-abv")])
+    (note,) = verdicts[0].notes
+    assert note in tell_verdicts(verdicts)[-1]
+    (table,) = list_verdict_tables(verdicts, ZONE)
+    assert note in table.note
 
 
 def test_rules_that_judge_no_areas_are_refused_before_counting(city, tmp_path):

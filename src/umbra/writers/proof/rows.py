@@ -157,6 +157,7 @@ def tell_verdicts(verdicts: Sequence[RuleVerdict]) -> list[str]:
         ]  # fmt: skip
         if len(rows) > _MOST_TOLD:
             lines.append(f"  and {len(rows) - _MOST_TOLD:,} more, in verdicts.csv")
+        lines += [f"  note: {note}" for note in verdict.notes]
     return lines
 
 

@@ -36,7 +36,7 @@ def list_verdict_tables(verdicts: Sequence[RuleVerdict], zone: str) -> list[Tabl
             SHOWN,
             list_shown(one, zone),
             f"{_tell_counted(one)}{one.rule.edition}. Source: {one.rule.source}. "
-            f"{one.rule.before_use}",
+            f"{' '.join([one.rule.before_use, *(f'Note: {note}.' for note in one.notes)])}",
         )
         for one in verdicts
     ]
