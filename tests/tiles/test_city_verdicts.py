@@ -16,7 +16,8 @@ from umbra.rules import read_rule
 from umbra.tiles import city_runs
 from umbra.tiles.city_verdicts import gather_city, judge_city
 from umbra.verdicts import Gathered, Model, judge_rules
-from umbra.writers.proof.rows import list_conditions_of, list_rows
+from umbra.writers.proof.rows import list_conditions_of, list_rows, tell_verdicts
+from umbra.writers.proof.verdict_files import list_verdict_tables
 
 shapely = pytest.importorskip("shapely")
 
@@ -27,6 +28,7 @@ OPTIONS = {
 GARDENS = {
     "long": shapely.box(85020, 447090, 85200, 447102),
     "bent": shapely.Polygon([(85090, 447150), (85130, 447150), (85090, 447190)]),
+    "patch": shapely.box(85125, 447084, 85135, 447090),  # in the square of a run of the yard
     "yard": shapely.box(85150, 447100, 85160, 447112),
 }
 PROPOSAL = {"proposed": ["west 11"], "replace": ["west 2?"]}
@@ -99,7 +101,7 @@ def test_what_tiles_lack_is_unknown_which_overrides_pass(city, tmp_path):
     assert [one.verdict for one in verdict.findings] == ["unknown"]
     assert "tiles=" in verdict.findings[0].outcome.needs
     (verdict,) = judge_city(made.job, [read_rule("bre-209-gardens")])
-    assert [one.verdict for one in verdict.findings] == ["pass"] * 3 + ["unknown"]  # no proposal
+    assert [one.verdict for one in verdict.findings] == ["pass"] * 4 + ["unknown"]  # no proposal
     assert verdict.verdict == "unknown"
 
 
@@ -136,6 +138,16 @@ def test_the_command_writes_verdicts_and_a_report(city, tmp_path, capsys):
     lines = [line for line in said["whole"].splitlines() if " in the sun on average" in line]
     assert lines
     assert set(lines) <= set(said["tiles"].splitlines())
+
+
+def test_what_a_rule_takes_for_granted_is_told(city, tmp_path):
+    """Without a proposal the shadows of all parts count."""
+    made = umbra.city_study(city, out=tmp_path, tiles=120, **OPTIONS, areas=GARDENS)
+    verdicts = judge_city(made.job, [read_rule("zurich-abv")])
+    (note,) = verdicts[0].notes
+    assert note in tell_verdicts(verdicts)[-1]
+    (table,) = list_verdict_tables(verdicts, ZONE)
+    assert note in table.note
 
 
 def test_rules_that_judge_no_areas_are_refused_before_counting(city, tmp_path):

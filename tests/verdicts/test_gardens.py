@@ -7,6 +7,7 @@ from verdicts.scenes import LONDON, find_lit, find_suns, hand_hours, judge, make
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
+from umbra.writers.proof.rows import list_brief
 
 GARDEN = {"garden": rectangle(-10, 0.0, 10, 10)}
 
@@ -145,3 +146,10 @@ def test_a_ratio_may_be_off_by_what_the_proposal_changes():
     expected = share_of(OLD | {"new": tower}) / share_of(OLD)
     assert ratio.value != pytest.approx(expected, abs=0.01)
     assert abs(ratio.value - expected) <= ratio.off < 0.1
+
+
+def test_a_most_that_is_just_met_is_told_as_a_most():
+    """Of a proposal that takes nothing from a garden."""
+    model = make_model({"new": ((40, 40, 0), (41, 41, 1))}, proposed=("new",))
+    verdict = judge(model, "nyc-ceqr", areas={"park": rectangle(0, -20, 10, -10)})
+    assert {row[2][0] for row in list_brief(verdict) if row[3] == "pass"} == {"≤"}

@@ -53,6 +53,8 @@ class Outcome:
         The highest level that is reached.
     needs : str
         What to give where it is unknown.
+    is_least : bool
+        Whether the limit is the least of the value, not the most.
     parts : tuple of Outcome
         Those of the alternatives.
     """
@@ -74,6 +76,7 @@ class Outcome:
     spells: int = 0
     level: str = ""
     needs: str = ""
+    is_least: bool = True
     parts: "tuple[Outcome, ...]" = field(default=(), repr=False)
 
     @property
@@ -135,6 +138,7 @@ def _close(
     return replace(
         outcome, verdict=PASS if margin >= -SLACK else FAIL, value=value, limit=limit,
         margin=margin, unit=unit or outcome.unit, off=outcome.off if off is None else off,
+        is_least=is_least,
     )  # fmt: skip
 
 

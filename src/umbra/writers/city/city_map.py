@@ -42,17 +42,22 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
     verdicts : mapping of str to str
         Verdict on each area that was judged, by name.
     """
-    hours, roofs, (west, south, east, north) = _read(plan, areas)
+    hours, roofs, held = _read(plan, areas)
+    west, south, east, north = _find_frame(areas) or held
     divisor, words = find_mean(plan.study, plan.job.options)
     most = plan.result.up_hours / divisor
     png = _paint(hours / np.float32(divisor), roofs, most)
     wide, high = east - west, north - south
     shapes = _draw_areas(areas, verdicts, (west, north), (wide, high))
+    # Areas may lie beyond the plan: the raster is then a part of the map.
+    place = (
+        f'x="{held[0] - west:.3f}" y="{north - held[3]:.3f}" width="{held[2] - held[0]:.3f}" '
+        f'height="{held[3] - held[1]:.3f}"'
+    )
     svg = (
         f'<svg viewBox="0 0 {wide:.3f} {high:.3f}" role="img" aria-label="Hours of sun, and the '
-        f'named areas by verdict"><image href="{make_address(png)}" width="{wide:.3f}" '
-        f'height="{high:.3f}" preserveAspectRatio="none" class="pixels"/>{shapes}'
-        f"{_draw_scale(wide, high)}</svg>"
+        f'named areas by verdict"><image href="{make_address(png)}" {place} '
+        f'preserveAspectRatio="none" class="pixels"/>{shapes}{_draw_scale(wide, high)}</svg>'
     )
     return f"{_make_key(most, words, {verdicts.get(one.name, '') for one in areas})}{svg}"
 
@@ -60,26 +65,35 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
 def _read(
     plan: CityPlan, areas: Sequence[Area]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None, tuple[float, float, float, float]]:
-    """Return hours in shadow, roofs, and the rectangle of the map [m]."""
+    """Return hours in shadow, roofs, and the rectangle that they fill [m]."""
     result = plan.result
     (dx, dy), (x0, y0, *_) = result.cell, result.extent
     rows, cols = slice(0, len(result.y)), slice(0, len(result.x))
-    if areas:
-        bounds = np.array([area.polygon.bounds for area in areas])
-        low, high = bounds[:, :2].min(0), bounds[:, 2:].max(0)
-        aside = max(_ASIDE, 0.15 * float((high - low).max()))
-        cols = _cut(low[0] - aside - x0, high[0] + aside - x0, dx, len(result.x))
-        rows = _cut(low[1] - aside - y0, high[1] + aside - y0, dy, len(result.y))
+    frame = _find_frame(areas)
+    if frame is not None:
+        cols = _cut(frame[0] - x0, frame[2] - x0, dx, len(result.x))
+        rows = _cut(frame[1] - y0, frame[3] - y0, dy, len(result.y))
     size = rows.stop - rows.start, cols.stop - cols.start
-    if areas and max(size) <= _FINE and min(size) > 0:
+    if frame is not None and max(size) <= _FINE and min(size) > 0:
         window = StoredTile(-1, rows, cols)
         roofs = plan.find_roofs(window).astype(np.float32) if plan.has_roofs else None
-        frame = (x0 + cols.start * dx, y0 + rows.start * dy,
-                 x0 + cols.stop * dx, y0 + rows.stop * dy)  # fmt: skip
-        return result.read("shadow_hours", window), roofs, frame
+        held = (x0 + cols.start * dx, y0 + rows.start * dy,
+                x0 + cols.stop * dx, y0 + rows.stop * dy)  # fmt: skip
+        return result.read("shadow_hours", window), roofs, held
     hours, times, roofs = shrink_hours(result, plan=plan)
     height, width = hours.shape
     return hours, roofs, (x0, y0, x0 + width * times * dx, y0 + height * times * dy)
+
+
+def _find_frame(areas: Sequence[Area]) -> tuple[float, float, float, float] | None:
+    """Return the rectangle of all areas and what is around them [m]; None without areas."""
+    if not areas:
+        return None
+    bounds = np.array([area.polygon.bounds for area in areas])
+    low, high = bounds[:, :2].min(0), bounds[:, 2:].max(0)
+    aside = max(_ASIDE, 0.15 * float((high - low).max()))
+    (west, south), (east, north) = (low - aside).tolist(), (high + aside).tolist()
+    return west, south, east, north
 
 
 def _cut(low: float, high: float, side: float, count: int) -> slice:
@@ -124,7 +138,9 @@ def _draw_areas(
         ring = ""
         if extent < _SMALL * longest:
             ring = f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{_SMALL * longest:.2f}"/>'
-        shapes.append(f'<g {style}>{title}<path d="{path}"/>{ring}</g>')
+        shapes.append(
+            f'<g {style}>{title}<path class="halo" d="{path}"/><path d="{path}"/>{ring}</g>'
+        )
         if k in named:
             above = y - max(_SMALL * longest, float(np.ptp(corners[:, 1])) / 2) * 1.15
             names.append(

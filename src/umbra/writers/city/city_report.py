@@ -45,7 +45,7 @@ __all__ = ["CityTold", "write_city_report"]
 
 _REPORT = "report.html"
 _PICTURES = {
-    "map": "Hours of sun of the whole city",
+    "map": "The whole city",
     "hours_lost": "Hours of sun lost to the proposed development",
     "months": "Hours of sun by month",
 }

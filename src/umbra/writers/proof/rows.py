@@ -163,6 +163,7 @@ def tell_verdicts(verdicts: Sequence[RuleVerdict]) -> list[str]:
         ]  # fmt: skip
         if len(rows) > _MOST_TOLD:
             lines.append(f"  and {len(rows) - _MOST_TOLD:,} more, in verdicts.csv")
+        lines += [f"  note: {note}" for note in verdict.notes]
     return lines
 
 
@@ -170,8 +171,7 @@ def _tell_bound(outcome: Outcome) -> str:
     """Describe the limit and its side."""
     if outcome.limit is None or outcome.margin is None or outcome.value is None:
         return ""
-    is_least = (outcome.margin >= 0) == (outcome.value >= outcome.limit)
-    return f"{'≥' if is_least else '≤'} {tell_amount(outcome.limit, outcome.unit)}"
+    return f"{'≥' if outcome.is_least else '≤'} {tell_amount(outcome.limit, outcome.unit)}"
 
 
 def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
