@@ -34,15 +34,9 @@ def list_verdict_tables(verdicts: Sequence[RuleVerdict], zone: str) -> list[Tabl
         Table(
             tell_rule(verdict),
             SHOWN,
-<<<<<<< HEAD
             list_shown(verdict, zone),
             f"{_tell_counted(verdict)}{verdict.rule.edition}. Source: {verdict.rule.source}. "
-            f"{verdict.rule.before_use}",
-=======
-            list_shown(one, zone),
-            f"{_tell_counted(one)}{one.rule.edition}. Source: {one.rule.source}. "
-            f"{' '.join([one.rule.before_use, *(f'Note: {note}.' for note in one.notes)])}",
->>>>>>> tilerules
+            f"{' '.join([verdict.rule.before_use, *(f'Note: {note}.' for note in verdict.notes)])}",
         )
         for verdict in verdicts
     ]
