@@ -14,7 +14,7 @@ from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_a
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 
-__all__ = ["check_areas", "find_areas", "join_plans"]
+__all__ = ["bound_areas", "check_areas", "find_areas", "join_plans"]
 
 _GRID = 1e-6  # corners of parts that are nearer are one [m]
 
@@ -58,10 +58,8 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
     asked = check_areas(asked)
     if isinstance(asked, AreaFile):
         return place_areas(asked, scene)
-    if isinstance(asked, str) or (
-        isinstance(asked, Sequence) and all(isinstance(one, str) for one in asked)
-    ):
-        return _find_parts(scene, (asked,) if isinstance(asked, str) else asked), []
+    if (patterns := _find_patterns(asked)) is not None:
+        return _find_parts(scene, patterns), []
     shapely = need("shapely", "gis", "areas")
     if isinstance(asked, Mapping):
         given, crs = [Area(str(name), polygon) for name, polygon in asked.items()], None
@@ -81,6 +79,28 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
         raise InputError(msg, option="areas")
     areas, notes = place_areas(AreaFile(Path("areas="), tuple(given), crs, is_guess=False), scene)
     return areas, [note for note in notes if crs is not None]
+
+
+def bound_areas(scene: Scene, asked: Any) -> NDArray[np.float64]:
+    """
+    Return the bounds (2, 2) of areas, as `find_areas` takes them, in own coordinates [m].
+
+    Those of parts are the parts' own, whose plans need not be joined for them.
+    """
+    if (patterns := _find_patterns(asked)) is not None:
+        corners = scene.triangles(scene.select(patterns, option="areas")).find_corners()
+        return np.stack([corners.min(0), corners.max(0)])[:, :2] + scene.origin[:2]
+    areas, _ = find_areas(scene, asked)
+    boxes = np.array([area.polygon.bounds for area in areas])
+    return np.stack([boxes[:, :2].min(0), boxes[:, 2:].max(0)])
+
+
+def _find_patterns(asked: Any) -> Sequence[str] | None:
+    """Return the patterns of parts that are asked for; None of polygons."""
+    if isinstance(asked, str):
+        return (asked,)
+    is_list = isinstance(asked, Sequence) and all(isinstance(one, str) for one in asked)
+    return asked if is_list else None
 
 
 def _read_frame(frame: Any) -> list[Area]:

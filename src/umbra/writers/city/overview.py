@@ -28,13 +28,13 @@ from umbra.tiles.job import CityJob, Workplace, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
 from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.folder.captions import (
-    describe_making,
     find_mean,
     join_names,
     outline_areas,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.foot import describe_making
 from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.measure_map import find_end, make_measure_sheet
 from umbra.writers.picture_content import DayMap, Plan, Show, find_map_size, name_hours

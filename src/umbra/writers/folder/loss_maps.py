@@ -19,14 +19,13 @@ from umbra.study.finer import LONGEST
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     choose_panels,
-    describe_finer,
     find_maps,
     find_together,
-    list_few,
     name_model,
     name_sun,
     tell_daylight,
 )
+from umbra.writers.folder.foot import describe_finer, list_few
 from umbra.writers.picture_content import DayMap, Plan, find_map_size
 from umbra.writers.pixels import HALF, Ramp, resample
 

@@ -27,17 +27,16 @@ from umbra.writers.folder.captions import (
     Scale,
     choose_panels,
     describe,
-    describe_finer,
-    describe_method,
+    describe_moments,
     describe_smooth,
     find_maps,
-    list_few,
     name_model,
     name_shown,
     outline_areas,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
@@ -116,7 +115,7 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
 
 def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     """Draw the profile, with a map for each of several dates."""
-    study, plan = job.study, sheets.plan
+    study, plan = job.study, describe_moments(sheets.plan, job)
     most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
     steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
@@ -197,7 +196,7 @@ def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
         own = describe(job, of_day, range(k, k + 1))
         own = replace(own, appearance=sheets.plan.appearance)
         view = refine_preview(study, of_day, steps=stamps, like=view)
-        smooth = describe_smooth(own, study, view)
+        smooth = describe_smooth(describe_moments(own, job), study, view)
         _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
         _draw_hours(job, f"hours_{day}.png", own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
