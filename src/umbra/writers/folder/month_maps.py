@@ -9,6 +9,7 @@ from umbra.study import Study
 from umbra.writers.csv_tables import write_table
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.loss_maps import fit_hours
+from umbra.writers.folder.shown_window import crop_dates
 from umbra.writers.picture_content import DayMap, Plan, name_hours
 
 __all__ = ["BY_MONTH", "MONTHS", "draw_months", "list_months", "write_month_table"]
@@ -70,13 +71,15 @@ def draw_months(job: FolderJob, plan: Plan) -> list[str]:
     more, show = job.study.more, job.show
     month, dates, up = (more[name][1] for name in ("month", "dates_by_month", "up_hours_by_month"))
     most = float(up.max())
+    every = [fit_hours(hours, plan.shape) for hours in more[BY_MONTH][1]]
+    plan, every = crop_dates(job, plan, every, every)
     maps = []
     for k, number in enumerate(month.tolist()):
         own = float(up[k])
         lack = np.float32(most - own if show == "sun" else 0.0)
         days = f"mean of {dates[k]} date{'' if dates[k] == 1 else 's'}"
         maps.append(DayMap(
-            fit_hours(more[BY_MONTH][1][k] + lack, plan.shape), calendar.month_name[number],
+            every[k] + lack, calendar.month_name[number],
             f"{days} · {own:.3g} h with the sun up", is_night=own <= 0,
             dark_from=most if show == "sun" else own,
         ))  # fmt: skip

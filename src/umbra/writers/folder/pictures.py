@@ -39,6 +39,7 @@ from umbra.writers.folder.captions import (
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
+from umbra.writers.folder.shown_window import crop_dates
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -208,16 +209,24 @@ def _draw_hours(
 ) -> None:
     """Draw the hours of some dates, a map each, on the scale of all."""
     scale, finer = Scale.of(job), count_dates(shown, job)
+    plan = describe_finer(plan, job, finer)
+    each = [fit_hours(scale.read_hours(fine or one), plan.shape)
+            for one, fine in zip(shown, finer, strict=True)]  # fmt: skip
+    darks = [scale.find_dark(fine or one) for one, fine in zip(shown, finer, strict=True)]
+    # Hours in shadow, without those of the land and those by which maps of the sun are shifted.
+    shadows = [hours - (dark - one.up_hours + one.period.land_hours)
+               for one, hours, dark in zip(shown, each, darks, strict=True)]  # fmt: skip
+    plan, each = crop_dates(job, plan, each, shadows)
     maps = [
         make_map(
-            one, shown, fit_hours(scale.read_hours(fine or one), plan.shape),
+            one, shown, hours,
             f"of {one.up_hours:.3g} h with the sun up" if scale.show == "sun" else "",
-            dark_from=scale.find_dark(fine or one),
+            dark_from=dark,
         )
-        for one, fine in zip(shown, finer, strict=True)
+        for one, hours, dark in zip(shown, each, darks, strict=True)
     ]  # fmt: skip
     job.painter.draw_hours(
-        job.folder / name, describe_finer(plan, job, finer), maps, scale.most,
+        job.folder / name, plan, maps, scale.most,
         what=what, show=scale.show,
     )  # fmt: skip
 
