@@ -44,7 +44,7 @@ __all__ = [
 
 T = TypeVar("T")
 
-_PLACE = ("latitude", "longitude", "elevation", "true_north", "ground")
+_PLACE = ("latitude", "longitude", "elevation", "is_ellipsoidal", "true_north", "ground")
 _WIDTHS = {
     "vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3, "tangents": 4, "uv2": 2,
     "alpha": 1,

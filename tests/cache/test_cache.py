@@ -102,6 +102,7 @@ def test_a_scene_comes_back_as_it_was():
         Part("three", "", full.moved(vertices + 30.1)),
     ]
     facts = {"latitude": 48.1, "longitude": 1 / 3, "elevation": 170.5, "ground": -0.0}
+    facts["is_ellipsoidal"] = True
     scene = make_scene(
         parts,
         crs="EPSG:31256",

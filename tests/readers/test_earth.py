@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from pyproj import Transformer
 from support.dae_files import document
 from support.gltf_files import Document
 
 import umbra
 from umbra import InputError
+from umbra.cli.main import umbra as command
 from umbra.readers.budget import Budget
 from umbra.readers.kml import read_kml
 from umbra.readers.model import ReadChoices, turning
@@ -120,6 +122,8 @@ def test_geocentric_gltf_alone_is_upright_at_its_site(glb):
     assert (scene.latitude, scene.longitude) == pytest.approx(HERE)
     assert scene.true_north == 0
     assert any("215.00 m above the ellipsoid" in note for note in scene.notes)
+    assert scene.elevation == pytest.approx(215)
+    assert scene.is_ellipsoidal
 
 
 def test_two_geocentric_files_keep_their_way_and_their_heights(glb):
@@ -322,3 +326,17 @@ def test_place_again_keeps_the_ground_that_a_file_states(city, kmz):
     told = tuple(replace(one, ground=-1.0 if one is source else None) for one in scene.sources)
     again = umbra.place(replace(scene, sources=told), "new", at=(2600, 340600))
     np.testing.assert_allclose(find_bounds(again)[0], [2600, 340600, BASE + 1], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["geocentric", "kml"])
+def test_inspect_says_what_heights_are_above(glb, kmz, kind):
+    if kind == "geocentric":
+        path, height = glb(), 215.0
+    else:
+        path, height = kmz(place_model(altitude=31.5, mode="absolute")), 31.5
+    words = [CliRunner().invoke(command, ["inspect", str(path), *more], obj=[]).output
+             for more in ((), ("--json",))]  # fmt: skip
+    assert json.loads(words[1])["elevation"] == pytest.approx(height)
+    assert json.loads(words[1])["is_ellipsoidal"] == (kind == "geocentric")
+    (told,) = [line for line in words[0].splitlines() if f", {height:g} m above" in line]
+    assert ("ellipsoid" in told) == (kind == "geocentric")

@@ -1,6 +1,7 @@
 """Layers in their place: by the caller, or by the site that a file states."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -317,3 +318,64 @@ def shift(origin):
     matrix = np.eye(4)
     matrix[:3, 3] = origin
     return matrix
+
+
+def read_end(note):
+    """Return the origin's x, y, z and the azimuth of the y axis that a note ends with."""
+    words = note.split("now its origin at ")[1]
+    numbers = re.findall(r"-?\d+\.\d+", words)[:4]
+    return np.array([float(number) for number in numbers])
+
+
+@pytest.mark.parametrize(
+    ("place", "move", "lift", "bottom"),
+    [
+        ("2600,340600,30", "0,0", "0", 29.5),
+        ("2600,340600,30,20", "10,-2.5,1", "0.5", 31.0),
+        ("2600,340600,30", "10,-2.5,1,30", "-2", 28.5),
+        ("2600,340600", "10,-2.5,1", "0.5", GROUND + 1.5),
+        ("2600,340600,,20", "10,-2.5,1,30", "0.5", GROUND + 1.5),
+        ("2600,340600,30,20", "10,-2.5,1,30", "ground", GROUND),  # the lift comes last
+        ("2600,340600", "10,-2.5,7", "ground", GROUND),
+    ],
+)
+def test_a_note_tells_where_a_layer_is_after_its_move_and_its_lift(
+    city, box, place, move, lift, bottom
+):
+    words = {"place": f"new={place}", "move": f"new={move}", "lift": f"new={lift}"}
+    scene = umbra.read(city(), f"new={box}", **words)
+    (told,) = [note for note in scene.notes if note.startswith("layer 'new'")]
+    assert bounds_of(scene)[0, 2] == pytest.approx(bottom, abs=1e-6)
+    end = read_end(told)
+    # The box placed at once where the note says is the same box.
+    same = umbra.read(city(), f"new={box}", place="new=" + ",".join(map(repr, end.tolist())))
+    np.testing.assert_allclose(bounds_of(same), bounds_of(scene), atol=0.02)
+    given = [*map(float, place.split(",")[:2])], [*map(float, move.split(",")[:2])]
+    if move.count(",") < 3:
+        np.testing.assert_allclose(end[:2], np.sum(given, axis=0), atol=0.006)
+
+
+def test_a_layer_that_is_moved_alone_tells_its_bounds(city, box):
+    high = umbra.read(city(), f"new={box}", place="new=2600,340600,30")
+    corner = bounds_of(high)[0]
+    file = box.with_name("there.obj")
+    lines = ["v {} {} {}".format(*corner + at) for at in ((0, 0, 0), (3, 0, 0), (0, 4, 5))]
+    file.write_text("\n".join([*lines, "f 1 2 3"]))
+    for lift, low in (("1.25", 31.75), ("ground", GROUND)):
+        scene = umbra.read(city(), f"new={file}", move="new=10,-2.5,1", lift=f"new={lift}")
+        bounds = bounds_of(scene)
+        assert bounds[0] == pytest.approx([*corner[:2] + (10, -2.5), low], abs=1e-6)
+        (told,) = [note for note in scene.notes if note.startswith("layer 'new'")]
+        ends = (bounds[0, 0], bounds[0, 1], bounds[0, 2], bounds[1, 2])
+        assert all(f"{value:.2f}" in told.split("now its west end")[1] for value in ends)
+
+
+def test_the_ground_is_that_below_where_a_layer_was_moved(city, box):
+    """Two buildings at 12 m and at 20 m: a layer placed beside one is moved beside the other."""
+    other = json.loads(city(name="high.city.json").read_text())
+    other["vertices"] = [[x + 200, y, z + 8] for x, y, z in other["vertices"]]
+    (city().parent / "high.city.json").write_text(json.dumps(other))
+    files = city(), city().parent / "high.city.json", f"new={box}"
+    for lift, low in (("0", 21.0), ("ground", 20.0)):
+        scene = umbra.read(*files, place="new=2525,340500", move="new=170,0,1", lift=f"new={lift}")
+        assert bounds_of(scene)[0, 2] == pytest.approx(low)

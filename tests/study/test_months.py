@@ -28,8 +28,9 @@ def scene():
         {**PLAN, "spells": True},
         {**PLAN, "proposed": ["tower"]},
         {**PLAN, "canopy": "tower", "transmissivity": "0.3:0.6", "leaf_on": "04-15..10-31"},
+        {**PLAN, "disc": True},
     ],
-    ids=["plan", "surfaces", "spells", "proposal", "leaves"],
+    ids=["plan", "surfaces", "spells", "proposal", "leaves", "disc"],
 )
 def test_a_month_is_the_mean_of_its_dates(scene, more):
     study = umbra.shadow_study(scene, SITE, **YEAR, **more)

@@ -70,6 +70,39 @@ def test_tiles_hold_the_bytes_of_one_study(city, tmp_path, receivers, more):
     assert made.facts["merged_objects"] == 3
 
 
+MONTHS = {"date": "2026-02-01..2026-04-20", "every_days": 6, "every": "15min"}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"receivers": "top", "horizon": RING},
+        {"spells": True},
+        {"proposed": ["west 11"], "every": "20min"},
+        {"disc": True, "every": "2h", "cell": 20.0},
+    ],
+    ids=["groups", "land", "spells", "proposal", "disc"],
+)
+def test_months_are_those_of_one_study(city, tmp_path, groups, more):
+    options = {**MONTHS, "receivers": "ground", "cell": 6.0, "extent": EXTENT, **more}
+    _, whole = check_tiles(city, tmp_path, (220,), **options)
+    assert whole.month.values.tolist() == [2, 3, 4]
+    assert np.ptp(whole.sun_hours_by_month.values.mean((1, 2))) > 0.5
+    assert bool(groups) == (set(more) <= {"receivers", "horizon"})
+
+
+def test_months_of_surfaces_are_the_same_in_any_tiles(city, tmp_path):
+    options = {**MONTHS, "receivers": "surfaces", "spacing": 6.0, "every": "2h"}
+    found = [
+        umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options).dataset.load()
+        for side in SIDES[:2]
+    ]
+    compare(*found)
+    whole = (found[0].sun_hours_by_month * found[0].dates_by_month).sum("month")
+    np.testing.assert_allclose(whole, found[0].sun_hours, atol=1e-3)
+
+
 def test_like_houses_of_one_name_stay_two(tmp_path):
     x, y = 84950, 446950
     west, east = tmp_path / "west.city.json", tmp_path / "east.city.json"

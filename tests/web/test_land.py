@@ -1,15 +1,19 @@
 """The live page of a study with land far away: dusk, hours and sky, beside Python's."""
 
+import base64
 import json
 import warnings
 from datetime import datetime
+from io import BytesIO
 
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 from support.shapes import box
 
 import umbra
+from umbra.errors import InputError
 from umbra.lights import Horizon
 from umbra.web.bundle import bundle
 
@@ -80,3 +84,26 @@ def test_a_page_of_a_study_with_land(page, tmp_path):
     page.wait("umbra.waits === 0")
     noon = page.ask(SHOWN)
     assert (noon["behind"], noon["lights"], noon["place"]) == (False, 1, False)
+
+
+def test_a_view_with_land_and_no_study(page, tmp_path):
+    """The land of ``horizon=``: dusk, and a poster without sun as the page draws none."""
+    scene = umbra.make_scene(*box((-5, -5, 0), (5, 5, 30)), name="tower").with_facts(ground=0.0)
+    when = {"date": "2026-03-21", "at": "07:30"}
+    umbra.show(scene, SITE, horizon=RIDGE, out=tmp_path / "land.html", **when)
+    umbra.show(scene, SITE, out=tmp_path / "open.html", **when)
+    shown = {}
+    for name in ("land", "open"):
+        page.open(tmp_path / f"{name}.html", READY)
+        shown[name] = page.ask(SHOWN)
+        poster = (tmp_path / f"{name}.html").read_text().split("data:image/webp;base64,")[1]
+        image = Image.open(BytesIO(base64.b64decode(poster.split('"')[0])))
+        shown[name]["light"] = np.asarray(image.convert("L")).mean()
+    assert (shown["land"]["behind"], shown["land"]["lights"]) == (True, 0)
+    assert "behind the land" in shown["land"]["told"]
+    assert (shown["open"]["behind"], shown["open"]["lights"]) == (False, 1)
+    assert shown["land"]["light"] < 0.9 * shown["open"]["light"]
+    study = umbra.shadow_study(scene, SITE, date="2026-03-21", cell=4.0)
+    with pytest.raises(InputError) as caught:
+        umbra.show(scene, SITE, study=study, horizon=RIDGE, out=tmp_path / "two.html")
+    assert caught.value.option == "horizon"

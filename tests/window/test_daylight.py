@@ -6,11 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import umbra
+from umbra.calls.first_view import begin_view, settle_view
+from umbra.calls.picture_options import ViewOptions
+from umbra.errors import InputError
+from umbra.lights import Horizon
 from umbra.sun import Site, find_sun
-from umbra.window.daylight import Sun, find_day, tell_daylight_hours
+from umbra.window.daylight import ProfilePeriod, Sun, find_daily_suns, find_day, tell_daylight_hours
+from umbra.window.handles import find_handles
+from umbra.window.view_file import from_json, save_view, to_json
+from umbra.window.view_state import SUN
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 JUNE = dt.date(2026, 6, 21)
+MARCH = dt.date(2026, 3, 21)
+WEST = Horizon("west", "", np.array([0.0, 180.0, 200.0, 340.0]), np.array([0.0, 0.0, 20.0, 20.0]))
 
 
 def test_by_clock_it_stands_where_the_sun_is():
@@ -75,3 +85,59 @@ def test_it_rises_and_sets_as_in_pages_and_reports():
     north = Site(69.65, 18.96, "Europe/Oslo")
     assert tell_daylight_hours(north, JUNE) == "the sun does not set"
     assert tell_daylight_hours(north, dt.date(2026, 12, 21)) == "the sun does not rise"
+
+
+def test_it_goes_behind_the_land():
+    """The last minute of light is that in which the sun's own place meets a ridge of 20 degrees."""
+    for north in (0.0, 130.0):
+        site = replace(VIENNA, true_north=north)
+        sun = Sun(site=site, date=MARCH, land=WEST)
+        minutes = np.arange(12 * 60, 18 * 60)
+        lit = [replace(sun, minutes=float(one)).light() is not None for one in minutes]
+        level = [replace(sun, minutes=float(one), land=None).place()[1] for one in minutes]
+        assert lit == [one >= 20 for one in level]
+        assert 60 < lit.count(False) < 240
+    late = replace(sun, minutes=17 * 60.0)
+    assert (late.is_up, late.is_behind_land, late.light()) == (True, True, None)
+    assert not replace(sun, minutes=60.0).is_behind_land  # at night the earth hides it
+    east, west = (Sun(azimuth=turn, altitude=10.0, land=WEST).light() for turn in (90.0, 270.0))
+    assert (east is not None, west) == (True, None)
+
+
+def test_the_handle_stays_while_it_is_behind_the_land(tower):
+    options = ViewOptions(date="2026-03-21", at="17:00", horizon=WEST)
+    view = begin_view(settle_view(options, tower, VIENNA), tower, VIENNA, (400, 300))
+    assert view.shining() == {}
+    assert [one.number for one in find_handles(view, (400, 300))] == [SUN]
+
+
+def test_suns_behind_the_land_are_hours_of_shadow(tower):
+    """As in a study of the same land: the sun is up, and reaches nothing."""
+    site, period = replace(VIENNA, true_north=-130.0), ProfilePeriod(12 * 60.0, 18 * 60.0, 30.0)
+    suns = find_daily_suns(site, MARCH, period, WEST)
+    told = {"date": "2026-03-21", "start": "12:00", "end": "18:00", "every": "30min"}
+    study = umbra.shadow_study(
+        tower, site, **told, receivers="points", points=[(20.0, 9, 1)], horizon=WEST
+    )
+    assert suns.total == find_daily_suns(site, MARCH, period).total
+    assert suns.behind_land == float(study.shadow_hours[0])
+    assert suns.hours.sum() == float(study.sun_hours[0])
+    assert 0 < suns.behind_land < suns.total
+
+
+def test_a_view_of_a_file_takes_the_land_of_the_call(tower, tmp_path):
+    options = ViewOptions(date="2026-03-21", at="17:00", horizon=WEST)
+    view = begin_view(options, tower, VIENNA, (400, 300))
+    save_view(tmp_path / "v.json", view)
+    assert from_json(to_json(view)).sun == replace(view.sun, land=None)
+    again = replace(options, view=tmp_path / "v.json", date=None, at=None)
+    assert begin_view(again, tower, VIENNA, (400, 300)).shining() == {}
+    bare = replace(again, horizon=None)
+    assert list(begin_view(bare, tower, VIENNA, (400, 300)).shining()) == [SUN]
+
+
+def test_a_distance_is_of_a_raster(tower):
+    with pytest.raises(InputError) as caught:
+        ViewOptions(horizon=WEST, horizon_from="2km")
+    assert caught.value.option == "horizon_from"
+    assert ViewOptions(horizon=WEST).horizon is WEST

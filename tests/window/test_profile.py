@@ -12,6 +12,7 @@ from support.shapes import box, sheet
 import umbra
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
+from umbra.lights import Horizon
 from umbra.rays.depth import NOTHING
 from umbra.scene import Mesh, Part, directional_light, make_scene
 from umbra.sun import find_sun, make_steps
@@ -101,6 +102,28 @@ def test_the_relief_is_as_high_as_rays_say(tower, view):
     assert relief.hours.max() * relief.lift <= 6 / 3 + 1e-6  # a third of the tower's height
     rim = np.concatenate([relief.hours[[0, -1]].ravel(), relief.hours[:, [0, -1]].ravel()])
     assert (rim == 0).all()  # the longest shadow is within
+
+
+def test_the_land_lifts_the_relief_everywhere(painter, tower, view):
+    """Its hours are added on all ground, and the scale and the colours go on with the sun up."""
+    west = Horizon("west", "", np.array([0.0, 180, 200, 340]), np.array([0.0, 0, 20, 20]))
+    period = ProfilePeriod(540, 1020, 60)
+    view = replace(view, period=period)
+    hidden = replace(view, sun=replace(view.sun, land=west))
+    suns, plain = hidden.profile_suns(), view.profile_suns()
+    assert suns.behind_land == plain.total - len(suns.hours) == 1
+    relief = count_profile(tower, range(2), 0.0, suns)
+    rim = np.concatenate([relief.hours[[0, -1]].ravel(), relief.hours[:, [0, -1]].ravel()])
+    assert (rim == 1).all()
+    assert relief.lift == count_profile(tower, range(2), 0.0, plain).lift
+    # One painter, first without the land and then with it: the relief is counted again.
+    lows = []
+    for one in (view, hidden):
+        drawn = painter.draw(one.toggle("profile").toggle("relief"), SIZE)
+        assert drawn.period == plain.total
+        hours = painter._relief[1].hours
+        lows.append(hours[hours >= 0].min())
+    assert lows == [0, 1]
 
 
 def test_the_relief_stands_over_the_picture_and_behind_the_model(painter, tower, view):

@@ -115,6 +115,31 @@ def test_lights_are_dragged_by_their_handles(display, model):
         assert desk.finish() == (0, "", "")
 
 
+def test_the_sun_goes_behind_the_land_of_a_file(display, model):
+    """The file as study takes it; a loaded view keeps the land; the picture is that without sun."""
+    land = model.parent / "ring.csv"
+    land.write_text("azimuth,elevation\n" + "".join(f"{45 * k},25\n" for k in range(8)))
+    when = ("--date", "2026-03-21", "--at", "16:30")
+    with open_desk(display, model, "--horizon", land, *when) as desk:
+        view = desk.view()
+        assert view.sun.place()[1] > 10
+        desk.press("ctrl+o", "p")
+        dark = np.asarray(Image.open(desk.wait_for("model.png"))).astype(int)
+        desk.press(*["Left"] * 16, "p")  # four hours earlier
+        noon = np.asarray(Image.open(desk.wait_for("model-2.png"))).astype(int)
+        assert desk.close() == (0, "", "")
+    ground = find_ground(read(model))
+    with SceneRenderer(ground.scene, ground.level) as renderer:
+        camera = view.viewpoint.camera(SIZE)
+        expected = [
+            renderer.render(camera, lights, samples=SMOOTH).astype(int)
+            for lights in ([], list(desk_at(view, 750).shining().values()))
+        ]
+    for found, known in zip((dark, noon), expected, strict=True):
+        assert (np.abs(found - known).max(2) > 1).mean() < 1e-4
+    assert np.abs(noon - dark).max() > 50
+
+
 def desk_at(view, minutes):
     from dataclasses import replace  # noqa: PLC0415
 

@@ -91,15 +91,15 @@ class CityStudy:
         """
         Write further files beside the store, with one tile in memory at a time.
 
-        Named areas are in ``areas.csv``.
+        Named areas are in ``areas.csv``, hours of sun by month of many dates in ``months.csv``.
 
         Parameters
         ----------
         *formats : str
             Of plans ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
-            ``map.png``; ``'stac'``: ``item.json``. Of surfaces ``'geoparquet'``:
-            ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``, ``'cityjson'``:
-            the city's CityJSON files with hours. All but the last by default.
+            ``map.png``, of several months ``months.png``; ``'stac'``: ``item.json``. Of surfaces
+            ``'geoparquet'``: ``surfaces.parquet``, ``'3dtiles'``: ``3dtiles/tileset.json``,
+            ``'cityjson'``: the city's CityJSON files with hours. All but the last by default.
 
         Returns
         -------
@@ -112,13 +112,14 @@ class CityStudy:
             folder.
         """
         from umbra.tiles.run import lock_run  # noqa: PLC0415
-        from umbra.writers.city import write_city_files  # noqa: PLC0415
+        from umbra.writers.city import write_city_files, write_city_months  # noqa: PLC0415
         from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
 
         with lock_run(self.folder):
             tables = write_area_table(self.folder, self.run.areas)
+            months = write_city_months(self.folder)
             written = write_city_files(self.folder, formats)
-            return [*(self.folder / name for name in tables), *written]
+            return [*(self.folder / name for name in tables), *months, *written]
 
 
 @record

@@ -1,6 +1,7 @@
 """The first view of a window, a page or a notebook: its state, and its picture."""
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,17 +9,50 @@ from typing import TYPE_CHECKING
 from umbra.calls.ground import stand_scene
 from umbra.calls.picture import Picture, draw_picture
 from umbra.calls.picture_options import RenderOptions, ViewOptions
+from umbra.calls.study_result import ShadowStudy
 from umbra.devices import DEFAULT
+from umbra.errors import InputError
+from umbra.land.settle import NamedLand
+from umbra.lights import Horizon
 from umbra.methods import Softness
-from umbra.scene import Scene
+from umbra.scene import Scene, directional_light
+from umbra.study import Study
 from umbra.sun import Site
 
 if TYPE_CHECKING:
     from umbra.window.view_state import ViewState
 
-__all__ = ["begin_view", "draw_view"]
+__all__ = ["begin_view", "draw_view", "find_shown_land", "find_shown_study", "settle_view"]
 
 _DATE = "2026-03-21"  # default date
+_NIGHT = directional_light((0.0, 0.0, 1.0), color=(0.0, 0.0, 0.0))  # a picture of none has its own
+
+
+def settle_view(
+    options: ViewOptions, scene: Scene, site: Site | None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> ViewOptions:  # fmt: skip
+    """Return options with the horizon of the land around a model, of a raster as of a table."""
+    named = NamedLand.of(options.horizon, options.horizon_from)
+    land = named.settle(scene.model_bounds(), site, progress)
+    return replace(options, horizon=land, horizon_from=None)
+
+
+def find_shown_study(options: ViewOptions) -> Study | None:
+    """Return the result of the study that a page shows."""
+    given: object = options.study
+    if given is None:
+        return None
+    if isinstance(given, ShadowStudy):
+        return given.result
+    msg = f"study= is a {type(given).__name__}, not a study; give what umbra.shadow_study returns"
+    raise InputError(msg, option="study")
+
+
+def find_shown_land(options: ViewOptions) -> Horizon | None:
+    """Return the land far away of a view: its own, once settled, or its study's."""
+    study = find_shown_study(options)
+    return options.horizon if study is None else study.period.horizon
 
 
 def begin_view(
@@ -34,6 +68,7 @@ def begin_view(
     view = make_view(scene, size, site=site, date=date, minutes=_find_minutes(options, site))
     if options.view is not None:
         view = load_view(Path(options.view), view.lights)
+    view = replace(view, sun=replace(view.sun, land=find_shown_land(options)))
     if options.animation is not None or options.time is not None:
         found = find_animations(scene, 0 if options.animation is None else options.animation)
         chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
@@ -92,7 +127,7 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     motion = Motion(scene)
     view, scene = motion.follow(view), motion.pose(view)
     casters = sorted(set(range(len(scene.parts))) - view.no_cast)
-    lights = list(view.shining().values())
+    lights = list(view.shining().values()) or [_NIGHT]
     picture = draw_picture(scene, camera, lights, drawing, said.append, casters)
     for text in said:
         warnings.warn(text, stacklevel=4)

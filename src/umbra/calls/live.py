@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 
 from PIL import Image
 
-from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.first_view import (
+    begin_view,
+    draw_view,
+    find_shown_land,
+    find_shown_study,
+)
 from umbra.calls.ground import stand_scene
 from umbra.calls.picture_options import ViewOptions
 from umbra.calls.study_result import ShadowStudy
@@ -50,7 +55,7 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     """
     from umbra.window.view_file import to_json  # noqa: PLC0415
 
-    study = _find_study(options.study)
+    study = find_shown_study(options)
     scene, height = _stand(scene, options)
     hours = None if study is None else make_hours(study)
     view = begin_view(options, scene, site, options.size)
@@ -69,19 +74,13 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
         **describe_layers(scene),
         "proposed": proposed,
         "removed": removed,
-        "notes": [*scene.notes, *_tell_shadows(scene, study)],
+        "notes": [*scene.notes, *_tell_shadows(scene, study, find_shown_land(options))],
         "palette": make_palette(),
         "hours": hours,
         "hasLink": True,
         "takesWheel": True,
         "poster": "",
     }
-
-
-def _find_land(options: ViewOptions) -> Horizon | None:
-    """Return the land far away of a page's study."""
-    study = _find_study(options.study)
-    return None if study is None else study.period.horizon
 
 
 def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
@@ -91,7 +90,7 @@ def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
     return [k for k, part in enumerate(scene.parts) if id(part) in gone]
 
 
-def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
+def _tell_shadows(scene: Scene, study: Study | None, land: Horizon | None) -> list[str]:
     """Say what the page's shadows leave out: light through glass and through canopies."""
     notes = []
     glass = [part.name for part in scene.parts if part.material.opacity < 1]
@@ -100,8 +99,7 @@ def _tell_shadows(scene: Scene, study: Study | None) -> list[str]:
         notes.append(
             f"{what} drawn transparent (first: '{glass[0]}'), and cast shadows as opaque ones do"
         )
-    if study is not None and study.period.horizon is not None:
-        land = study.period.horizon
+    if land is not None:
         notes.append(
             f"the land of {land.name}, up to {land.highest:.1f}° high, hides the sun; it is not "
             "drawn, and dusk stands for it"
@@ -128,16 +126,6 @@ def _find_ground(scene: Scene, study: Study | None, height: float | None) -> flo
     if study is not None and study.is_plan and height is not None:
         return clear_ground(scene, float(study.ground), is_above=study.kind.lies_under_roofs)
     return None if height is None else clear_ground(scene, height, is_above=False)
-
-
-def _find_study(given: object) -> Study | None:
-    """Return a study's result."""
-    if given is None:
-        return None
-    if isinstance(given, ShadowStudy):
-        return given.result
-    msg = f"study= is a {type(given).__name__}, not a study; give what umbra.shadow_study returns"
-    raise InputError(msg, option="study")
 
 
 def _describe(scene: Scene, site: Site | None) -> str:
@@ -180,8 +168,10 @@ def make_live_page(scene: Scene, site: Site | None, options: ViewOptions) -> str
     scene, _ = _stand(scene, options)
     config = make_config(scene, site, options)
     config["poster"] = _draw_poster(scene, site, options)
-    surface = find_face_surfaces(_find_study(options.study), scene)
-    return make_page(pack_model(scene, site, surface, _find_land(options)), config, __version__)
+    surface = find_face_surfaces(find_shown_study(options), scene)
+    return make_page(
+        pack_model(scene, site, surface, find_shown_land(options)), config, __version__
+    )
 
 
 def write_live_page(
@@ -200,7 +190,7 @@ def make_widget(scene: Scene, site: Site | None, options: ViewOptions) -> "LiveV
     from umbra.web.pack import pack_model  # noqa: PLC0415
     from umbra.web.widget import LiveView  # noqa: PLC0415
 
-    surface = find_face_surfaces(_find_study(options.study), scene)
+    surface = find_face_surfaces(find_shown_study(options), scene)
     return LiveView(
-        pack_model(scene, site, surface, _find_land(options)), config, height=options.size[1]
+        pack_model(scene, site, surface, find_shown_land(options)), config, height=options.size[1]
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,14 +22,11 @@ from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
     from umbra.calls.study_result import ShadowStudy
-    from umbra.scene import Light
-    from umbra.sun import Site
 
 __all__ = [
     "SHADOWS",
     "VECTORS",
     "DrawingOptions",
-    "LightOptions",
     "RenderOptions",
     "ShadowOptions",
     "ViewOptions",
@@ -92,85 +89,6 @@ _gap = partial(
     _lights, "number", "With layers after Weng: from each to the next, in the same unit.",
     default=Softness.gap, metavar="N",
 )  # fmt: skip
-
-
-@record
-class LightOptions(Options):
-    """
-    The lights of a command, checked; Python passes records or vectors to ``umbra.render``.
-
-    Raises
-    ------
-    InputError
-        If a light is wrong, or the sun's date or time is missing.
-    """
-
-    lights: Sequence[Sequence[float]] = _lights(
-        "numbers",
-        "A light; W=1 is a point (default), W=0 a direction toward the light.",
-        default=(), flag="--light", count=(3, 4), is_repeated=True, unit="m", metavar="X,Y,Z[,W]",
-    )  # fmt: skip
-    spots: Sequence[Sequence[float]] = _lights(
-        "numbers", "A spot light: its position, target and half angle.",
-        default=(), flag="--spot", count=7, is_repeated=True, metavar="X,Y,Z,TX,TY,TZ,DEG",
-    )  # fmt: skip
-    date: str | None = _lights(
-        "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
-    )
-    at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
-    horizon: Any = _lights("table", "Refuse a sun behind the land of a file.", metavar="FILE")
-
-    def __post_init__(self) -> None:
-        check_types(self)
-        self._make_given()
-        if (self.date is None) != (self.at is None):
-            msg = "the sun's light needs both date= and at= (a clock time: at='15:00')"
-            raise InputError(msg, option="at" if self.at is None else "date")
-        if self.date is not None:
-            from umbra.sun.local_time import parse_date  # noqa: PLC0415
-
-            parse_date(self.date)
-
-    @property
-    def count(self) -> int:
-        """Number of lights."""
-        return len(self.lights) + len(self.spots) + (self.date is not None)
-
-    def make(self, find_site: Callable[[], Site]) -> list[Light]:
-        """Make the lights; the site is found only if the sun is one of them."""
-        from umbra.sun import sun_light  # noqa: PLC0415
-
-        made = self._make_given()
-        if self.date is not None and self.at is not None:
-            made.append(sun_light(find_site(), self.date, self.at))
-        return made
-
-    def tell_sun(self, site: Site) -> str:
-        """Describe the sun's date, time and place."""
-        from umbra.sun.clock import find_stamps  # noqa: PLC0415
-        from umbra.sun.local_time import parse_date  # noqa: PLC0415
-
-        stamp = find_stamps(parse_date(str(self.date)), [str(self.at)], site.zone)
-        return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {site.show()}"
-
-    def _make_given(self) -> list[Light]:
-        from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415
-
-        made = [_name_slips("lights", make_lights, v)[0] for v in self.lights]
-        return made + [
-            _name_slips("spots", lambda v: spot_light(v[:3], v[3:6], v[6]), v) for v in self.spots
-        ]
-
-
-def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Sequence[float]) -> Any:
-    """Call ``make`` on an option's values; name the option and value in errors."""
-    try:
-        return make(values)
-    except InputError as error:
-        if error.option is not None:
-            raise
-        msg = f"{name}=({', '.join(f'{value:g}' for value in values)}): {error}"
-        raise InputError(msg, option=name) from error
 
 
 @record
@@ -357,6 +275,12 @@ class ViewOptions(Options):
         "stands in them with half of its plan or more.",
         more="Or shapely's polygons in the model's own coordinates.", metavar="FILE|WKT",
     )  # fmt: skip
+    horizon: Given[str | Path | Any | None, Any] = _study(
+        "horizon", heading="Lights",
+        help="Land up to 100 km away, behind which the sun goes: a raster of heights or a table, "
+        "as umbra study takes it; it is not drawn.",
+    )  # fmt: skip
+    horizon_from: Given[float | str | None, float | None] = _study("horizon_from", heading="Lights")
     study: ShadowStudy | None = option(
         "any", "A study of receivers 'ground' or 'top', whose hours a page or a notebook shows as "
         "colours.", flag=None,
@@ -395,3 +319,15 @@ class ViewOptions(Options):
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
             parse_date(self.date)
+        self._check_horizon()
+
+    def _check_horizon(self) -> None:
+        """Read the land; refuse it beside a study, which knows its own."""
+        from umbra.land.settle import NamedLand  # noqa: PLC0415  (the help needs none)
+
+        if self.horizon is not None and self.study is not None:
+            msg = "horizon= is the study's; give it to umbra.shadow_study, and leave it out here"
+            raise InputError(msg, option="horizon")
+        named = NamedLand.of(self.horizon, self.horizon_from)
+        object.__setattr__(self, "horizon", named.horizon)
+        object.__setattr__(self, "horizon_from", named.nearest)

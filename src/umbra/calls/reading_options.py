@@ -102,7 +102,9 @@ class ReadingOptions(Options):
         default=(), metavar="LAYER=X,Y[,Z][,AZIMUTH]",
     )  # fmt: skip
     lift: tuple[str, ...] = _reading(
-        "texts", "Raise a layer by this length, or set its lowest point on the others' ground.",
+        "texts",
+        "Raise a layer by this length, or set its lowest point on the others' ground; after its "
+        "move.",
         default=(), metavar="LAYER=M|ground",
     )  # fmt: skip
     move: tuple[str, ...] = _reading(

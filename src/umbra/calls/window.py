@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeGuard
 
-from umbra.calls.first_view import begin_view, draw_view
+from umbra.calls.first_view import begin_view, draw_view, settle_view
 from umbra.calls.ground import stand_scene
 from umbra.calls.picture_options import ViewOptions
 from umbra.errors import check_type
@@ -78,6 +79,9 @@ def show(
         site = _find_site(scene, options)
     else:
         check_type("site", site, Site)
+    options = settle_view(options, scene, site)
+    for line in () if options.horizon is None else options.horizon.told:
+        warnings.warn(line, stacklevel=3)
     if is_page(options.out):
         from umbra.calls.live import write_live_page  # noqa: PLC0415
 
@@ -131,11 +135,12 @@ def open_window(
 
 
 def _find_site(scene: Scene, options: ViewOptions) -> Site | None:
-    """Return the file's site; a date's sun needs one."""
+    """Return the file's site; a date's sun needs one, and land, whose azimuths are of north."""
     from umbra.sun import find_site  # noqa: PLC0415
 
     is_known = scene.latitude is not None and scene.longitude is not None
-    return find_site(scene) if is_known or options.date or options.at else None
+    is_asked = options.date or options.at or options.horizon is not None
+    return find_site(scene) if is_known or is_asked else None
 
 
 def _is_notebook() -> bool:

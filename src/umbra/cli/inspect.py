@@ -56,7 +56,8 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     if scene.latitude is not None and scene.longitude is not None:
         place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
         if scene.elevation is not None:
-            place += f", {scene.elevation + 0.0:g} m above the sea"
+            datum = "ellipsoid (WGS 84), not the sea" if scene.is_ellipsoidal else "sea"
+            place += f", {scene.elevation + 0.0:g} m above the {datum}"
         if scene.true_north is not None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
         echo(f"{crs}: {place}")

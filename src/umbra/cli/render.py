@@ -11,7 +11,8 @@ import click
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.film import FILMS, FilmOptions, check_film, plan_shots, write_film
-from umbra.calls.picture_options import VECTORS, LightOptions, RenderOptions, ShadowOptions
+from umbra.calls.light_options import LightOptions
+from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
     find_model_site,

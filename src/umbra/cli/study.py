@@ -167,7 +167,11 @@ def study_city(
     as_json: bool,
 ) -> None:
     """Run a study in tiles, and print where its results are."""
-    from umbra.writers.city import check_city_formats, write_city_files  # noqa: PLC0415
+    from umbra.writers.city import (  # noqa: PLC0415
+        check_city_formats,
+        write_city_files,
+        write_city_months,
+    )
     from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
     from umbra.writers.folder.summary import tell_areas  # noqa: PLC0415
 
@@ -189,6 +193,7 @@ def study_city(
             more.extend(out / name for name in write_area_table(out, study.run.areas))
             names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
             stages.begin("drawing and writing")
+            more.extend(write_city_months(study.folder))
             advance = partial(stages.advance, what="drawing and writing", unit="tiles")
             more.extend(write_city_files(study.folder, names, advance, say) if names else ())
 

@@ -1,6 +1,7 @@
 """``umbra view``: look at a model in a window, its lights and its shadows."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import click
@@ -15,7 +16,8 @@ from umbra.cli.reading import (
     site_options,
     take_site,
 )
-from umbra.cli.terminal import echo, echo_path
+from umbra.cli.terminal import echo, echo_path, show_progress
+from umbra.errors import write_for_shell
 from umbra.machine import load_compiler
 
 __all__ = ["command"]
@@ -46,6 +48,7 @@ def command(
     \b
     Examples:
     umbra view quarter.city.json --date 2026-06-21 --at 18:30
+    umbra view quarter.city.json --horizon alps.tif --date 2026-12-21
     umbra view quarter.city.json --web
     umbra view quarter.city.json --out scene.html
     """  # noqa: D301  (click asks for a real backspace)
@@ -66,8 +69,10 @@ def command(
         typed[name] is not None or getattr(scene, name) is not None
         for name in ("latitude", "longitude")
     )
-    is_asked = any(value is not None for value in (*typed.values(), chosen.date, chosen.at))
+    asking = (*typed.values(), chosen.date, chosen.at, chosen.horizon)
+    is_asked = any(value is not None for value in asking)
     site = find_model_site(scene) if is_known or is_asked else None
+    chosen = _settle_land(scene, site, chosen)
     if is_page(chosen.out):
         from umbra.calls.live import write_live_page  # noqa: PLC0415
 
@@ -77,6 +82,20 @@ def command(
         _serve(scene, site, chosen)
     elif not is_page(chosen.out):
         open_window(scene, site, chosen, instead)
+
+
+def _settle_land(scene: Any, site: Any, chosen: ViewOptions) -> ViewOptions:
+    """Find the horizon of the land that is named, and tell what was read."""
+    from umbra.calls.first_view import settle_view  # noqa: PLC0415
+
+    if chosen.horizon is None:
+        return chosen
+    with show_progress(quiet=False) as stages:
+        look = partial(stages.advance, what="reading the land", unit="blocks")
+        chosen = settle_view(chosen, scene, site, look)
+    for line in chosen.horizon.told:
+        echo(f"note: {write_for_shell(line)}", err=True)
+    return chosen
 
 
 def _serve(scene: Any, site: Any, chosen: ViewOptions) -> None:

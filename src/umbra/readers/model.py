@@ -118,7 +118,7 @@ class FilePlace:
 
     latitude: float | None = None  # [degrees]
     longitude: float | None = None  # [degrees]
-    elevation: float | None = None  # above the sea [m]
+    elevation: float | None = None  # above the sea, or the ellipsoid (see below) [m]
     # Azimuth of true north in the file's plan, clockwise from +y [degrees]
     true_north: float | None = None
     ground: float | None = None  # height of the level ground in the file's own coordinates [m]
@@ -236,11 +236,12 @@ def state_site(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
                     f"true north is at {north:.2f}° in {first} and at {other:.2f}° in {name}; "
                     "the first is used (true_north=)"
                 )
-    heights = [place.elevation for place in places.values() if place.elevation is not None]
+    high = next((place for place in places.values() if place.elevation is not None), None)
     ground = _find_ground(places, notes)
     return scene.with_facts(
         latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
-        elevation=heights[0] if heights else scene.elevation, ground=ground,
+        elevation=scene.elevation if high is None else high.elevation, ground=ground,
+        is_ellipsoidal=scene.is_ellipsoidal if high is None else high.is_ellipsoidal,
         site_doubt="; ".join(doubts) or scene.site_doubt,
     )  # fmt: skip
 

@@ -2,8 +2,9 @@
 Layers in their place among others: where a caller puts them, or where their site lies.
 
 A model's own origin comes to a place of the other layers' plan, and its y axis is turned clockwise
-from the plan's north. Without a height the ground that its file states, such as that of a storey at
-grade, lies on the ground of the others there, with cellars below; else its lowest point does.
+from the plan's north. Then it is turned about its middle and moved, and last it is lifted. Without
+a height the ground that its file states, such as that of a storey at grade, lies on the ground of
+the others below where it was moved, with cellars below; else its lowest point does.
 """
 
 import math
@@ -55,7 +56,7 @@ class Placing:
     turn : float
         Clockwise about the middle of its plan, before the move [degrees].
     lift : float or str
-        Afterwards [m]; or ``'ground'``, for its lowest point.
+        After the move [m]; or ``'ground'``: its lowest point comes there, whatever its height was.
     reason : str
         What states the place, if it is not the caller.
     """
@@ -212,16 +213,16 @@ def place_parts(
     """
     matrix = np.eye(4)
     told: list[str] = []
+    own = np.zeros(3) if frame is None else frame[:3, 3]  # the layer's origin, as parts lie
     if placing.at is not None:
         x, y, how = _find_plan(placing, crs)
         matrix[:2, :2] = _turn_plan(placing.azimuth)
         matrix[:3, 3] = x, y, (*placing.at, 0.0)[2]
         if frame is not None:
             matrix = matrix @ np.linalg.inv(frame)
-        azimuth = placing.azimuth % 360
-        told.append(f"{how}, its y axis {azimuth:.2f}° clockwise from the plan's north")
+        told.append(how)
     shift = np.eye(4)
-    shift[:2, 3] = placing.move[:2]
+    shift[:3, 3] = placing.move
     if placing.turn:
         corners = Scene((*parts, *beside), np.zeros(3)).triangles().find_corners()
         plan = transform_points(matrix, corners)[:, :2]
@@ -232,15 +233,37 @@ def place_parts(
     matrix = shift @ matrix
     if any(placing.move):
         told.append("moved by {:.2f}, {:.2f}, {:.2f} m".format(*placing.move))
-    height, how = _find_height(
+    rise, standing = _find_rise(
         parts, others, placing, matrix, is_afloat=is_afloat, own_ground=own_ground
     )
-    rise = placing.move[2] + (0.0 if placing.lift == _GROUND else float(placing.lift))
-    matrix[2, 3] += height + rise
+    matrix[2, 3] += rise
     if placing.lift and placing.lift != _GROUND:
         told.append(f"lifted by {float(placing.lift):.2f} m")
+    told.append(standing)
     moved = move_parts_by(parts, matrix)
-    return Placed(moved, matrix, _tell(placing, [*told, how]))
+    told.append(_tell_end(moved, placing, transform_points(matrix, own[None])[0], is_afloat))
+    return Placed(moved, matrix, _tell(placing, told))
+
+
+def _tell_end(
+    moved: Sequence[Part], placing: Placing, origin: NDArray[np.float64], is_afloat: bool
+) -> str:
+    """Return where a layer is after all; heights are found later where its parts are afloat."""
+    x, y, z = origin
+    if placing.at is None:
+        corners = Scene(tuple(moved), np.zeros(3)).triangles().find_corners()
+        corners = corners[np.isfinite(corners).all(1)]
+        if not len(corners):
+            return ""
+        (x, y, low), (_, _, high) = corners.min(0), corners.max(0)
+        height = "" if is_afloat else f", from z {low:.2f} to {high:.2f} m"
+        return f"now its west end at x {x:.2f}, its south end at y {y:.2f}{height}"
+    height = "" if is_afloat else f", z {z:.2f} m"
+    turn = (placing.azimuth + placing.turn) % 360
+    return (
+        f"now its origin at x {x:.2f}, y {y:.2f}{height}, its y axis {turn:.2f}° clockwise from "
+        "the plan's north"
+    )
 
 
 def _turn_plan(azimuth: float) -> NDArray[np.float64]:
@@ -258,57 +281,58 @@ def _tell(placing: Placing, told: Sequence[str]) -> str:
 
 
 def _find_plan(placing: Placing, crs: str | None) -> tuple[float, float, str]:
-    """Return where the origin comes in plan, and that in words."""
+    """Return where the origin comes in plan, and what says so."""
     assert placing.at is not None
     a, b = placing.at[:2]
     place = find_on_plan(crs, a, b) if crs and abs(a) <= 90 and abs(b) <= 180 else None
     x, y = (a, b) if place is None else place.tolist()
-    of = f" of {show_crs(crs)}" if crs else ""
+    of = f" in {show_crs(crs)}" if crs else ""
     given = "" if place is None else f" (latitude {a:.6f}°, longitude {b:.6f}°)"
-    by = f"placed by {placing.reason}: its" if placing.reason else "placed: its"
-    return x, y, f"{by} origin at x {x:.2f}, y {y:.2f}{of}{given}"
+    by = f" by {placing.reason}" if placing.reason else ""
+    return x, y, f"placed{by}{of}{given}"
 
 
-def _find_height(
+def _find_rise(
     parts: Sequence[Part], others: Sequence[Part], placing: Placing, matrix: NDArray[np.float64],
     *, is_afloat: bool, own_ground: float | None,
 ) -> tuple[float, str]:  # fmt: skip
-    """Return by how much the parts rise [m], and what they stand on then."""
-    if placing.at is not None and len(placing.at) > 2 and placing.lift != _GROUND:
-        return 0.0, f"its origin at z {placing.at[2]:.2f} m"
-    if is_afloat or (placing.at is None and placing.lift != _GROUND):
-        return 0.0, ""
+    """Return by how much the parts rise after their move [m], and what they stand on then."""
+    to_ground = placing.lift == _GROUND
+    lift = 0.0 if to_ground else float(placing.lift)
+    if placing.at is not None and len(placing.at) > 2 and not to_ground:
+        return lift, ""
+    if is_afloat or (placing.at is None and not to_ground):
+        return lift, ""
     corners = transform_points(matrix, Scene(tuple(parts), np.zeros(3)).triangles().find_corners())
     corners = corners[np.isfinite(corners).all(1)]  # others are reported with their part
     found = _find_ground(corners[:, :2], others) if len(corners) else None
-    if found is None and placing.lift == _GROUND:
+    if found is None and to_ground:
         msg = (
             f"there is no ground below layer '{placing.layer}': the other layers have neither "
             f"terrain nor buildings that stand; give its height, lift='{placing.layer}=M'"
         )
         raise InputError(msg, option="lift", layer=placing.layer)
     if found is None:
-        return 0.0, "its height as it is, for there is no ground below it"
+        return lift, "its height else as it is, for there is no ground below it"
     ground, what = found
     low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
-    if own_ground is not None and placing.lift != _GROUND:
+    if to_ground:
+        rise = ground - low
+        return rise, f"its lowest point on {what}, z {ground:.2f} m, raised by {rise:.2f} m"
+    # Without a height it is set on the ground; from there the move and the lift raise it.
+    high_by = placing.move[2] + lift
+    on = f"{abs(high_by):.2f} m {'below' if high_by < 0 else 'above'}" if high_by else "on"
+    there = f"{on} {what}, z {ground:.2f} m"
+    if own_ground is not None:
         level = own_ground + float(matrix[2, 3])  # it stays upright
         if level <= high:
-            rise = ground - level
             deep = abs(level - low)
             side = "of it below" if low < level else "up to its lowest point"
             below = f", with {deep:.2f} m {side}" if deep > _DEEP else ""
-            return rise, (
-                f"its own ground (z {own_ground:.2f} m of its file) on {what}, z {ground:.2f} m"
-                f"{below}, raised by {rise:.2f} m"
-            )
-    rise = ground - low
-    unsaid = (
-        ""
-        if own_ground is not None or placing.lift == _GROUND
-        else (", as its file states no ground of its own")
-    )
-    return rise, f"its lowest point on {what}, z {ground:.2f} m, raised by {rise:.2f} m{unsaid}"
+            said = f"its own ground (z {own_ground:.2f} m of its file) {there}{below}"
+            return ground + high_by - level, said
+    unsaid = "" if own_ground is not None else ", as its file states no ground of its own"
+    return ground + high_by - low, f"its lowest point {there}{unsaid}"
 
 
 def _find_ground(plan: NDArray[np.float64], others: Sequence[Part]) -> tuple[float, str] | None:

@@ -50,7 +50,8 @@ class Exchange:
         name : str
             Of the only part otherwise.
         **facts
-            ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``ground``.
+            ``crs``, ``latitude``, ``longitude``, ``elevation``, ``is_ellipsoidal``,
+            ``true_north``, ``ground``.
 
         Raises
         ------

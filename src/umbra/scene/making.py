@@ -47,8 +47,8 @@ def make_scene(
     name : str
         Of the part that one mesh makes.
     **facts
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``ground``,
-        ``sources``, ``notes``, ``lights``.
+        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``is_ellipsoidal``, ``true_north``,
+        ``ground``, ``sources``, ``notes``, ``lights``.
 
     Raises
     ------

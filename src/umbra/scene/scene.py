@@ -88,6 +88,8 @@ class Scene(Exchange):
         Of the site, if the file states it [degrees].
     elevation : float, optional
         Of the site above the sea, if the file states it [m].
+    is_ellipsoidal : bool
+        Whether ``elevation`` is above the ellipsoid of WGS 84 instead, as geocentric files have it.
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees].
     ground : float, optional
@@ -111,6 +113,7 @@ class Scene(Exchange):
     latitude: float | None = None
     longitude: float | None = None
     elevation: float | None = None
+    is_ellipsoidal: bool = False
     true_north: float | None = None
     ground: float | None = None
     site_doubt: str | None = None

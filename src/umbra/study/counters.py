@@ -1,6 +1,6 @@
 """Counters of any lights: suns by a tile's own counter, lamps and lights from below by rays."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ __all__ = [
     "RayCounter",
     "find_ground_lights",
     "find_suns",
+    "split_lights",
 ]
 
 
@@ -28,6 +29,20 @@ def find_suns(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
 def find_ground_lights(lights: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which homogeneous lights (n, 4) are directions below the horizon, (n,) bool."""
     return (lights[:, 3] == 0) & (lights[:, 2] < 0)
+
+
+def split_lights(
+    counter: Counter, lights: NDArray[np.float64]
+) -> Iterator[tuple[NDArray[np.bool_], Counter]]:
+    """
+    Yield runs of lights (n, 3), as selections, each with a counter for all of the run.
+
+    A counter that makes others for runs of lights has ``split``; any other counts all in one run.
+    """
+    if hasattr(counter, "split"):
+        yield from counter.split(lights)
+    else:
+        yield np.ones(len(lights), np.bool_), counter
 
 
 class LandCounter:
@@ -49,6 +64,11 @@ class LandCounter:
         meets_land: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
     ) -> None:  # fmt: skip
         self.counter, self._shape, self._meets_land = counter, shape, meets_land
+
+    def split(self, lights: NDArray[np.float64]) -> Iterator[tuple[NDArray[np.bool_], Counter]]:
+        """Yield runs of lights (n, 3), each with its counter; see ``split_lights``."""
+        for run, counter in split_lights(self.counter, lights):
+            yield run, LandCounter(counter, self._shape, self._meets_land)
 
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun (n, 3) the receivers in shadow."""

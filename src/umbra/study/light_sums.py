@@ -1,6 +1,6 @@
 """Sums of the weights of lights that receivers do not see, of all lights and of parts of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.lights import Lights
 from umbra.receivers.kind import Counter
+from umbra.study.counters import split_lights
 
 __all__ = ["NO_PARTS", "LightParts", "add_up", "find_unit", "round_weights"]
 
@@ -51,26 +52,26 @@ class LightParts:
         self.sums[...] += sums
 
     def count(
-        self, count: Callable[[NDArray[np.bool_], NDArray[np.int32]], object],
-        some: NDArray[np.bool_], total: NDArray[np.int32], unit: float,
+        self, count: Callable[[Counter, NDArray[np.bool_], NDArray[np.int32]], object],
+        runs: Iterable[tuple[NDArray[np.bool_], Counter]], some: NDArray[np.bool_],
+        total: NDArray[np.int32], unit: float,
     ) -> None:  # fmt: skip
         """
-        Count some lights into a total of all columns (k, ...), part by part if there are any.
+        Count some lights into a total of all columns (k, ...), part by part.
 
-        ``count`` is called with a selection of the lights and an array to add to; ``unit`` is that
-        of the first column.
+        ``count`` is called with a counter, a selection of the lights and an array to add to.
+        ``runs`` are selections of all lights, each with its counter; ``unit`` is that of the first
+        column.
         """
-        if not len(self.sums):
-            count(some, total)
-            return
-        for which, sums in enumerate(self.sums):
-            mine = some & (self.part == which)
-            if mine.any():
-                own = np.zeros_like(total)
-                count(mine, own)
-                total += own
-                product = np.multiply(own[0], np.float32(unit), dtype=np.float32)
-                np.add(sums, product, out=sums)
+        own = np.zeros((len(self.sums), *total.shape), np.int32)
+        for run, counter in runs:
+            for which, counts in enumerate(own):
+                mine = some & run & (self.part == which)
+                if mine.any():
+                    count(counter, mine, counts)
+        for sums, counts in zip(self.sums, own, strict=True):
+            total += counts
+            np.add(sums, np.multiply(counts[0], np.float32(unit), dtype=np.float32), out=sums)
 
 
 NO_PARTS = LightParts(np.zeros(0, np.intp), np.zeros(0, np.float32))
@@ -113,21 +114,28 @@ def add_up(
         weights = np.rint(lights.weights / unit).astype(np.int32)
         whole = np.zeros(sums.shape, np.int32)
 
-        def add(some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
-            counter.add_weights(directions[some], weights[some], into, progress)
+        def add(by: Counter, some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+            by.add_weights(directions[some], weights[some], into, progress)
 
-        parts.count(add, np.ones(len(lights), np.bool_), whole, unit[0])
+        every = np.ones(len(lights), np.bool_)
+        if len(parts.sums):
+            parts.count(add, split_lights(counter, directions), every, whole, unit[0])
+        else:
+            add(counter, every, whole)
         for total, summed, step in zip(sums, whole, unit, strict=True):
             np.multiply(summed, step, out=total, casting="same_kind")
         return sums
 
-    def count(some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+    def count(by: Counter, some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
         own = directions[some]
-        counter.add_weights(own, np.ones((len(own), 1), np.int32), into, progress)
+        by.add_weights(own, np.ones((len(own), 1), np.int32), into, progress)
 
     for k, row in enumerate(rows):
         counts = np.zeros(shape, np.int32)
-        parts.count(count, group == k, counts[None], row[0])
+        if len(parts.sums):
+            parts.count(count, split_lights(counter, directions), group == k, counts[None], row[0])
+        else:
+            count(counter, group == k, counts[None])
         for column in np.flatnonzero(row):
             total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
             for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy

@@ -297,7 +297,9 @@ def _write_entry(scene: Scene, entry_folder: Path, **own: Any) -> CityFile:
 
 
 def _find_place(scene: Scene) -> dict[str, Any]:
-    names = ("crs", "latitude", "longitude", "elevation", "true_north", "ground")
+    names = (
+        "crs", "latitude", "longitude", "elevation", "is_ellipsoidal", "true_north", "ground",
+    )  # fmt: skip
     return {name: getattr(scene, name) for name in names}
 
 

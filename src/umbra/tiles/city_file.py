@@ -201,8 +201,8 @@ class CityFile:
     sources : tuple of Source
         Its name, SHA-256 and format, and those of its companions.
     place : dict
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north`` and ``ground``, as far
-        as the file states them.
+        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``is_ellipsoidal``, ``true_north`` and
+        ``ground``, as far as the file states them.
     notes : tuple of str
     origin : tuple of float
         Of its local frame, in its own coordinates [m].

@@ -29,7 +29,7 @@ from umbra.tiles.store import CityStore
 from umbra.tiles.surface_pieces import write_pieces
 from umbra.tiles.surface_results import count_surfaces
 
-__all__ = ["TileRecord", "count_tile", "count_window", "find_needs"]
+__all__ = ["TileRecord", "count_tile", "count_window", "find_needs", "lay_out_window"]
 
 _LEAST_SIDE = 64  # cells: smaller windows are not cut
 # Memory of a process, measured and rounded up [byte]: of itself, for each face of the
@@ -213,13 +213,13 @@ def count_window(
 
     def find_tiles(lights: NDArray[np.float64]) -> Any:
         units = needs.seen | near.find_casting(needs.box, lights)
-        return _lay_out(place, grid, units).make_tiles(None)
+        return lay_out_window(place, grid, units).make_tiles(None)
 
     if _has_groups(place) and (groups is None or (place.adds_exactly and not is_due)):
-        laid = _lay_out(place, grid, needs.seen)
+        laid = lay_out_window(place, grid, needs.seen)
         counter: Any = SunGroups(lambda suns: find_tiles(suns)[0][1]().make_counter())
     else:
-        laid, counter = _lay_out(place, grid, needs.units), None
+        laid, counter = lay_out_window(place, grid, needs.units), None
     study, neighbours = count_receivers(
         place, laid, laid.make_tiles(None), find_tiles, counter, is_due=is_due
     )
@@ -237,11 +237,13 @@ def _has_groups(place: Workplace) -> bool:
     return is_summed and equal and len(place.lights) >= 2 * LEAST and place.roles.season is None
 
 
-def _lay_out(place: Workplace, grid: Grid, units: Selection) -> WindowRaster:
-    """Lay out the cells of a window among some units."""
+def lay_out_window(
+    place: Workplace, grid: Grid, units: Selection, *, has_kinds: bool = False
+) -> WindowRaster:
+    """Lay out the cells of a window among some units, whose parts' kinds are known if asked for."""
     job, kind = place.job, place.kind
     scene = Neighbourhood(place).read(units)
-    if job.frame.is_added:
+    if job.frame.is_added or has_kinds:
         scene = scene.with_words(place.catalogue)
     caster, canopy, soup = make_tile_casters(place, scene)
     assert isinstance(kind, PlanKind)

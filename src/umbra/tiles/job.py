@@ -229,7 +229,7 @@ class Workplace:
         job = self.job
         nowhere = Scene((), self.origin)
         options = job.options
-        results = replace(ResultOptions.of(self.period, options), by_month=False)
+        results = ResultOptions.of(self.period, options)
         canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
         attribution = AttributionOptions()
         if self.groups is not None and (options.asks_hours or self.sees_whole_sky):
@@ -241,8 +241,9 @@ class Workplace:
 
     @cached_property
     def bytes_kept(self) -> int:
-        """Memory of a receiver's results [byte]."""
-        return 24 + self.setup.bytes_kept + self.setup.bytes_of_masks
+        """Memory of a receiver's results [byte]; hours of sun by month stand beside shadow's."""
+        months = 4 * len(self.period.months) * self.setup.results.by_month
+        return 24 + self.setup.bytes_kept + self.setup.bytes_of_masks + 2 * months
 
     @cached_property
     def lights(self) -> Lights:

@@ -275,9 +275,12 @@ def _locate(catalogue: Catalogue) -> Scene:
     scene = Scene((), np.zeros(3), crs=catalogue.crs)
     if catalogue.crs is not None:
         return locate_bounds(scene, catalogue.bounds)
-    names = ("latitude", "longitude", "elevation", "true_north")
-    each = {file.path: [file.place[name] for name in names] for file in catalogue.files}
-    return state_site(scene, {path: FilePlace(*facts) for path, facts in each.items()})
+    names = {"latitude", "longitude", "elevation", "is_ellipsoidal", "true_north"}
+    each = {
+        file.path: FilePlace(**{name: file.place[name] for name in names & set(file.place)})
+        for file in catalogue.files
+    }
+    return state_site(scene, each)
 
 
 def _find_template(context: Workplace) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from umbra.lights import Lights
 from umbra.receivers.kind import Counter, Tile
 from umbra.study.accumulators.attribution import Attribution
 from umbra.study.compare import NeighbourSums
-from umbra.study.counters import LightCounter
+from umbra.study.counters import LightCounter, split_lights
 from umbra.study.engine import count_each_tile
 from umbra.study.loop import TileRun, make_tile_run
 from umbra.study.result import Study
@@ -58,6 +58,13 @@ class SunGroups:
         """Add to each receiver the weights (n, k) of the suns that leave it in shadow."""
         for some in group_suns(suns):
             self._make(suns[some]).add_weights(suns[some], weights[some], sums, progress)
+
+    def split(self, suns: NDArray[np.float64]) -> Iterator[tuple[NDArray[np.bool_], Counter]]:
+        """Yield the groups of suns, each with the counter of the casters that it needs."""
+        for some in group_suns(suns):
+            run = np.zeros(len(suns), np.bool_)
+            run[some] = True
+            yield run, self._make(suns[some])
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""
@@ -134,6 +141,13 @@ class ReachingCounter(LightCounter):
         else:
             tile = self._find_tile(lights)
             LightCounter(tile).add_weights(lights, weights, sums, progress)
+
+    def split(self, lights: NDArray[np.float64]) -> Iterator[tuple[NDArray[np.bool_], Counter]]:
+        """Yield runs of the study's lights (n, 3), each with its counter."""
+        if lights.shape[1] == 3 and self._knows(lights):
+            yield from split_lights(self.suns, lights)
+        else:
+            yield np.ones(len(lights), np.bool_), self
 
     def _knows(self, lights: NDArray[np.float64]) -> bool:
         whole = np.zeros((len(lights), 4))

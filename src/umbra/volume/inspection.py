@@ -126,6 +126,7 @@ def describe_scene(scene: Scene, found: Inspection) -> dict[str, Any]:
         "latitude": scene.latitude,
         "longitude": scene.longitude,
         "elevation": scene.elevation,
+        "is_ellipsoidal": scene.is_ellipsoidal,
         "true_north_deg": scene.true_north,
         "ground": scene.ground,
         "layers": list(dict.fromkeys(part.layer for part in scene.parts if part.layer)),

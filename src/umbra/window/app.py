@@ -7,6 +7,7 @@ for a new view or size, Dear ImGui for a few frames after each event.
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -248,7 +249,8 @@ class Viewer:
         elif command == "load":
             view = load_view(file, self._images_of)
             self.painter.motion.find_duration(view)  # raises for another model's animation
-            self.events.view = view
+            land = self.events.view.sun.land  # of the model, as no view knows it
+            self.events.view = replace(view, sun=replace(view.sun, land=land))
             self.panel.message = f"loaded {file}"
         elif command == "panel":
             self._has_panel = not self._has_panel

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.lights import Horizon
 from umbra.scene import Light, directional_light
 from umbra.sun import Site, SunPath, find_daylight, find_sun
 
@@ -51,6 +52,8 @@ class Sun:
         Whether date and clock determine the position.
     color : (float, float, float)
         Linear RGB.
+    land : Horizon, optional
+        Land far away, which hides the sun.
     """
 
     shines: bool = True
@@ -61,6 +64,7 @@ class Sun:
     altitude: float = 45.0
     by_clock: bool = True
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    land: Horizon | None = None
 
     @property
     def has_clock(self) -> bool:
@@ -77,13 +81,29 @@ class Sun:
     def direction(self) -> NDArray[np.float64]:
         """Return the unit vector toward the sun in the model's axes, (3,) float64."""
         azimuth, altitude = self.place()
-        north = self.site.true_north if self.site is not None else 0.0
-        turn, up = np.radians([azimuth + north, altitude])
+        turn, up = np.radians([azimuth + self.true_north, altitude])
         return np.array([np.sin(turn) * np.cos(up), np.cos(turn) * np.cos(up), np.sin(up)])
 
+    @property
+    def is_up(self) -> bool:
+        """Whether it is switched on and above a level horizon, before the land or behind it."""
+        return self.shines and self.place()[1] >= _LOWEST
+
+    @property
+    def is_behind_land(self) -> bool:
+        """Whether the land hides it."""
+        if self.land is None:
+            return False
+        return bool(self.land.covers(self.direction()[None], self.true_north)[0])
+
+    @property
+    def true_north(self) -> float:
+        """Azimuth of true north in the model's plan [degrees]."""
+        return 0.0 if self.site is None else self.site.true_north
+
     def light(self) -> Light | None:
-        """Return the sun's light; None at night or if switched off."""
-        if not self.shines or self.place()[1] < _LOWEST:
+        """Return the sun's light; None at night, behind the land or if switched off."""
+        if not self.is_up or self.is_behind_land:
             return None
         return directional_light(self.direction(), color=self.color)
 
@@ -113,8 +133,7 @@ class Sun:
     def point_at(self, direction: NDArray[np.float64]) -> "Sun":
         """Move to a direction (3,), at least a degree above the horizon; leaves the clock."""
         unit = direction / np.linalg.norm(direction)
-        north = self.site.true_north if self.site is not None else 0.0
-        azimuth = float(np.degrees(np.arctan2(unit[0], unit[1])) - north) % 360.0
+        azimuth = float(np.degrees(np.arctan2(unit[0], unit[1])) - self.true_north) % 360.0
         altitude = float(np.degrees(np.arcsin(np.clip(unit[2], -1.0, 1.0))))
         return replace(self, azimuth=azimuth, altitude=max(altitude, 1.0), by_clock=False)
 
@@ -138,7 +157,7 @@ class ProfilePeriod:
 
 @dataclass(frozen=True, eq=False)
 class Suns:
-    """The suns of a period above the horizon."""
+    """The suns of a period above the horizon, and above the land."""
 
     directions: NDArray[np.float64]
     """(n, 3): toward each, in the model's axes, at the middle of its step."""
@@ -146,10 +165,19 @@ class Suns:
     """(n,): how long each step is."""
     step: float
     """From one to the next [h]."""
+    behind_land: float = 0.0
+    """How long the sun is up behind the land, whose shadow is everywhere [h]."""
+
+    @property
+    def total(self) -> float:
+        """How long the sun is up [h]."""
+        return float(self.hours.sum()) + self.behind_land
 
 
 @lru_cache(maxsize=8)
-def find_daily_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
+def find_daily_suns(
+    site: Site, date: dt.date, period: ProfilePeriod, land: Horizon | None = None
+) -> Suns:
     """Find the suns at the midpoints of a period's steps, as in a study."""
     begin, end = (
         _find_moment(site, date, mark).astimezone(dt.UTC) for mark in (period.start, period.end)
@@ -160,7 +188,11 @@ def find_daily_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
     middles = [start + length / 2 for start, length in zip(moments, lengths, strict=False)]
     path = find_sun(site, middles)
     hours = np.array([length.total_seconds() / 3600 for length in lengths])
-    return Suns(path.direction[path.is_up], hours[path.is_up], period.every / 60)
+    suns, hours = path.direction[path.is_up], hours[path.is_up]
+    if land is None:
+        return Suns(suns, hours, period.every / 60)
+    hidden = land.covers(suns, site.true_north)
+    return Suns(suns[~hidden], hours[~hidden], period.every / 60, float(hours[hidden].sum()))
 
 
 @lru_cache(maxsize=32)

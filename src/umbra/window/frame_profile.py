@@ -92,12 +92,12 @@ def count_profile(
     cols, rows = (np.ceil((high2 - low2) / cell).astype(int) + 2).tolist()
     grid = Grid(float(low2[0]) - cell / 2, float(low2[1]) - cell / 2, cell, cell, cols, rows)
     sweep = PlaneSweep(caster, grid, height, threads)
-    hours = np.zeros((rows, cols), np.float32)
+    hours = np.full((rows, cols), suns.behind_land, np.float32)
     for first in range(0, len(suns.hours), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
         hours += np.tensordot(suns.hours[some], sweep.masks(suns.directions[some]), 1)
     hours[sweep.masks(_ZENITH)[0] != 0] = _COVERED
-    return Relief(grid, height, hours, _HIGHEST * float(high[2] - height) / float(suns.hours.sum()))
+    return Relief(grid, height, hours, _HIGHEST * float(high[2] - height) / suns.total)
 
 
 class ShadowProfile:
@@ -141,7 +141,7 @@ class ShadowProfile:
         planner, counter = self._prepare()
         renderer.draw_surface(state)
         hours = self._hours.over(targets.light)
-        hours.fill(state, float(suns.hours.sum()))
+        hours.fill(state, suns.total)
         lights = [directional_light(way) for way in suns.directions]
         for first in range(0, len(lights), _AT_ONCE):
             some = lights[first : first + _AT_ONCE]
@@ -161,7 +161,7 @@ class ShadowProfile:
         self._heat.set(
             counts=0,
             places=1,
-            top=float(suns.hours.sum()),
+            top=suns.total,
             palette=HOURS,
             aside=ASIDE,
             soft=_FAINT,
@@ -185,7 +185,7 @@ class ShadowProfile:
         self._relief.set(
             raster=0, cols=grid.cols, corner=corner,
             cell=np.array([grid.dx, grid.dy]), lift=relief.lift, palette=HOURS,
-            top=float(suns.hours.sum()), step_hours=suns.step, opacity=_OPACITY, aside=ASIDE,
+            top=suns.total, step_hours=suns.step, opacity=_OPACITY, aside=ASIDE,
             projection=projection.clip_matrix,
         )  # fmt: skip
         self._renderer.still.forget()  # the relief is drawn into its depth

@@ -82,7 +82,7 @@ def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]
 def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
     """Find the handles inside a picture of this size."""
     numbers, places = [], []
-    if view.sun.light() is not None:
+    if view.sun.is_up:
         middle, radius = find_dome(view.viewpoint)
         numbers.append(SUN)
         places.append(middle + radius * view.sun.direction())

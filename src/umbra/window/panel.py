@@ -157,14 +157,19 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
         sun = replace(sun, minutes=float(round(minutes)))
     azimuth, altitude = sun.place()
     imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
-    imgui.text_colored(DIM, tell_daylight_hours(site, sun.date))
+    if sun.is_behind_land:
+        imgui.text_colored(WARNING, "behind the land")
+    else:
+        imgui.text_colored(DIM, tell_daylight_hours(site, sun.date))
     imgui.text_colored(DIM, site.zone)
     return sun
 
 
 def _draw_angles(sun: Sun) -> Sun:
     azimuth = slide(f"azimuth {sun.azimuth:.0f}°", "azimuth", sun.azimuth, 0.0, 359.9)
-    altitude = slide(f"altitude {sun.altitude:.0f}°", "altitude", sun.altitude, 1.0, 90.0)
+    hidden = ", behind the land" if sun.is_behind_land else ""
+    label = f"altitude {sun.altitude:.0f}°{hidden}"
+    altitude = slide(label, "altitude", sun.altitude, 1.0, 90.0)
     return replace(sun, azimuth=azimuth, altitude=altitude)
 
 

@@ -25,8 +25,9 @@ _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
 
 
 def to_json(view: ViewState) -> dict[str, Any]:
-    """Convert a view to JSON types; pictures projected by spot lights are left out."""
-    sun = asdict(view.sun)
+    """Convert a view to JSON types; the land and pictures projected by lights are left out."""
+    sun = asdict(replace(view.sun, land=None))
+    del sun["land"]
     sun["date"] = view.sun.date.isoformat()
     return {
         "umbra_view": _VERSION,

@@ -229,7 +229,7 @@ class ViewPainter:
             highest=highest,
             edges=self.overlays.n_edges if "edges" in shown else 0,
             components=self.overlays.n_components if "components" in shown else None,
-            period=0.0 if suns is None else float(suns.hours.sum()),
+            period=0.0 if suns is None else suns.total,
             warnings=tuple(self._warnings),
         )
 
@@ -277,7 +277,7 @@ class ViewPainter:
 
     def _draw_relief(self, view: ViewState, suns: Suns) -> None:
         """Draw the profile of the ground as a relief, recounted when it changes."""
-        key = (view.sun.site, view.sun.date, view.period)
+        key = (view.sun.site, view.sun.date, view.period, view.sun.land)
         if self._relief is None or self._relief[0] != key:
             casters = self._list_casters()
             chosen = range(len(self.scene.parts)) if casters is None else casters

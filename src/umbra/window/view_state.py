@@ -276,8 +276,8 @@ class ViewState:
         """Return the suns of the shadow profile; None without a site or if none is up."""
         if self.sun.site is None:
             return None
-        suns = find_daily_suns(self.sun.site, self.sun.date, self.period)
-        return suns if len(suns.hours) else None
+        suns = find_daily_suns(self.sun.site, self.sun.date, self.period, self.sun.land)
+        return suns if suns.total else None
 
     def size_lights(self) -> list[AreaLight]:
         """Return the active lights with their sizes, for soft shadows."""

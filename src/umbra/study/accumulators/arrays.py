@@ -71,7 +71,7 @@ class ResultOptions:
         by_day = options.by_day
         if by_day is None:
             by_day = 1 < len(period.days) <= FEW_DAYS
-        is_long = options.by_day is None and not by_day and not options.disc
+        is_long = options.by_day is None and not by_day
         by_month = is_long and len(period.months) > 1 and options.asks_hours
         spells = options.spells or least > 0
         return cls(by_day, spells, least, options.masks, tolerance, by_month)

@@ -68,6 +68,7 @@ class DiscHours(HourSums):
         """Return the hours of hidden parts of the disc; canopies have none."""
         tile, places = run.tiles[0], self._places
         hours = np.zeros(len(places.points))
+        monthly = np.zeros((len(parts.sums), len(hours)))
         directions = np.ascontiguousarray(lights.directions[:, :3])
         middles, before, after = self._find_times(lights.step)
         for first in range(0, len(lights), _AT_ONCE):
@@ -77,6 +78,8 @@ class DiscHours(HourSums):
                 tile.casting.threads, self._land,
             )  # fmt: skip
             hours += lights.weights[some, 0] @ (1 - free)
+            for k, hidden in enumerate(1 - free if len(monthly) else (), first):
+                monthly[parts.part[k]] += lights.weights[k, 0] * hidden
             for k, seen in enumerate(free > SEEN, first):
                 begins = seen & (self._first[1] == _NEVER)
                 self._first[:, begins] = [[before[k]], [middles[k]]]
@@ -84,6 +87,9 @@ class DiscHours(HourSums):
             progress(len(free))
         summed = np.zeros(len(places), np.float32)
         summed[self._order] = hours
+        of_parts = np.zeros(monthly.shape, np.float32)
+        of_parts[:, self._order] = monthly
+        parts.add(of_parts.reshape(parts.sums.shape))
         return summed.reshape(run.shape), np.zeros(run.shape, np.float32)
 
     def _find_times(

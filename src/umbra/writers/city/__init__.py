@@ -5,6 +5,7 @@ Further files of a study in tiles, made from its store tile by tile.
     result.py   the store of a plan: axes, tiles, which of them are done, windows of arrays
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
     overview.py map.png and hours_lost.png, pictures of the whole
+    city_figures.py what counts in figures, and months.csv
     stac.py     item.json, a STAC item
     city_surfaces.py surfaces and their results, also in the city's own CityJSON files
     models.py   coloured 3D Tiles, with figures of each surface
@@ -17,7 +18,7 @@ from umbra.errors import InputError
 from umbra.packages import require
 from umbra.writers.output_formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
 
-__all__ = ["check_city_formats", "write_city_files"]
+__all__ = ["check_city_formats", "write_city_files", "write_city_months"]
 
 
 def write_city_files(
@@ -86,6 +87,18 @@ def write_city_files(
     if "stac" in names:
         paths.append(write_stac(result))
     return paths
+
+
+def write_city_months(folder: Path) -> list[Path]:
+    """Write ``months.csv`` if hours are kept of several months; return its path."""
+    from umbra.writers.city.city_figures import find_figures, list_city_months  # noqa: PLC0415
+    from umbra.writers.city.store_window import open_store, read_months  # noqa: PLC0415
+    from umbra.writers.folder.month_maps import write_month_rows  # noqa: PLC0415
+
+    months = read_months(open_store(folder))
+    figures = None if months is None else find_figures(folder)
+    rows = [] if figures is None else list_city_months(figures, months)
+    return [folder / name for name in write_month_rows(folder, rows)]
 
 
 def check_city_formats(names: Sequence[str], *, is_plan: bool | None = None) -> None:

@@ -78,8 +78,8 @@ class CitySurfaces:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._group: Any = open_store(folder)
-        self.facts = dict(self._group.attrs)
+        self.group: Any = open_store(folder)
+        self.facts = dict(self.group.attrs)
         known = read_sealed(folder / "city.json", orjson.OPT_INDENT_2)
         if known is None:
             raise make_damage(folder / "city.json")
@@ -104,20 +104,20 @@ class CitySurfaces:
     @cached_property
     def days(self) -> NDArray[np.datetime64]:
         """Dates by which results are kept; none if only sums are."""
-        if "surface_mean_sun_hours_by_day" not in self._group:
+        if "surface_mean_sun_hours_by_day" not in self.group:
             return np.zeros(0, "datetime64[us]")
-        return read_stored_array(self._group, "day").astype("datetime64[us]")
+        return read_stored_array(self.group, "day").astype("datetime64[us]")
 
     @cached_property
     def times(self) -> NDArray[np.datetime64]:
         """Instants in UTC."""
-        return read_stored_array(self._group, "time").astype("datetime64[us]")
+        return read_stored_array(self.group, "time").astype("datetime64[us]")
 
     @cached_property
     def up_hours(self) -> float:
         """Time with the sun up in the whole period [h]."""
         hours = (
-            read_stored_array(self._group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
+            read_stored_array(self.group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
         )
         return sum(float(one[0]) for one in hours)
 

@@ -1,169 +1,28 @@
-"""
-Pictures of a whole study in tiles; tiles that are not done are hatched and named.
-
-What a picture of a plan in tiles says and shows besides hours: captions, and buildings.
-"""
+"""Pictures of a whole study in tiles; tiles that are not done are hatched and named."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.folders.atomic import replace_file
-from umbra.receivers.plan import PlanKind, PlanRaster
-from umbra.receivers.zenith import find_surface
-from umbra.scene import Scene, Triangles
 from umbra.scene.grid import Grid
-from umbra.scene.mesh import ADDED_GROUND
-from umbra.study import Study
 from umbra.study.measures import Quantity
-from umbra.tiles.city_areas import list_judged
-from umbra.tiles.city_lattice import CityTile
-from umbra.tiles.city_proposal import find_proposal
-from umbra.tiles.job import CityJob, Workplace, read_job
-from umbra.tiles.neighbourhood import Neighbourhood
-from umbra.writers.city.store_window import CityResult, StoredTile
-from umbra.writers.folder.captions import (
-    find_mean,
-    join_names,
-    outline_areas,
-    tell_place,
-    tell_times,
-)
-from umbra.writers.folder.foot import describe_making
+from umbra.writers.city.city_plan import CityPlan
+from umbra.writers.city.store_window import CityResult, Months
+from umbra.writers.folder.captions import find_mean
+from umbra.writers.folder.month_maps import BY_MONTH, MONTHS_MAP, lay_out_months
 from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.measure_map import find_end, make_measure_sheet
 from umbra.writers.picture_content import DayMap, Plan, Show, find_map_size, name_hours
 from umbra.writers.pixels import Ramp
 from umbra.writers.sheet import Sheet
 
-__all__ = ["CityPlan", "shrink_hours", "write_overviews"]
-
-_ROOF = 1e-6  # height above the ground that is rounding [m]
-
-
-@dataclass(frozen=True)
-class CityPlan:
-    """
-    The plan of a run.
-
-    Parameters
-    ----------
-    job : CityJob
-    result : CityResult
-    """
-
-    job: CityJob
-    result: CityResult
-
-    @classmethod
-    def of(cls, result: CityResult) -> Self | None:
-        """Read the plan in the folder of a result; None if no run has described it there."""
-        job = read_job(result.folder, str(result.facts.get("receivers")))
-        return None if job is None else cls(job, result)
-
-    @cached_property
-    def place(self) -> Workplace:
-        """What counting kept between tiles."""
-        return self.job.open()
-
-    @cached_property
-    def study(self) -> Study:
-        """The study, of whose receivers only the cells are known."""
-        result, place, kind = self.result, self.place, self.place.kind
-        assert isinstance(kind, PlanKind)
-        assert self.job.lattice is not None
-        nothing: Any = None
-        laid = PlanRaster(
-            kind, nothing, (len(result.y), len(result.x)), ("y", "x"), math.prod(result.cell), {},
-            x=result.x, y=result.y, ground=self.job.frame.ground, grid=self.job.lattice.grid,
-            assumed=None,
-        )  # fmt: skip
-        hours = np.zeros((1, 1), np.float32)
-        options = self.job.options
-        return Study(
-            laid, place.period, hours, result.up_hours, None, result.facts,
-            has_hours=options.asks_hours, quantities=options.quantities,
-        )  # fmt: skip
-
-    def describe(self) -> dict[str, Any]:
-        """Return the words around a picture, as those of a study in memory."""
-        study, options = self.study, self.job.options
-        lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
-        # A ground that was added has no path.
-        files = [one for one in self.place.catalogue.files if one.path]
-        names = dict.fromkeys(one.path.rsplit("/", 1)[-1] for one in files)
-        view = study.kind.tell_view(study.facts, options.receivers)
-        return {
-            "title": join_names(list(names)) + view,
-            "place": tell_place(study),
-            "date": tell_times(study, options, range(len(study.period.days))),
-            "note": " · ".join([describe_making(study, options), *lowest]),
-            "roofs_cover": study.kind.lies_under_roofs,
-            "areas": outline_areas(list_judged(options)),
-        }
-
-    @property
-    def has_roofs(self) -> bool:
-        """Whether roofs lie over the receivers."""
-        return self.place.kind.lies_under_roofs
-
-    def find_proposed(self, squares: Grid) -> NDArray[np.bool_] | None:
-        """Return the squares, in the city's coordinates, below a proposal; None without one."""
-        if not self.job.options.proposed:
-            return None
-        x, y, _ = self.place.origin.tolist()
-        local = replace(squares, x0=squares.x0 - x, y0=squares.y0 - y)
-        soup = find_proposal(self.place)
-        floor = float(soup.vertices[:, 2].min(initial=0.0)) - 1.0
-        return find_surface(soup, local, floor, self.job.threads).face >= 0
-
-    def find_roofs(self, tile: StoredTile) -> NDArray[np.float64]:
-        """Return the heights of what stands over the ground on a tile's cells, (rows, cols) [m]."""
-        lattice, near, roles = self.job.lattice, Neighbourhood(self.place), self.place.roles
-        assert lattice is not None
-        south, west = tile.rows.start, tile.cols.start
-        heights = np.zeros((tile.rows.stop - south, tile.cols.stop - west))
-        cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))
-        floor = self.job.frame.floor
-        for rows, cols in lattice.cut(cells, lattice.block):
-            grid = lattice.find_window(rows, cols)
-            aside = np.array([grid.dx, grid.dy])
-            seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
-                                  np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
-            scene = near.read(seen).with_words(self.place.catalogue)
-            stands = ~scene.spread(roles.find_replaced)
-            if roles.season is not None:
-                stands &= ~scene.spread(roles.find_canopies)
-            soup = scene.pick(stands)
-            if len(soup.faces):
-                found = self._find_heights(scene, soup, grid, floor)
-                where = (slice(rows.start - south, rows.stop - south),
-                         slice(cols.start - west, cols.stop - west))  # fmt: skip
-                heights[where] = np.where(found > _ROOF, found, 0.0)
-        return heights
-
-    def _find_heights(
-        self, scene: Scene, soup: Triangles, grid: Grid, floor: float
-    ) -> NDArray[np.float64]:
-        """Return the heights of what stands over the ground, a plane or a surface [m]."""
-        threads = self.job.threads
-        if not self.job.frame.is_added:
-            return find_surface(soup, grid, floor, threads).heights - floor
-        is_ground = np.array([part.kind in ADDED_GROUND for part in scene.parts], np.bool_)
-        ground, top = (
-            find_surface(
-                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor, threads,
-                has_end=True,
-            )
-            for some in (is_ground[soup.part], ~is_ground[soup.part])
-        )  # fmt: skip
-        return np.where((top.face >= 0) & (ground.face >= 0), top.heights - ground.heights, 0.0)
-
+__all__ = ["shrink_hours", "write_overviews"]
 
 LONGEST = 1600
 """Cells along the longer side of the picture's raster; each is the mean of those that it holds."""
@@ -221,7 +80,20 @@ def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
         if most > 0:
             what = f"hours of sun lost to the proposal{words}"
             paths.append(drawn.draw(lost, f"{_LOST}.png", what, most, ramp="loss"))
+    if result.months is not None:
+        paths.append(_draw_months(result.months, drawn))
     return paths
+
+
+def _draw_months(months: Months, drawn: "_Drawing") -> Path:
+    """Draw the hours a day of each month on one scale."""
+    hours, *_ = shrink_hours(drawn.result, BY_MONTH, plan=drawn.told)
+
+    def read(k: int, lack: np.float32) -> NDArray[np.float32]:
+        return hours[k] + lack
+
+    maps, most, what = lay_out_months(*months, read, "sun")
+    return drawn.draw_maps(maps, MONTHS_MAP, what, most, "sun")
 
 
 @dataclass(frozen=True)
@@ -255,9 +127,16 @@ class _Drawing:
         show: Show = "shadow",
     ) -> Path:
         """Draw hours on squares, those of a place without any sun from ``dark_from`` on."""
-        plan, hatched = self._lay_out(hours.shape)
+        return self.draw_maps([DayMap(hours, dark_from=dark_from)], name, what, most, show, ramp)
+
+    def draw_maps(
+        self, maps: Sequence[DayMap], name: str, what: str, most: float, show: Show,
+        ramp: Ramp = "shade",
+    ) -> Path:  # fmt: skip
+        """Draw maps of hours on squares on one scale."""
+        plan, hatched = self._lay_out(maps[0].hours.shape)
         sheet = make_hours_sheet(
-            plan, [DayMap(hours, hatched=hatched, dark_from=dark_from)], most, what,
+            plan, [replace(one, hatched=hatched) for one in maps], most, what,
             hatch="tiles not counted" if self.result.missing else "",
             show=show,
             has_lines=self.times == 1,  # around means lines would show noise
@@ -340,8 +219,8 @@ def shrink_hours(
 
     Returns
     -------
-    hours : (rows, cols) float32
-        Means of the cells that have hours; NaN where none has.
+    hours : (..., rows, cols) float32
+        Means of the cells that have hours; NaN where none has. Of each month if the variable is.
     times : int
         Cells along a square.
     roofs : (rows, cols) float32 or None
@@ -351,21 +230,25 @@ def shrink_hours(
     times = max(1, math.ceil(max(shape) / LONGEST))
     small = math.ceil(shape[0] / times), math.ceil(shape[1] / times)
     has_roofs = plan is not None and plan.has_roofs
-    total, count = np.zeros(small), np.zeros(small, np.int64)
+    lead = result.find_shape(name)[:-2]
+    total, count = np.zeros((*lead, *small)), np.zeros(small, np.int64)
     heights, covered = np.zeros(small), np.zeros(small, np.int64)
     for tile in result.find_done():
-        hours = result.read(name, tile).astype(np.float64)
-        is_there = np.isfinite(hours)
+        hours = result.read(name, tile)
+        is_there = np.isfinite(hours.reshape(-1, *hours.shape[-2:])[0])
         where = _shrink(tile.rows, times), _shrink(tile.cols, times)
         if has_roofs:
             above = plan.find_roofs(tile)  # type: ignore[union-attr]
             heights[where] += _add_squares(above, tile.rows, tile.cols, times)
             covered[where] += _add_squares((above > 0).astype(int), tile.rows, tile.cols, times)
             is_there &= above <= 0
-        total[where] += _add_squares(np.where(is_there, hours, 0.0), tile.rows, tile.cols, times)
+        for k in np.ndindex(lead):
+            own = np.where(is_there, hours[k], 0.0).astype(np.float64)
+            total[(*k, *where)] += _add_squares(own, tile.rows, tile.cols, times)
         count[where] += _add_squares(is_there.astype(np.int64), tile.rows, tile.cols, times)
-    mean = np.full(small, np.nan, np.float32)
-    np.divide(total, count, out=mean, where=count > 0, casting="unsafe")
+    mean = np.full(total.shape, np.nan, np.float32)
+    is_known = np.broadcast_to(count > 0, total.shape)
+    np.divide(total, count, out=mean, where=is_known, casting="unsafe")
     if not has_roofs:
         return mean, times, None
     is_roof = (covered > 0) & (covered >= count)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,13 @@ from umbra.tiles.store import FORMAT
 
 __all__ = [
     "CityResult",
+    "Months",
     "StoredTile",
     "is_of_plan",
     "list_neighbours",
     "make_damage",
     "open_store",
+    "read_months",
     "read_stored_array",
 ]  # fmt: skip
 
@@ -108,6 +110,22 @@ def read_stored_array(group: Any, name: str, where: Any = ...) -> NDArray:
         raise make_damage(Path(str(group.store.root)) / name) from error
 
 
+class Months(NamedTuple):
+    """Months of the year, the number of dates in each, and its hours a day with the sun up."""
+
+    month: NDArray[np.int32]
+    dates: NDArray[np.int32]
+    up_hours: NDArray[np.float64]
+
+
+def read_months(group: Any) -> Months | None:
+    """Return the months of which a store keeps hours; None if it keeps none."""
+    if "shadow_hours_by_month" not in group:
+        return None
+    names = ("month", "dates_by_month", "up_hours_by_month")
+    return Months(*(read_stored_array(group, name) for name in names))
+
+
 def make_damage(path: Path) -> InputError:
     """Return the error of a damaged file of a run."""
     msg = f"'{path}' is damaged; run the same study again: what is damaged is made anew"
@@ -151,7 +169,8 @@ class CityResult:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._group: Any = open_store(folder)
-        counted = self._group[name_counted(self._group)]
+        self.counted = name_counted(self._group)
+        counted = self._group[self.counted]
         self._shape, self._sides = counted.shape, counted.chunks
 
     @cached_property
@@ -230,14 +249,23 @@ class CityResult:
         """Whether hours of sun were asked for."""
         return "shadow_hours" in self._group
 
+    @cached_property
+    def months(self) -> Months | None:
+        """Months of which hours are kept; None if none are."""
+        return read_months(self._group)
+
     @property
     def has_heights(self) -> bool:
         """Whether each cell has a height of its own."""
         return "receiver_z" in self._group
 
     def read(self, name: str, tile: StoredTile) -> NDArray:
-        """Return a variable on a tile."""
-        return read_stored_array(self._group, name, (tile.rows, tile.cols))
+        """Return a variable on a tile, (..., rows, cols)."""
+        return read_stored_array(self._group, name, (..., tile.rows, tile.cols))
+
+    def find_shape(self, name: str) -> tuple[int, ...]:
+        """Return the shape of a variable."""
+        return tuple(self._group[name].shape)
 
     def find_sides(self) -> Iterator[NDArray[np.float32]]:
         """Yield the hours in shadow along the four sides of the plan, one after the other."""

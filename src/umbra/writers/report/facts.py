@@ -37,10 +37,12 @@ def find_facts(
     lengths = np.unique(np.round(study.period.hours * 60, 3))
     step = " or ".join(f"{length:g}" for length in lengths[::-1][:2])
     tall = float(np.ptp(study.model.soup.vertices[:, 2]))
+    is_ellipsoidal = scene.is_ellipsoidal and site.elevation == scene.elevation
+    datum = "the ellipsoid (WGS 84)" if is_ellipsoidal else "sea level"
     rows = [
         (
             "Site",
-            site.show(5) + (f", {site.elevation:.6g} m above sea level" if site.elevation else ""),
+            site.show(5) + (f", {site.elevation:.6g} m above {datum}" if site.elevation else ""),
         ),
         ("Days", _tell_days(study)),
         ("Time zone", f"{site.zone}: {', '.join(names)} ({', '.join(offsets)})"),

@@ -1,0 +1,201 @@
+"""
+Figures of a whole study in tiles: of what area they are, means, least and most, tile by tile.
+
+They are of what counts in those of one study: of a plan the cells near buildings, under no roof.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.receivers.counted import NEAR, Counted, find_near
+from umbra.receivers.plan import PlanKind
+from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.count import lay_out_window
+from umbra.tiles.neighbourhood import Neighbourhood
+from umbra.writers.city.city_plan import CityPlan
+from umbra.writers.city.city_surfaces import CitySurfaces
+from umbra.writers.city.store_window import (
+    CityResult,
+    Months,
+    StoredTile,
+    is_of_plan,
+    read_stored_array,
+)
+from umbra.writers.folder.month_maps import BY_MONTH, make_month_row
+
+__all__ = ["CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months"]
+
+_SAMPLES = 4_000_000  # that are read at a time
+
+
+class CityFigures(Protocol):
+    """What counts of a study in tiles."""
+
+    @property
+    def counted(self) -> Counted | None:
+        """What counts, and its area as one weight; None where nothing does."""
+
+    def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64] | float]]:
+        """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
+
+
+class PlanFigures:
+    """
+    Cells of a plan that count.
+
+    Parameters
+    ----------
+    plan : CityPlan
+    """
+
+    def __init__(self, plan: CityPlan) -> None:
+        self._plan, self._result = plan, plan.result
+        assert plan.job.lattice is not None
+        self._grid = plan.job.lattice.grid
+        self._cell = self._grid.dx * self._grid.dy
+        self._which: dict[int, NDArray[np.uint8]] = {}
+        self.counted = self._find()
+
+    def _find(self) -> Counted | None:
+        """Find what counts, a row of tiles at a time."""
+        kind, result = self._plan.place.kind, self._result
+        assert isinstance(kind, PlanKind)
+        rows, cols = len(result.y), len(result.x)
+        built = np.zeros((rows, (cols + 7) // 8), np.uint8)  # eight cells to a byte
+        is_open = np.zeros_like(built)
+        for tiles in _list_strips(result):
+            strip = tiles[0].rows
+            whole = np.zeros((2, strip.stop - strip.start, cols), np.bool_)
+            for tile in tiles:
+                whole[:, :, tile.cols] = self._look(tile)
+            built[strip], is_open[strip] = np.packbits(whole, axis=2)
+        has_built, is_cut, count = bool(built.any()), False, 0
+        for tiles in _list_strips(result):
+            strip = tiles[0].rows
+            near = self._find_near(built, strip, (rows, cols))
+            sides = [near[:, 0], near[:, -1]]
+            sides += [near[0]] * (strip.start == 0) + [near[-1]] * (strip.stop == rows)
+            is_cut = is_cut or any(bool(side.any()) for side in sides)
+            near &= np.unpackbits(is_open[strip], axis=1, count=cols).astype(np.bool_)
+            for tile in tiles:
+                which = near[:, tile.cols] & np.isfinite(result.read(result.counted, tile))
+                self._which[tile.number] = np.packbits(which, axis=1)
+                count += int(which.sum())
+        if not count:
+            return None
+        what, _, _ = kind.what_counts.partition(",")
+        if has_built:
+            what += f"{' in the frame' if is_cut else ''}, within {NEAR:g} m of buildings"
+        return Counted(np.ones(1, np.bool_), np.array([count * self._cell]), "m²", what)
+
+    def _look(self, tile: StoredTile) -> NDArray[np.bool_]:
+        """Return which cells of a tile are built, and which lie in the open, (2, rows, cols)."""
+        place, near = self._plan.place, Neighbourhood(self._plan.place)
+        lattice, kind = place.job.lattice, place.kind
+        assert lattice is not None
+        south, west = tile.rows.start, tile.cols.start
+        found = np.zeros((2, tile.rows.stop - south, tile.cols.stop - west), np.bool_)
+        cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))
+        for rows, cols in lattice.cut(cells, lattice.block):
+            grid = lattice.find_window(rows, cols)
+            aside = np.array([grid.dx, grid.dy])
+            seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
+                                  np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
+            laid = lay_out_window(place, grid, seen, has_kinds=True)
+            laid.make_tiles(None)
+            told = SimpleNamespace(
+                heights=laid.heights, ground=laid.ground, laid=laid,
+                shadow_hours=np.zeros(laid.shape, np.float32),
+            )  # fmt: skip
+            where = (slice(rows.start - south, rows.stop - south),
+                     slice(cols.start - west, cols.stop - west))  # fmt: skip
+            found[(0, *where)], found[(1, *where)] = laid.is_built, kind.find_open(told)
+        return found
+
+    def _find_near(
+        self, built: NDArray[np.uint8], strip: slice, shape: tuple[int, int]
+    ) -> NDArray[np.bool_]:
+        """Return the cells of some rows that lie near built ones."""
+        dx, dy = self._grid.dx, self._grid.dy
+        aside = int(NEAR / dy) + 1
+        first, end = max(strip.start - aside, 0), min(strip.stop + aside, shape[0])
+        around = np.unpackbits(built[first:end], axis=1, count=shape[1]).astype(np.bool_)
+        if built.any() and not around.any():
+            return np.zeros((strip.stop - strip.start, shape[1]), np.bool_)
+        return find_near(around, (dx, dy), NEAR)[strip.start - first :][: strip.stop - strip.start]
+
+    def read(self, name: str) -> Iterator[tuple[NDArray, float]]:
+        """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
+        for tile in self._result.find_done():
+            cols = tile.cols.stop - tile.cols.start
+            bits = self._which[tile.number]
+            which = np.unpackbits(bits, axis=1, count=cols).astype(np.bool_)
+            if which.any():
+                yield self._result.read(name, tile)[..., which], self._cell
+
+
+def _list_strips(result: CityResult) -> Iterator[list[StoredTile]]:
+    """Yield the tiles of each row of tiles."""
+    strips: dict[int, list[StoredTile]] = {}
+    for tile in result.tiles:
+        strips.setdefault(tile.rows.start, []).append(tile)
+    yield from strips.values()
+
+
+class SurfaceFigures:
+    """
+    Samples of surfaces.
+
+    Parameters
+    ----------
+    surfaces : CitySurfaces
+    """
+
+    def __init__(self, surfaces: CitySurfaces) -> None:
+        self._surfaces = surfaces
+        whole = sum(float(areas.sum()) for _, areas in self.read("area"))
+        self.counted = Counted(np.ones(1, np.bool_), np.array([whole]), "m²", "sampled surfaces")
+
+    def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64]]]:
+        """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
+        group = self._surfaces.group
+        (count,) = group["area"].shape
+        for first in range(0, count, _SAMPLES):
+            some = slice(first, first + _SAMPLES)
+            areas = read_stored_array(group, "area", some).astype(np.float64)
+            yield read_stored_array(group, name, (..., some)), areas
+
+
+def find_figures(folder: Path) -> CityFigures | None:
+    """Return what counts of the study in a folder; None if no run has described a plan there."""
+    if not is_of_plan(folder):
+        return SurfaceFigures(CitySurfaces(folder))
+    plan = CityPlan.of(CityResult(folder))
+    return None if plan is None else PlanFigures(plan)
+
+
+def list_city_months(figures: CityFigures, months: Months | None) -> list[dict[str, Any]]:
+    """Return a row for each month, as ``list_months`` does of one study; none without months."""
+    if months is None or figures.counted is None:
+        return []
+    count = len(months.month)
+    total, area = np.zeros(count), 0.0
+    least, most = np.full(count, np.inf), np.full(count, -np.inf)
+    up = months.up_hours.astype(np.float32)
+    for values, areas in figures.read(BY_MONTH):
+        sun = up[:, None] - values
+        total += (sun * np.float64(areas)).sum(1)
+        area += float(np.broadcast_to(areas, values.shape[-1:]).sum())
+        least, most = np.minimum(least, sun.min(1)), np.maximum(most, sun.max(1))
+    return [
+        make_month_row(
+            int(months.month[k]), int(months.dates[k]), float(months.up_hours[k]),
+            (float(total[k] / area), float(least[k]), float(most[k])),
+        )
+        for k in range(count)
+    ]  # fmt: skip
