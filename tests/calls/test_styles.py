@@ -56,6 +56,37 @@ def test_arrays_do_not_depend_on_the_style():
     assert (others[1].image != plain.image).any()
 
 
+def test_the_sun_has_its_penumbra_in_pictures_but_not_in_arrays_nor_at_lamps():
+    vertices, faces = box((-60, -60, -1), (60, 60, 0))
+    scene = make_scene([*make_tower().parts, Part("yard", "", Mesh(vertices, faces))])
+    low = umbra.directional_light((-1, 0, 0.15))  # a shadow of 53 m, blurred by half a metre
+    camera = umbra.make_camera(scene, view="plan", size=(160, 160))
+    drawn = {soft: umbra.render(scene, camera, low, soft=soft, samples=1, style="material")
+             for soft in (None, "complexity", "none")}  # fmt: skip
+    np.testing.assert_array_equal(drawn[None], drawn["complexity"])
+    assert (drawn[None] != drawn["none"]).any()
+    arrays = umbra.render(scene, camera, low, arrays=True, style="material")
+    assert arrays.visibility is None
+    lamp = umbra.point_light((-20, 0, 9))
+    by_lamp = {soft: umbra.render(scene, camera, lamp, soft=soft, samples=1, style="material")
+               for soft in (None, "none")}  # fmt: skip
+    np.testing.assert_array_equal(by_lamp[None], by_lamp["none"])
+
+
+def test_a_street_is_seen_from_above_its_ground():
+    vertices, faces = box((-3, -3, 0), (3, 3, 6))
+    houses = [
+        Part(f"house {k}", "Building", Mesh(vertices + (6 * (k % 2), 12 * k, -2 * k), faces))
+        for k in range(9)  # they stand on a hillside that falls to the north
+    ]
+    scene = make_scene(houses)
+    x, y, z = umbra.make_camera(scene, view="street", size=SIZE).eye
+    down = umbra.make_camera(scene, eye=(x, y, 90), target=(x, y, 0), up=(0, 1, 0), size=(3, 3))
+    below = umbra.render(scene, down, SUN, ground="feet", arrays=True).position[1, 1, 2]
+    assert -16 < below == pytest.approx(z - 1.7, abs=0.1)
+    assert umbra.make_camera(make_scene(houses[:1]), view="street").eye[2] == pytest.approx(1.7)
+
+
 def test_a_ground_is_drawn_and_told_where_the_model_has_none():
     scene, told = make_tower(), []
     camera = umbra.make_camera(scene, size=SIZE)

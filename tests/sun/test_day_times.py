@@ -10,7 +10,14 @@ from support.shapes import box
 import umbra
 from umbra.lights import make_period
 from umbra.sun.date_words import TERMS, find_term_day
-from umbra.sun.day_times import DayClock, find_solar_time, is_of_the_sun
+from umbra.sun.day_times import (
+    TIMES_OF_DAY,
+    DayClock,
+    find_solar_time,
+    is_of_the_sun,
+    show_on_clock,
+)
+from umbra.sun.position import find_daylight
 
 CHINA = "Asia/Shanghai"
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -128,3 +135,31 @@ def test_no_sunrise_in_the_polar_night():
     site = umbra.Site(75.0, 20.0, "Europe/Oslo")
     with pytest.raises(umbra.InputError, match="no sunrise on 2026-12-21"):
         DayClock(site).find(dt.date(2026, 12, 21), "sunrise", "start")
+
+
+@pytest.mark.parametrize("day", [DAY, dt.date(2026, 6, 21), dt.date(2026, 12, 21)])
+def test_times_of_a_day_divide_it_between_sunrise_noon_and_sunset(day):
+    light = find_daylight(SITE, day)
+    when = {name: DayClock(SITE).find(day, name, "start") for name in TIMES_OF_DAY}
+    noon = when["noon"]
+    assert find_solar_time(SITE, noon) == pytest.approx(12.0, abs=1e-3)
+    minute = dt.timedelta(minutes=1)
+    assert abs(when["morning"] - light.rises - (noon - light.rises) / 2) < minute
+    assert abs(light.sets - when["afternoon"] - (light.sets - noon) / 2) < minute
+    assert abs(light.sets - when["evening"] - (light.sets - noon) / 6) < minute
+    for name, instant in when.items():
+        shown = dt.time.fromisoformat(show_on_clock(SITE, day, name))
+        local = dt.datetime.combine(day, shown, ZoneInfo(SITE.zone))
+        assert abs(local - instant) <= minute / 2
+        assert umbra.sun_light(SITE, day, name).position[2] > 0
+
+
+def test_times_of_a_day_beyond_the_polar_circle():
+    north = umbra.Site(70.0, 25.0, "Europe/Oslo")
+    evening, noon = (
+        DayClock(north).find(dt.date(2026, 6, 21), name, "") for name in ("evening", "noon")
+    )
+    assert evening - noon == dt.timedelta(hours=10)
+    with pytest.raises(umbra.InputError) as caught:
+        umbra.sun_light(north, "2026-12-21", "noon")
+    assert caught.value.date == dt.date(2026, 12, 21)

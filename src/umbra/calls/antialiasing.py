@@ -107,7 +107,7 @@ class PictureLights:
     @property
     def is_sharp(self) -> bool:
         """Whether shadows are hard, so that counts alone show their edges."""
-        return self.options.soft is None and self.options.mask_scale == 1
+        return not self.options.is_soft and self.options.mask_scale == 1
 
     def count(self, view: DepthBuffer, camera: Camera) -> list[NDArray]:
         """Count the shadows of each light."""
@@ -126,7 +126,7 @@ class PictureLights:
         seen = self._find_whole(view, frame, camera, counts)
         if self.counter.transmitters is None:
             return seen
-        lights = self.lights if self.options.soft is None else self.sized
+        lights = self.sized if self.options.is_soft else self.lights
         transmission, hidden = follow_lights(self.counter, view, camera, lights)
         return replace(seen, transmission=transmission, hidden=hidden)
 
@@ -201,7 +201,7 @@ class PictureLights:
         if counts is None:
             counts = self.count(view, camera)
         lit = [frame.lit(n, light) for n, light in zip(counts, self.lights, strict=True)]
-        if self.options.soft is None:
+        if not self.options.is_soft:
             return SeenLights(counts, lit, lit)
         shares = self.counter.find_visibility(
             view, camera, self.sized, self.options.soft, self.options.softness

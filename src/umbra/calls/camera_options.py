@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["CameraOptions"]
 
 _camera = partial(option, heading="Camera")
-_FOV = 50.0  # [degrees]
+_FOV, _UP = 50.0, (0.0, 0.0, 1.0)  # [degrees]
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # any valid view, for early checks
 
 
@@ -33,15 +33,15 @@ class CameraOptions(Options):
     """
 
     eye: Given[ArrayLike | None, Sequence[float] | None] = _camera(
-        "numbers", "Position of the camera [m]; default: the whole model, seen from above.",
+        "numbers", "Position of the camera [m]; default: view='bird'.",
         unit="m", count=3, metavar="X,Y,Z",
     )  # fmt: skip
     target: Given[ArrayLike | None, Sequence[float] | None] = _camera(
         "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z"
     )
     view: Literal["isometric", "plan", "street", "bird"] | None = _camera(
-        "choice", "The whole model in a named view, in place of eye= and target=: isometric and "
-        "plan are orthographic, street stands 1.7 m above the lowest point.",
+        "choice", "The whole model in a named view, in place of eye= and target=: from the air "
+        "(default), from the street, 1.7 m above the ground, or orthographic, isometric or plan.",
         choices=("isometric", "plan", "street", "bird"),
     )  # fmt: skip
     up: Given[ArrayLike, Sequence[float]] = _camera(
@@ -51,7 +51,7 @@ class CameraOptions(Options):
     )  # fmt: skip
     fov: float | None = _camera(
         "number",
-        "Vertical field of view [degrees]; default: 50, of a named view 28.",
+        "Vertical field of view [degrees]; default: 28, with eye= 50.",
         unit="degree",
         metavar="DEG",
     )
@@ -98,27 +98,49 @@ class CameraOptions(Options):
     @property
     def _angle(self) -> float:
         """The field of view, where it matters [degrees]."""
-        return _FOV if self.fov is None else self.fov
+        from umbra.scene.named_views import FOV  # noqa: PLC0415
+
+        return self.fov or (FOV if self.eye is None else _FOV)
 
     def make(self, scene: Scene) -> Camera:
         """Make the camera; by default the model fills the picture but for a margin."""
         from umbra.scene import Camera  # noqa: PLC0415
         from umbra.scene.camera import fit_camera  # noqa: PLC0415
-        from umbra.scene.named_views import FOV, make_named_view  # noqa: PLC0415
+        from umbra.scene.named_views import make_named_view  # noqa: PLC0415
         from umbra.window.view_state import frame_bounds  # noqa: PLC0415
 
         framed = frame_bounds(scene.model_bounds(), self.size, fov=self._angle).camera(self.size)
         near = framed.near if self.near is None else self.near
-        points = scene.triangles().vertices + scene.origin if self.eye is None else None
-        if self.view is not None and points is not None:
-            return make_named_view(self.view, points, self.size, self.fov or FOV, near)
+        if self.eye is not None and self.target is not None:
+            return Camera(
+                self.eye, self.target, self.up, self.size, self._angle, self.height, near  # type: ignore[arg-type]
+            )  # fmt: skip
+        points = scene.triangles().vertices + scene.origin
+        if self.height is None and tuple(self.up) == _UP:
+            view = self.view or "bird"
+            return make_named_view(
+                view, points, self.size, self._angle, near, partial(_find_height, scene)
+            )
         camera = Camera(
-            framed.eye if self.eye is None else self.eye,  # type: ignore[arg-type]
-            framed.target if self.target is None else self.target,  # type: ignore[arg-type]
-            self.up,  # type: ignore[arg-type]
-            size=self.size,
-            fov=self._angle,
-            height=self.height,
-            near=near,
-        )
-        return camera if points is None else fit_camera(camera, points)
+            framed.eye, framed.target, self.up, self.size, self._angle, self.height, near  # type: ignore[arg-type]
+        )  # fmt: skip
+        return fit_camera(camera, points)
+
+
+def _find_height(scene: Scene, x: float, y: float) -> float:
+    """Return the height of the ground that a study would take at a place [m]."""
+    import numpy as np  # noqa: PLC0415
+
+    from umbra.ground.choice import find_ground  # noqa: PLC0415
+    from umbra.ground.level import TERRAIN  # noqa: PLC0415
+    from umbra.readers.terrain import find_terrain_height  # noqa: PLC0415
+
+    try:
+        ground = find_ground(scene)
+    except InputError:  # nothing stands on it
+        return float(scene.model_bounds()[0, 2])
+    land = [part for part in ground.scene.parts if part.kind in TERRAIN and part.triangles]
+    if ground.is_plane or not land:
+        return ground.level
+    plan = np.array([[x, y]]) - ground.scene.origin[:2]
+    return float(find_terrain_height(land, plan)[0][0] + ground.scene.origin[2])

@@ -243,6 +243,8 @@ def write_film(
     from umbra.writers import day_film  # noqa: PLC0415
 
     warn, tell = _Once(warn), _Once(tell)
+    if options.soft is None:  # a penumbra would make each frame dearer by a third
+        options = replace(options, soft="none")
     if options.transparent:
         msg = "a film has no transparent frames; leave transparent= out"
         raise InputError(msg, option="transparent")

@@ -113,7 +113,7 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
         ground=False if height is None else height,
         method=options.method or "auto",
         device=options.device or (view.device if view.mask_scale > 1 or view.detail else DEFAULT),
-        soft=soft,
+        soft=view.soft,
         light_size=() if soft is None else sizes,
         layer_length=view.layer_length if soft == "weng" else Softness.length,
         layer_gap=view.layer_gap if soft == "weng" else Softness.gap,

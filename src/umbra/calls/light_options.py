@@ -1,13 +1,16 @@
-"""The lights of a command: their options, and the records that they make."""
+"""Options of a picture's lights: each with its type, default, unit, help, flag and heading."""
 
 from __future__ import annotations
 
+import datetime as dt
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
 from umbra.option_fields import Options, check_types, option, record
+from umbra.sun.day_times import TIMES_OF_DAY
 
 if TYPE_CHECKING:
     from umbra.scene import Light
@@ -41,13 +44,24 @@ class LightOptions(Options):
     date: str | None = _lights(
         "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
     )
-    at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
+    at: str | None = _lights(
+        "text", "Local time of the sun; or sunrise+1h, sunset-90min, altitude:20.", metavar="HH:MM"
+    )
+    time_of_day: str | None = _lights(
+        "choice", "The sun in place of at=: half-way from sunrise to noon, at noon by the sun, "
+        "half-way to sunset, or a sixth of that time before it; date= is 21 March by default.",
+        choices=tuple(TIMES_OF_DAY),
+    )  # fmt: skip
     horizon: Any = _lights("table", "Refuse a sun behind the land of a file.", metavar="FILE")
 
     def __post_init__(self) -> None:
         check_types(self)
         self._make_given()
-        if (self.date is None) != (self.at is None):
+        if self.time_of_day is not None:
+            if self.at is not None:
+                msg = "time_of_day= and at= both say when; leave one of them out"
+                raise InputError(msg, option="time_of_day")
+        elif (self.date is None) != (self.at is None):
             msg = "the sun's light needs both date= and at= (a clock time: at='15:00')"
             raise InputError(msg, option="at" if self.at is None else "date")
         if self.date is not None:
@@ -56,9 +70,29 @@ class LightOptions(Options):
             parse_date(self.date)
 
     @property
+    def has_sun(self) -> bool:
+        """Whether the sun is one of the lights."""
+        return self.date is not None or self.time_of_day is not None
+
+    @property
     def count(self) -> int:
         """Number of lights."""
-        return len(self.lights) + len(self.spots) + (self.date is not None)
+        return len(self.lights) + len(self.spots) + self.has_sun
+
+    def settle(self, find_site: Callable[[], Site]) -> LightOptions:
+        """Return the same with the sun's date and clock time; the site is found only for it."""
+        if not self.has_sun:
+            return self
+        from umbra.sun.day_times import show_on_clock  # noqa: PLC0415
+        from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+        date = self.date or f"{dt.date.today().year}-03-21"
+        name = "at" if self.time_of_day is None else "time_of_day"
+        try:
+            at = show_on_clock(find_site(), parse_date(date), str(getattr(self, name)))
+        except InputError as error:
+            raise InputError(str(error), option=name) from error
+        return replace(self, date=date, at=at, time_of_day=None)
 
     def make(self, find_site: Callable[[], Site]) -> list[Light]:
         """Make the lights; the site is found only if the sun is one of them."""

@@ -246,12 +246,14 @@ def draw_picture(
         warn(note)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
-    sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = choose_threads(options.threads)
     device, said = find_device(options.device), _WarnOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare)
+    if not (style.is_plain or is_bare):
+        options = options.soften(shining)
+    sized = size_lights(shining, options.light_size) if options.is_soft else []  # type: ignore[arg-type]
     is_all = casters is None or len(casters) == len(scene.parts)
     scene, ground = choose_ground(scene, options, style, tell)
     casters = None if is_all else casters

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from umbra.study.options import StudyOptions
 
 if TYPE_CHECKING:
     from umbra.calls.study_result import ShadowStudy
+    from umbra.scene import Light
 
 __all__ = [
     "SHADOWS",
@@ -153,8 +155,9 @@ class RenderOptions(DrawingOptions):
     soft: str | None = _lights(
         "choice",
         "Soft shadows: by samples of the light (the reference), penumbra wedges (fast), depth "
-        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft).",
-        choices=SOFT,
+        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft). "
+        "Default: complexity for the sun in pictures that are not plain, nor films; else none.",
+        choices=("none", *SOFT),
     )
     light_size: float | Sequence[float] = _lights(
         "number",
@@ -181,8 +184,8 @@ class RenderOptions(DrawingOptions):
         super().__post_init__()
         methods = find_device(self.device).methods
         methods.check(self.method)
-        if self.soft is not None:
-            methods.check_soft(self.soft)
+        if self.is_soft:
+            methods.check_soft(str(self.soft))
         elif self.light_size:
             msg = "light_size= is for soft shadows; add soft='wedges'"
             raise InputError(msg, option="light_size")
@@ -194,7 +197,7 @@ class RenderOptions(DrawingOptions):
             msg = f"{name}= is for scaled layers; add soft='weng'"
             raise InputError(msg, option=name)
         can = find_device(self.device).enlarges_masks
-        if self.mask_scale != 1 and (not can or self.soft is not None):
+        if self.mask_scale != 1 and (not can or self.is_soft):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
             raise InputError(msg, option="mask_scale")
         self._check_detail()
@@ -208,13 +211,25 @@ class RenderOptions(DrawingOptions):
             msg = f"detail= is a number of pixels, 0 or more; got {self.detail:g}"
             raise InputError(msg, option="detail")
         device = find_device(self.device)
-        hard = self.soft is None and self.method in device.methods.volumes
+        hard = not self.is_soft and self.method in device.methods.volumes
         if self.detail and not (device.has_levels and hard and self.mask_scale == 1):
             msg = (
                 "detail= is for hard shadows counted by volumes on gl; give device='gl', and no "
                 "soft=, mask_scale= or mask method"
             )
             raise InputError(msg, option="detail")
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether soft shadows are asked for."""
+        return self.soft not in {None, "none"}
+
+    def soften(self, lights: Sequence[Light]) -> RenderOptions:
+        """Return the same, but with the penumbra of the sun where nobody said how to count."""
+        told = (self.soft, self.method, self.mask_scale, self.detail) != (None, "auto", 1, 0.0)
+        if told or self.device not in {"auto", DEFAULT} or any(one.is_point for one in lights):
+            return self
+        return replace(self, soft="complexity")
 
     @property
     def softness(self) -> Softness:

@@ -68,6 +68,7 @@ def command(
     Examples:
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
+    umbra render house.ifc --view street --time-of-day evening --out street.png
     umbra render house.ifc --shadows hatched --out house.pdf
     umbra render quarter.city.json --turntable 8s --out quarter.mp4
     umbra render quarter.city.json --date 2026-03-21 --at 07:00 --until 17:30 --out day.mp4
@@ -116,6 +117,7 @@ def _draw_film(
 ) -> dict[str, Any]:
     """Draw a film; return its numbers."""
     scene, lens, lights, options = drawn
+    lights = lights.settle(lambda: find_model_site(scene))
     if lights.horizon is not None:
         msg = "horizon= judges the sun of a picture; leave it out of a film"
         raise InputError(msg, option="horizon")
@@ -147,6 +149,7 @@ def _draw_pictures(
     kind = _find_kind(out)
     stages.begin(what := _name_drawing(scene, lens))
     find_once = cache(lambda: find_model_site(scene))
+    lights = lights.settle(find_once)
     shining = lights.make(find_once)
     if lights.horizon is not None:
         when = f"{lights.date} at {lights.at}"
@@ -225,11 +228,11 @@ def _check_path(moves: FilmOptions, lens: CameraOptions) -> None:
 def _check_site(lights: LightOptions) -> None:
     """Refuse a site without the sun that it places, before anything is read."""
     given = [f"{name}=" for name, value in take_site().items() if value is not None]
-    if lights.date is None and given:
+    if not lights.has_sun and given:
         verb, them = ("places", "it") if len(given) == 1 else ("place", "them")
         msg = f"{' and '.join(given)} {verb} the sun; give date= and at=, too, or leave {them} out"
         raise InputError(msg, option="date")
-    if lights.date is None and lights.horizon is not None:
+    if not lights.has_sun and lights.horizon is not None:
         msg = "horizon= hides the sun; give date= and at=, too, or leave it out"
         raise InputError(msg, option="horizon")
 

@@ -1,5 +1,6 @@
 """Named views of a model: cameras that its bounds place, so that it fills the picture."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
@@ -18,13 +19,19 @@ _FROM = {
     "plan": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
     "bird": ((0.5, 0.8, -0.66), (0.0, 0.0, 1.0)),
 }  # the view's direction, and up: from the south-west, or north up
-_EYE = 1.7  # above the lowest point of the model [m]
+_EYE = 1.7  # above the ground [m]
+_TRIES, _CLOSE = 8, 0.01  # the eye's height decides how far away it stands, where the ground is [m]
 _HORIZON = 0.3  # of a street's picture, below its middle [heights]
 _MARGIN = 0.06  # of the picture, on each side
 
 
 def make_named_view(
-    view: NamedView, points: NDArray[np.float64], size: tuple[int, int], fov: float, near: float
+    view: NamedView,
+    points: NDArray[np.float64],
+    size: tuple[int, int],
+    fov: float,
+    near: float,
+    find_height: Callable[[float, float], float] | None = None,
 ) -> Camera:
     """
     Make the camera of a named view.
@@ -32,17 +39,20 @@ def make_named_view(
     Parameters
     ----------
     view : {'isometric', 'plan', 'street', 'bird'}
-        The first two are orthographic. A street is seen from 1.7 m above the lowest point, upright:
-        its horizon lies below the picture's middle.
+        The first two are orthographic. A street is seen from 1.7 m above the ground, upright: its
+        horizon lies below the picture's middle.
     points : (n, 3) float64
         Of the model [m].
     size : (int, int)
         Columns and rows.
     fov, near : float
         Vertical field of view [degrees]; near plane [m].
+    find_height : callable, optional
+        Return the height of the ground at x, y [m]; by default that of the lowest point.
     """
     if view == "street":
-        return _stand_in_street(points, size, fov, near)
+        lowest = float(points[:, 2].min())
+        return _stand_in_street(points, size, fov, near, find_height or (lambda _x, _y: lowest))
     forward, up = (np.array(one) for one in _FROM[view])
     middle = points.mean(0)
     camera = Camera(middle - forward, middle, up, size, fov, near=near)
@@ -54,19 +64,30 @@ def make_named_view(
 
 
 def _stand_in_street(
-    points: NDArray[np.float64], size: tuple[int, int], fov: float, near: float
+    points: NDArray[np.float64],
+    size: tuple[int, int],
+    fov: float,
+    near: float,
+    find_height: Callable[[float, float], float],
 ) -> Camera:
     """Look level at the model from the south, as far away as shows all of it."""
     low, high = points.min(0), points.max(0)
-    middle = np.array([*(low + high)[:2] / 2, low[2] + _EYE])
     forward = np.array([0.0, 1.0, 0.0])
-    across, ahead, above = (points - middle).T
     slope = np.tan(np.radians(fov) / 2) * (1 - 2 * _MARGIN)
-    needed = [
-        np.abs(across) / (slope * size[0] / size[1]) - ahead,
-        above / (slope * (1 + 2 * _HORIZON)) - ahead,
-        -above / (slope * (1 - 2 * _HORIZON)) - ahead,
-    ]
-    away = max(float(np.max(needed)), near - float(ahead.min()))
-    eye = middle - away * forward
+    middle = np.array([*(low + high)[:2] / 2, low[2] + _EYE])
+    eye = middle
+    for _ in range(_TRIES):
+        across, ahead, above = (points - middle).T
+        needed = [
+            np.abs(across) / (slope * size[0] / size[1]) - ahead,
+            above / (slope * (1 + 2 * _HORIZON)) - ahead,
+            -above / (slope * (1 - 2 * _HORIZON)) - ahead,
+        ]
+        away = max(float(np.max(needed)), near - float(ahead.min()))
+        eye = middle - away * forward
+        height = find_height(float(eye[0]), float(eye[1])) + _EYE
+        if abs(height - middle[2]) < _CLOSE:
+            break
+        middle[2] = height
+    eye[2] = middle[2]
     return Camera(eye, middle, size=size, fov=fov, near=near, shift=(0.0, _HORIZON * size[1]))

@@ -9,7 +9,8 @@ Data flows one way::
 
 from umbra.sun.clock import Steps, make_steps
 from umbra.sun.date_words import name_date, parse_dates
-from umbra.sun.position import Daylight, SunPath, find_daylight, find_sun, sun_light
+from umbra.sun.day_times import sun_light
+from umbra.sun.position import Daylight, SunPath, find_daylight, find_sun
 from umbra.sun.site import Site, find_site
 
 __all__ = [

@@ -31,14 +31,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError, check_type, show_value
-from umbra.scene import Light, directional_light
-from umbra.sun.local_time import find_instant, parse_date
+from umbra.sun.local_time import find_instant
 from umbra.sun.site import Site
-from umbra.sun.zones import find_zone
 
-__all__ = [
-    "Daylight", "SunPath", "find_daylight", "find_longitude", "find_sun", "sun_light",
-]  # fmt: skip
+__all__ = ["Daylight", "SunPath", "find_daylight", "find_longitude", "find_sun"]
 
 SEA_LEVEL_PRESSURE = 1010.0  # [hPa], yearly mean; the reference of SPA's refraction, [1] eq. 42
 TEMPERATURE = 12.0  # [degrees C], yearly mean
@@ -318,47 +314,3 @@ def find_daylight(site: Site, day: dt.date) -> Daylight:
 
 def _round_to_minute(when: dt.datetime) -> dt.datetime:
     return (when + dt.timedelta(seconds=30)).replace(second=0, microsecond=0)
-
-
-def sun_light(site: Site, date: str | dt.date, time: str | dt.time | None = None) -> Light:
-    """
-    Make the light of the sun at a clock time.
-
-    Parameters
-    ----------
-    site : Site
-    date : str or datetime.date
-        Local date, ``"2026-03-21"``; without ``time`` with it, ``"2026-03-21T15:00"``.
-    time : str or datetime.time, optional
-        Local clock time, ``"15:00"``.
-
-    Returns
-    -------
-    light : Light
-        A direction toward the apparent sun, in the model's axes.
-
-    Raises
-    ------
-    InputError
-        If the date or the time is missing or not written so, the clock skips the time, or the
-        sun is below the horizon then.
-
-    Examples
-    --------
-    >>> light = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
-    """
-    check_type("site", site, Site)
-    if time is None:
-        date, _, time = str(date).strip().replace(" ", "T").partition("T")
-        if not time:
-            msg = "the sun needs a clock time; give time='15:00' or a date as 2026-03-21T15:00"
-            raise InputError(msg, option="time")
-    day = parse_date(date)
-    path = find_sun(site, [find_instant(day, time, find_zone(site.zone), "time")])
-    if not path.is_up[0]:
-        msg = (
-            f"the sun is {-path.altitude[0]:.1f}° below the horizon on {day} at {time} "
-            f"({site.zone}); choose another time"
-        )
-        raise InputError(msg, altitude=float(path.altitude[0]))
-    return directional_light(path.direction[0])

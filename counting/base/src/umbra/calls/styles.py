@@ -1,0 +1,183 @@
+"""Styles of pictures: what is added to the exact shadows so that a picture reads well."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.rays import VisibleSurface
+from umbra.rays.depth import NOTHING
+from umbra.scene import Camera, Light, Scene
+from umbra.scene.camera import BOUNCE, DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
+from umbra.scene.mesh import ADDED_GROUND
+
+__all__ = [
+    "PAPER",
+    "STYLES",
+    "Backdrop",
+    "Style",
+    "choose_style",
+    "expose_suns",
+    "find_sky",
+    "make_pale",
+]
+
+_PLASTER = np.array((0.86, 0.83, 0.78))  # linear RGB, warm as paper
+PAPER = (0.90, 0.87, 0.82)
+"""Of a ground that the picture adds; linear RGB."""
+_NEAR, _FAR = 0.8, 3.0  # from the model's centre, where the ground begins and ends to fade [radii]
+_HIGH = 0.5  # sine of the altitude at which the sky has its full colour
+
+
+STUDIO = Sky((0.50, 0.64, 0.88), (0.93, 0.925, 0.91), BOUNCE, 0.13)
+"""Of pale pictures: a warm horizon, and blue light in shadows, little enough for their contrast."""
+_RISE, _BRIGHTEST = 0.72, 2.4
+"""
+Sine of the sun's altitude below which its light is raised, and by how much at most: as a photograph
+is exposed, so that lit ground is about as bright at all times of day.
+"""
+
+
+_WARM = (1.03, 1.0, 0.94)  # of their light: shadows are blue beside it
+
+
+@dataclass(frozen=True)
+class Style:
+    """
+    What a picture shows besides surfaces and shadows.
+
+    ``directions``: of the sky, whose shadows darken corners; 0 for an even light everywhere.
+    ``has_lines``: outlines and creases. ``has_ground``: under a model that has none.
+    ``paleness``: share of plaster in the colours of surfaces.
+    """
+
+    directions: int = 0
+    has_lines: bool = False
+    has_ground: bool = False
+    paleness: float = 0.0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing is added."""
+        return self == Style()
+
+
+STYLES = {
+    "plain": Style(),
+    "material": Style(directions=48, has_ground=True),
+    "architectural": Style(directions=48, has_lines=True, has_ground=True, paleness=0.72),
+}
+"""By the names that ``style=`` takes."""
+
+
+def choose_style(name: str, scene: Scene, *, is_bare: bool) -> Style:
+    """
+    Return a style by its name; ``'auto'`` is chosen by the model.
+
+    A bare picture, whose arrays are asked for, is plain by default, and gets no ground of its own:
+    it shows what the arrays hold.
+    """
+    if name == "auto":
+        has_looks = any(
+            part.material.images or part.material.roughness is not None for part in scene.parts
+        )
+        name = "plain" if is_bare else "material" if has_looks else "architectural"
+    return replace(STYLES[name], has_ground=STYLES[name].has_ground and not is_bare)
+
+
+def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object]) -> Sky:
+    """Return the sky of a picture; plain ones always have a day's."""
+    sky = DAY if style.is_plain else choose_sky(lights)
+    if sky is DAY and style.paleness:
+        return STUDIO
+    if sky is NIGHT:
+        tell(
+            "note: lamps shine alone, so sky and ambient light are a night's; date= and at= add "
+            "the sun"
+        )
+    return sky
+
+
+def expose_suns(lights: Sequence[Light], style: Style) -> list[Light]:
+    """Return the lights with low suns as bright as a photograph shows them, in pale pictures."""
+    if not style.paleness:
+        return list(lights)
+    exposed = []
+    for light in lights:
+        times = 1.0
+        if not light.is_point:
+            rise = float(light.position[2] / np.linalg.norm(light.position[:3]))
+            times = min(max(_RISE / max(rise, 1e-3), 1.0), _BRIGHTEST)
+        red, green, blue = (times * np.multiply(light.color, _WARM)).tolist()
+        exposed.append(replace(light, color=(red, green, blue)))
+    return exposed
+
+
+def make_pale(scene: Scene, share: float) -> Scene:
+    """Return the scene for shading alone, its colours mixed with plaster."""
+    if not share:
+        return scene
+    parts = []
+    for part in scene.parts:
+        if part.kind in ADDED_GROUND:  # it has the colour of a plane
+            parts.append(part)
+            continue
+        color = share * _PLASTER + (1 - share) * np.array(part.material.color)
+        red, green, blue = color.tolist()
+        parts.append(replace(part, material=replace(part.material, color=(red, green, blue))))
+    return replace(scene, parts=tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class Backdrop:
+    """Sky above a horizon, into which the ground fades with distance; none if transparent."""
+
+    scene: Scene
+    is_transparent: bool = False
+    sky: Sky = DAY
+
+    @cached_property
+    def _circle(self) -> tuple[NDArray[np.float64], float]:
+        """Return the model's centre in plan and its radius [m]."""
+        low, high = self.scene.model_bounds()[:, :2]
+        return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)
+
+    def color(
+        self, linear: NDArray[np.float64], frame: VisibleSurface, camera: Camera
+    ) -> NDArray[np.float64]:
+        """Put it behind a picture in linear RGB (rows, cols, 3)."""
+        empty = frame.part == NOTHING
+        is_added = np.array([part.kind in ADDED_GROUND for part in self.scene.parts])
+        ground = np.append(is_added, [True, False])[frame.part]  # GROUND and NOTHING are last
+        if self.is_transparent:
+            linear[empty] = 0.0
+            return linear
+        sky = self._find_sky(camera)
+        linear[empty] = sky[empty]
+        linear[ground] *= np.array(PAPER) / GROUND_COLOR
+        middle, radius = self._circle
+        away = np.linalg.norm(frame.position[ground][:, :2] - middle, axis=1) / radius
+        faded = np.clip((away - _NEAR) / (_FAR - _NEAR), 0.0, 1.0)
+        faded = (faded * faded * (3.0 - 2.0 * faded))[:, None]
+        linear[ground] += faded * (np.array(self.sky.horizon) - linear[ground])
+        return linear
+
+    def _find_sky(self, camera: Camera) -> NDArray[np.float64]:
+        """Return the colour of the sky in each pixel; below the horizon there is its own."""
+        cols, rows = camera.size
+        _, up, forward = camera.axes()
+        if camera.is_perspective:
+            right = camera.axes()[0]
+            scale = np.tan(np.radians(camera.fov) / 2) / (rows / 2)
+            middle = camera.center
+            across = (np.arange(cols) - middle[0]) * scale
+            down = (np.arange(rows) - middle[1])[:, None] * scale
+            rise = forward[2] + across * right[2] - down * up[2]
+            rise = rise / np.sqrt(1.0 + across**2 + down**2)
+        else:
+            rise = np.full((rows, cols), forward[2])
+        share = np.clip(rise / _HIGH, 0.0, 1.0)[..., None]
+        horizon = np.array(self.sky.horizon)
+        return horizon + share * (np.array(self.sky.zenith) - horizon)

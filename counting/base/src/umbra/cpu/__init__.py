@@ -1,0 +1,1 @@
+"""Shadow counts on the CPU, in numba: planes, height fields, patches and camera frames."""

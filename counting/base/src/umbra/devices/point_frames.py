@@ -1,0 +1,49 @@
+"""Frames of a scene whose shadows another device finds, point by point."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.frame import FrameCounter
+from umbra.methods import Methods
+from umbra.rays.depth import NOTHING, DepthBuffer
+from umbra.scene import Camera, Light, Scene
+
+__all__ = ["PointFrames"]
+
+
+class PointFrames(FrameCounter):
+    """Counter of frames: the visible surface as on the CPU, shadows as a device finds them."""
+
+    def __init__(
+        self,
+        find_hidden: Callable[..., NDArray[np.uint8]],
+        methods: Methods,
+        scene: Scene,
+        casters: Sequence[int] | None,
+        ground: float | None,
+        threads: int,
+        warn: Callable[[str], object],
+        transmits: bool,
+    ) -> None:
+        super().__init__(
+            scene, None if casters is None else list(casters), ground, threads, warn, transmits
+        )
+        self._find_hidden, self._methods = find_hidden, methods
+
+    def count(
+        self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
+    ) -> NDArray[np.signedinteger[Any]]:
+        """Return 1 where something hides the light from a visible point, else 0, (rows, cols)."""
+        self._methods.check(method)
+        frame = self.locate(view, camera)
+        is_seen = view.face != NOTHING
+        points = frame.position[is_seen] - self.scene.origin
+        homogeneous = np.asarray(light.local(self.scene.origin), np.float64)[None]
+        triangles = self.caster.vertices[self.caster.faces]
+        hidden = self._find_hidden(triangles, points, frame.normal[is_seen], homogeneous)
+        counts = np.zeros(is_seen.shape, np.int32)
+        counts[is_seen] = hidden[0]
+        return counts

@@ -1,0 +1,324 @@
+"""
+Rules as asks and groups: which receivers must keep which hours.
+
+Points that stand for the areas and windows of rules.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import Casting
+from umbra.errors import InputError
+from umbra.lights import Period
+from umbra.massing.asks import Ask, measure_pieces
+from umbra.massing.planes import LONGEST, SPELLS, SUM
+from umbra.massing.problem import ReceiverGroup
+from umbra.rules import Alternative, Condition, Requirement, Rule
+from umbra.rules.words import MEASURES, tell_interval
+from umbra.scene.grid import Places
+from umbra.study.options import StudyOptions
+from umbra.study.setup import find_period
+from umbra.verdicts.dates import settle_dates
+from umbra.verdicts.judge import choose_asked
+from umbra.verdicts.judged_receivers import Gathered, Lacking
+from umbra.verdicts.subjects import Subjects
+from umbra.verdicts.sunlight import SunlightOf
+
+__all__ = ["AskedRules", "GatheredPoints", "ask_rules"]
+
+
+@dataclass(eq=False)
+class GatheredPoints(Gathered):
+    """
+    The receivers of rules, where points may stand for areas and windows.
+
+    Parameters
+    ----------
+    points : Subjects, optional
+    """
+
+    points: Subjects | None = None
+
+    def find(self, requirement: Requirement) -> list[SunlightOf] | Lacking:
+        """Return the receivers of a requirement, or what lacks."""
+        if self.points is None or not {"areas", "windows"} & {*requirement.receivers}:
+            return super().find(requirement)
+        points = self.points
+        kept: SunlightOf = self._keep("points", lambda: points)
+        return [kept]
+
+
+_KINDS = {
+    "sun_hours": SUM, "shadow_hours": SUM, "longest_sun_hours": LONGEST,
+    "sun_hours_in_spells": SPELLS,
+}  # fmt: skip
+_STEPPED = re.compile(r"\bevery\s*:")
+_INVERSE = "give max_height='PART', which takes any rule, or leave the rule out"
+
+
+@dataclass(frozen=True, eq=False)
+class _Clause:
+    """Members of asks, of which so much weight must be met."""
+
+    ask: list[int]
+    receiver: list[int]
+    weight: list[float]
+    wanted: float
+
+    @property
+    def is_any(self) -> bool:
+        """Whether one of its members is enough."""
+        return self.wanted <= 1.0 and set(self.weight) == {1.0}
+
+
+@dataclass(eq=False)
+class AskedRules:
+    """
+    What rules ask, over a plot.
+
+    Parameters
+    ----------
+    gathered : Gathered
+        Receivers of the rules.
+    around : Casting or None
+        What stands around.
+    asks : list of Ask
+    groups : list of Group
+    times : list of str
+        Dates, hours and clock, for the reader.
+    notes : list of str
+    """
+
+    gathered: Gathered
+    around: Casting | None
+    asks: list[Ask] = field(default_factory=list)
+    groups: list[ReceiverGroup] = field(default_factory=list)
+    times: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, rule: Rule) -> None:
+        """Add a rule's requirements."""
+        for requirement in rule.requirements:
+            for subjects in self._find(rule, requirement):
+                chosen = choose_asked(subjects, requirement)
+                if chosen:
+                    self._add_subjects(rule, requirement, subjects.pick(chosen))
+
+    def _find(self, rule: Rule, requirement: Requirement) -> list[Subjects]:
+        """Return the receivers of a requirement."""
+        found = self.gathered.find(requirement)
+        if isinstance(found, Lacking):
+            msg = f"rule '{rule.name}', {requirement.name}: {found.needs}"
+            raise InputError(msg, option="rules", rule=rule.name)
+        return [sunlight.subjects for sunlight in found]
+
+    def _add_subjects(self, rule: Rule, requirement: Requirement, subjects: Subjects) -> None:
+        maker = _Clauses(self, rule, requirement, subjects)
+        clauses = maker.make(requirement.condition)
+        if requirement.share_of:
+            self.notes.append(
+                f"rule '{rule.name}' asks a share of the {requirement.share_of}s; each that meets "
+                "it now keeps it, which is at least as much"
+            )
+        if requirement.of_each and requirement.one_is_enough:
+            clauses = maker.join(clauses)
+        for name, own in clauses:
+            for clause in own:
+                self.groups.append(ReceiverGroup(
+                    f"{name} ({requirement.name})", np.array(clause.ask),
+                    np.array(clause.receiver), np.array(clause.weight), clause.wanted,
+                ))  # fmt: skip
+
+
+def ask_rules(gathered: Gathered, rules: Sequence[Rule], around: Casting | None) -> AskedRules:
+    """
+    Find what rules ask of their receivers.
+
+    Parameters
+    ----------
+    gathered : Gathered
+    rules : sequence of Rule
+    around : Casting or None
+        What stands around.
+
+    Raises
+    ------
+    InputError
+        If a rule has no receivers, or is of a measure that heights cannot be found for.
+    """
+    asked = AskedRules(gathered, around)
+    for rule in rules:
+        asked.add(rule)
+    if not asked.groups:
+        names = ", ".join(rule.name for rule in rules)
+        msg = f"{names}: no receiver is asked of; give areas, windows or places"
+        raise InputError(msg, option="rules")
+    asked.times[:] = dict.fromkeys(asked.times)
+    return asked
+
+
+@dataclass(frozen=True, eq=False)
+class _Clauses:
+    """Clauses of the receivers of a requirement."""
+
+    asked: AskedRules
+    rule: Rule
+    requirement: Requirement
+    subjects: Subjects
+
+    def make(self, condition: Condition | Alternative) -> list[tuple[str, list[_Clause]]]:
+        """Return each receiver's name and clauses, all of which must be met."""
+        return list(zip(self.subjects.names, self._make(condition), strict=True))
+
+    def join(self, clauses: list[tuple[str, list[_Clause]]]) -> list[tuple[str, list[_Clause]]]:
+        """Join the receivers of a flat, a room or a storey, one of which is enough."""
+        subjects, each = self.subjects, self.requirement.of_each
+        labels = {"flat": subjects.flats, "room": subjects.rooms, "storey": subjects.storeys}[each]
+        joined: dict[str, list[list[_Clause]]] = {}
+        for label, (name, own) in zip(labels, clauses, strict=True):
+            joined.setdefault(f"{each} {label}" if label else name, []).append(own)
+        return [(name, self._join_any(parts)) for name, parts in joined.items()]
+
+    def _make(self, condition: Condition | Alternative) -> list[list[_Clause]]:
+        if isinstance(condition, Condition):
+            return self._make_one(condition)
+        if condition.needs == "levels":
+            return self._make(condition.conditions[0])
+        each = [self._make(one) for one in condition.conditions]
+        if condition.needs == "all":
+            return [[clause for own in parts for clause in own] for parts in zip(*each)]
+        return [self._join_any(parts) for parts in zip(*each, strict=True)]
+
+    def _join_any(self, parts: Sequence[list[_Clause]]) -> list[_Clause]:
+        """Return the clause that one of several is met."""
+        if len(parts) == 1:
+            return parts[0]
+        if all(len(own) == 1 for own in parts):
+            first = [own[0] for own in parts]
+            if all(clause.is_any for clause in first):
+                return [_Clause(
+                    [a for clause in first for a in clause.ask],
+                    [r for clause in first for r in clause.receiver],
+                    [w for clause in first for w in clause.weight], 1.0,
+                )]  # fmt: skip
+            limits = [self.asked.asks[clause.ask[0]].limit[clause.receiver] for clause in first]
+            alike = all(np.array_equal(limits[0], other) for other in limits[1:])
+            if alike and len({clause.wanted for clause in first}) >= 1:  # shares of one area
+                return [min(first, key=lambda clause: clause.wanted)]
+        return self._refuse("asks one of several things of whole areas")
+
+    def _refuse(self, what: str) -> NoReturn:
+        msg = f"rule '{self.rule.name}', {self.requirement.name}, {what}; {_INVERSE}"
+        raise InputError(msg, option="rules", rule=self.rule.name)
+
+    def _make_one(self, condition: Condition) -> list[list[_Clause]]:
+        """Return the clauses of one condition."""
+        self._check(condition)
+        subjects = self.subjects
+        dates = [self._ask(condition, period) for period in self._list_periods(condition)]
+        if not dates:
+            self._refuse("has no date")
+        found: list[list[list[_Clause]]] = []
+        for ask, before in dates:
+            met = before >= self.asked.asks[ask].limit - 1e-4
+            found.append([[self._make_clause(condition, ask, met, k)]
+                          for k in range(len(subjects))])  # fmt: skip
+        if condition.over == "best":
+            return [self._join_any(parts) for parts in zip(*found, strict=True)]
+        return [[clause for own in parts for clause in own] for parts in zip(*found, strict=True)]
+
+    def _make_clause(
+        self, condition: Condition, ask: int, met: NDArray[np.bool_], k: int
+    ) -> _Clause:
+        subjects = self.subjects
+        samples = np.flatnonzero(subjects.owner == k)
+        if len(samples) == 1:
+            return _Clause([ask], samples.tolist(), [1.0], 1.0)
+        weight = subjects.areas[samples]
+        whole = float(weight.sum())
+        wanted = whole if condition.share is None else condition.share / 100 * whole
+        if condition.ratio_to_before is not None:
+            had = float(weight[met[samples]].sum())
+            share = condition.ratio_to_before * had
+            wanted = share if condition.share is None else max(wanted, share)
+        return _Clause([ask] * len(samples), samples.tolist(), weight.tolist(), wanted)
+
+    def _check(self, condition: Condition) -> None:
+        """Refuse what heights cannot be found for."""
+        subjects = self.subjects
+        words = MEASURES[condition.measure].words
+        if condition.measure not in _KINDS:
+            self._refuse(f"measures {words}, for which no planes of the sun are found")
+        is_shadow = condition.measure == "shadow_hours"
+        limit = condition.at_most if is_shadow else condition.at_least
+        other = condition.at_least if is_shadow else condition.at_most
+        if other is not None:
+            self._refuse(f"limits {words} from the other side: more building would keep it")
+        has_ratio = condition.ratio_to_before is not None or condition.loss_at_most is not None
+        if limit is None and not has_ratio:
+            self._refuse(f"has no limit of {words}")
+        if condition.over == "sum":
+            self._refuse("adds dates up")
+        if condition.lit_area is not None or condition.lit_share is not None:
+            self._refuse("judges how much of a window or an area is lit at one moment")
+        is_pane = subjects.kind == "windows" and len(subjects.owner) > len(subjects)
+        if is_pane:
+            self._refuse("judges whole panes")
+        if is_shadow and has_ratio:
+            self._refuse("compares shadow with before")
+
+    def _list_periods(self, condition: Condition) -> Iterator[Period]:
+        model = self.asked.gathered.model
+        time: dict[str, Any] = {
+            "date": settle_dates(condition, model.year, model.site.zone), "start": condition.start,
+            "end": condition.end, "every": condition.every, "clock": condition.clock,
+        }  # fmt: skip
+        land = model.options.horizon
+        period = find_period(StudyOptions(**time, horizon=land), model.site)
+        days = f"{period.days[0]}" if period.days else ""
+        days += f" to {period.days[-1]}" if len(period.days) > 1 else ""
+        counted = tell_interval(condition.start, condition.end, condition.clock)
+        self.asked.times.append(f"{days}, {counted}")
+        for day in range(len(period.days)):
+            yield period.pick(day)
+
+    def _ask(self, condition: Condition, period: Period) -> tuple[int, NDArray[np.float64]]:
+        """Add an ask on one date; return its index, and the hours before."""
+        subjects, asked = self.subjects, self.asked
+        owner = subjects.owner
+        names = tuple(subjects.names[k] for k in owner)
+        origin = asked.gathered.model.scene.origin
+        is_continuous = _is_continuous(self.rule, condition)
+        ask = Ask(
+            f"{self.requirement.name}, {period.days[0]}", period,
+            Places(subjects.points - origin, subjects.normals), names,
+            np.zeros(len(names)), _KINDS[condition.measure],
+            condition.min_spell.total_seconds() / 3600, condition.min_altitude,
+            condition.min_angle, is_continuous, condition.casters == "proposed",
+        )  # fmt: skip
+        around = None if ask.is_alone else asked.around
+        before = measure_pieces(ask, ask.cut(ask.find_masks(around)))
+        limit = np.zeros(len(names))
+        if condition.measure == "shadow_hours":
+            assert condition.at_most is not None
+            limit += float(ask.lights.lengths.sum()) / 3.6e9 - condition.at_most
+        elif condition.at_least is not None:
+            limit += condition.at_least
+        is_share = subjects.kind in {"areas", "band"} and condition.at_least is not None
+        if condition.ratio_to_before is not None and not is_share:
+            limit = np.maximum(limit, condition.ratio_to_before * before)
+        if condition.loss_at_most is not None:
+            limit = np.maximum(limit, before - condition.loss_at_most)
+        asked.asks.append(replace(ask, limit=limit))
+        return len(asked.asks) - 1, before
+
+
+def _is_continuous(rule: Rule, condition: Condition) -> bool:
+    """Return whether a rule has no steps, so that the sun's whole path counts."""
+    is_stepped = not rule.text or _STEPPED.search(rule.text)
+    return not is_stepped and condition.min_altitude <= 0 and condition.min_angle <= 0

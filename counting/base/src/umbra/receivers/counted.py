@@ -1,0 +1,119 @@
+"""Receivers that count in a study's figures, and their weights."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["NEAR", "Counted", "find_near"]
+
+NEAR = 20.0
+"""Farthest that ground counts in a plan's figures from a building, whatever the frame [m]."""
+_CELLS = 4_000_000  # whose distances are found at a time
+_HECTARE = 10_000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """
+    Receivers with meaningful hours, and their weights.
+
+    Parameters
+    ----------
+    which : (...) bool
+        Selection of the study's receivers.
+    weight : (...) float64
+        Area or number that each represents.
+    unit : str
+        Unit of the weights.
+    what : str
+        Description of them all.
+    """
+
+    which: NDArray[np.bool_]
+    weight: NDArray[np.float64]
+    unit: str
+    what: str
+
+    @property
+    def name(self) -> str:
+        """What they are, in a word or two."""
+        return self.what.partition(",")[0]
+
+    def tell_whole(self) -> str:
+        """Write the total weight with its unit; a large area in hectares."""
+        if self.unit == "m²" and self.whole >= _HECTARE:
+            return f"{self.whole / _HECTARE:.3g} ha"
+        return f"{self.whole:,.0f} {self.unit}"
+
+    @property
+    def whole(self) -> float:
+        """Total weight."""
+        return float(self.weight[self.which].sum())
+
+    def add_up(self, test: NDArray[np.bool_]) -> float:
+        """Return the weight of the receivers that pass a test."""
+        return float(self.weight[self.which & test].sum())
+
+    def with_value(self, values: NDArray) -> "Counted":
+        """Return those of them whose value is a number."""
+        return replace(self, which=self.which & np.isfinite(values))
+
+    def average(self, values: NDArray) -> float:
+        """Return the weighted mean."""
+        return float(np.average(values[self.which], weights=self.weight[self.which]))
+
+
+def find_near(
+    is_built: NDArray[np.bool_], cell: tuple[float, float], most: float
+) -> NDArray[np.bool_]:
+    """
+    Find the cells within a distance of some cells, from centre to centre.
+
+    Parameters
+    ----------
+    is_built : (rows, cols) bool
+    cell : (float, float)
+        Width and height of a cell [m].
+    most : float
+        The distance [m].
+
+    Returns
+    -------
+    is_near : (rows, cols) bool
+        Holds those cells, too; all cells if there are none.
+    """
+    if not is_built.any():
+        return np.ones(is_built.shape, np.bool_)
+    (rows, cols), (dx, dy) = is_built.shape, cell
+    # How many cells aside of a built one are near, by the number of rows to it; -1 for none.
+    up = (np.arange(min(math.ceil(most / dy), rows) + 1) * dy) ** 2
+    aside = (np.arange(min(math.ceil(most / dx), cols) + 1) * dx) ** 2
+    reach = (np.sqrt(up[:, None] + aside) <= most).sum(1, dtype=np.int32) - np.int32(1)
+    reach = np.append(reach[reach >= 0], np.int32(-1))
+    height = len(reach) - 1
+    near = np.zeros((rows, cols), np.bool_)
+    step = max(_CELLS // cols, height, 1)
+    for first in range(0, rows, step):
+        low, high = max(first - height, 0), min(first + step + height, rows)
+        half = reach[_count_rows(is_built[low:high], height)[first - low :][:step]]
+        # Spans of near cells, from the first to the last of neighbours of one reach.
+        changes = np.ones((len(half), cols + 1), np.bool_)
+        changes[:, 1:-1] = half[:, 1:] != half[:, :-1]
+        counts = np.zeros((len(half), cols + 1), np.int32)
+        for ends, sign in ((changes[:, :-1], 1), (changes[:, 1:], -1)):
+            row, col = np.nonzero(ends & (half >= 0))
+            side = col - half[row, col] if sign > 0 else col + half[row, col] + 1
+            at = row * (cols + 1) + np.clip(side, 0, cols)
+            counts += sign * np.bincount(at, minlength=counts.size).reshape(counts.shape)
+        near[first : first + step] = np.cumsum(counts[:, :-1], axis=1) > 0
+    return near
+
+
+def _count_rows(is_built: NDArray[np.bool_], most: int) -> NDArray[np.int32]:
+    """Return the number of rows from each cell to the nearest built one of its column, at most."""
+    row, far = np.arange(len(is_built), dtype=np.int32)[:, None], np.int32(1 << 30)
+    below = np.maximum.accumulate(np.where(is_built, row, -far), axis=0)
+    above = np.minimum.accumulate(np.where(is_built, row, far)[::-1], axis=0)[::-1]
+    return np.minimum(np.minimum(row - below, above - row), most)

@@ -1,0 +1,72 @@
+"""Named views of a model: cameras that its bounds place, so that it fills the picture."""
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene.camera import Camera, fit_camera
+
+__all__ = ["FOV", "NamedView", "make_named_view"]
+
+NamedView = Literal["isometric", "plan", "street", "bird"]
+FOV = 28.0
+"""Vertical field of view of the perspective ones [degrees]: a short telephoto lens."""
+_FROM = {
+    "isometric": ((1.0, 1.0, -1.0), (0.0, 0.0, 1.0)),
+    "plan": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "bird": ((0.5, 0.8, -0.66), (0.0, 0.0, 1.0)),
+}  # the view's direction, and up: from the south-west, or north up
+_EYE = 1.7  # above the lowest point of the model [m]
+_HORIZON = 0.3  # of a street's picture, below its middle [heights]
+_MARGIN = 0.06  # of the picture, on each side
+
+
+def make_named_view(
+    view: NamedView, points: NDArray[np.float64], size: tuple[int, int], fov: float, near: float
+) -> Camera:
+    """
+    Make the camera of a named view.
+
+    Parameters
+    ----------
+    view : {'isometric', 'plan', 'street', 'bird'}
+        The first two are orthographic. A street is seen from 1.7 m above the lowest point, upright:
+        its horizon lies below the picture's middle.
+    points : (n, 3) float64
+        Of the model [m].
+    size : (int, int)
+        Columns and rows.
+    fov, near : float
+        Vertical field of view [degrees]; near plane [m].
+    """
+    if view == "street":
+        return _stand_in_street(points, size, fov, near)
+    forward, up = (np.array(one) for one in _FROM[view])
+    middle = points.mean(0)
+    camera = Camera(middle - forward, middle, up, size, fov, near=near)
+    if view != "bird":
+        wide, high = np.ptp(points @ camera.axes().T[:, :2], axis=0)
+        height = max(float(high), float(wide) * size[1] / size[0], 1e-3) / (1 - 2 * _MARGIN)
+        camera = replace(camera, height=height)
+    return fit_camera(camera, points, _MARGIN)
+
+
+def _stand_in_street(
+    points: NDArray[np.float64], size: tuple[int, int], fov: float, near: float
+) -> Camera:
+    """Look level at the model from the south, as far away as shows all of it."""
+    low, high = points.min(0), points.max(0)
+    middle = np.array([*(low + high)[:2] / 2, low[2] + _EYE])
+    forward = np.array([0.0, 1.0, 0.0])
+    across, ahead, above = (points - middle).T
+    slope = np.tan(np.radians(fov) / 2) * (1 - 2 * _MARGIN)
+    needed = [
+        np.abs(across) / (slope * size[0] / size[1]) - ahead,
+        above / (slope * (1 + 2 * _HORIZON)) - ahead,
+        -above / (slope * (1 - 2 * _HORIZON)) - ahead,
+    ]
+    away = max(float(np.max(needed)), near - float(ahead.min()))
+    eye = middle - away * forward
+    return Camera(eye, middle, size=size, fov=fov, near=near, shift=(0.0, _HORIZON * size[1]))

@@ -1,0 +1,189 @@
+"""
+Azimuths at which the order of silhouette edges on a meridian may change.
+
+These are the ends of the edges that can bound the free sky and their crossings, the azimuths of the
+receiver's plane on the horizon, and the four quarters. Between two of them no such edge starts,
+ends or crosses another.
+"""
+
+import math
+
+import numpy as np
+
+from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
+from umbra.sky.gather import find_azimuths
+from umbra.sky.skyline import find_highest
+
+__all__ = ["find_events", "find_spans"]
+
+_SAME = 1e-13
+"""Sine of an angle between two azimuths that are one."""
+
+
+@borrowing
+def _add_span(spans, owner, n, low, high, which):
+    """Add a range of azimuths within -pi to pi, in two where it passes pi; return the number."""
+    if high - low >= 2.0 * math.pi:
+        low, high = -math.pi, math.pi
+    if low < -math.pi:
+        low, high = low + 2.0 * math.pi, high + 2.0 * math.pi
+    spans[n, 0], spans[n, 1], owner[n] = low, min(high, math.pi), which
+    n += 1
+    if high > math.pi:
+        spans[n, 0], spans[n, 1], owner[n] = -math.pi, high - 2.0 * math.pi, which
+        n += 1
+    return n
+
+
+@kernel
+def find_spans(seen):
+    """
+    Find the azimuths of faces: spans (m, 2) sorted by their start, and the face of each (m,).
+
+    A face that passes azimuth pi has two.
+    """
+    n = seen.size.size
+    spans = np.empty((2 * n, 2))
+    owner = np.empty(2 * n, np.int32)
+    m = 0
+    for i in range(n):
+        low, high = find_azimuths(seen.corners[i], seen.size[i])
+        m = _add_span(spans, owner, m, low, high, i)
+    order = _order(spans[:m])
+    return spans[order], owner[order]
+
+
+@kernel
+def find_events(seen, normal, is_asked, skyline):
+    """
+    Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
+
+    ``is_asked`` (n_edges,) says which edges count besides the silhouette, ``skyline`` (BINS,) below
+    which none does.
+    """
+    n = seen.size.size
+    n_edges = 0
+    for i in range(n):
+        for k in range(seen.size[i]):
+            n_edges += _counts(seen, is_asked, i, k)
+    ends = np.empty((n_edges, 2, 3))
+    turns = np.empty((n_edges, 3))
+    spans = np.empty((2 * n_edges, 2))
+    owner = np.empty(2 * n_edges, np.int32)
+    events = np.empty((2 * n_edges + 64, 3))  # azimuth, unit vector
+    count = 0
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+        count = _add_event(events, count, x, y)
+    if normal[0] != 0.0 or normal[1] != 0.0:
+        count = _add_event(events, count, normal[1], -normal[0])
+        count = _add_event(events, count, -normal[1], normal[0])
+    pair = np.empty((2, 3))
+    e = m = 0
+    for i in range(n):
+        for k in range(seen.size[i]):
+            if not _counts(seen, is_asked, i, k):
+                continue
+            after = k + 1 if k + 1 < seen.size[i] else 0
+            a, b = seen.corners[i, k], seen.corners[i, after]
+            copy_numbers(a, pair[0])
+            copy_numbers(b, pair[1])
+            if find_highest(skyline, pair, 2, True) < 0.0:
+                continue
+            count = _add_event(events, count, a[0], a[1])
+            count = _add_event(events, count, b[0], b[1])
+            turn = a[0] * b[1] - a[1] * b[0]
+            if turn == 0.0:
+                continue
+            if turn < 0.0:
+                a, b = b, a
+            copy_numbers(a, ends[e, 0])
+            copy_numbers(b, ends[e, 1])
+            turns[e, 0] = a[1] * b[2] - a[2] * b[1]
+            turns[e, 1] = a[2] * b[0] - a[0] * b[2]
+            turns[e, 2] = abs(turn)
+            low, high = math.atan2(a[1], a[0]), math.atan2(b[1], b[0])
+            m = _add_span(spans, owner, m, low, high + (2.0 * math.pi if high < low else 0.0), e)
+            e += 1
+    order = _order(spans[:m])
+    active = np.empty(m, np.int32)
+    n_active = 0
+    for which in order:
+        kept = 0
+        for q in range(n_active):
+            if spans[active[q], 1] >= spans[which, 0]:
+                active[kept] = active[q]
+                kept += 1
+        n_active = kept
+        for q in range(n_active):
+            x, y = _cross(ends, turns, owner[which], owner[active[q]])
+            if x != 0.0 or y != 0.0:
+                if count + 4 > events.shape[0]:
+                    more = np.empty((2 * events.shape[0], 3))
+                    copy_rows(events[:count], more)
+                    events = more
+                count = _add_event(events, count, x, y)
+        active[n_active] = which
+        n_active += 1
+    return _sort(events[:count])
+
+
+@borrowing
+def _counts(seen, is_asked, i, k):
+    key = seen.edge[i, k]
+    return key >= 0 and (seen.sides[key] != 3 or is_asked[key])
+
+
+@borrowing
+def _add_event(events, count, x, y):
+    length = math.hypot(x, y)
+    if length == 0.0:
+        return count
+    events[count, 0] = math.atan2(y, x)
+    events[count, 1], events[count, 2] = x / length, y / length
+    return count + 1
+
+
+@borrowing
+def _side(turn, point):
+    return turn[0] * point[0] + turn[1] * point[1] + turn[2] * point[2]
+
+
+@borrowing
+def _cross(ends, turns, one, two):
+    """Return the horizontal direction in which two edges cross; 0 if they do not."""
+    if (_side(turns[one], ends[two, 0]) > 0.0) == (_side(turns[one], ends[two, 1]) > 0.0):
+        return 0.0, 0.0
+    if (_side(turns[two], ends[one, 0]) > 0.0) == (_side(turns[two], ends[one, 1]) > 0.0):
+        return 0.0, 0.0
+    a, b = turns[one], turns[two]
+    x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
+    up = a[0] * b[1] - a[1] * b[0]
+    return (x, y) if up > 0.0 else (-x, -y)
+
+
+@inner
+def _order(rows):
+    """Sort rows by their first number."""
+    first = np.empty(rows.shape[0])  # not a column: sorting is compiled for each layout
+    for i in range(rows.shape[0]):
+        first[i] = rows[i, 0]
+    return np.argsort(first)
+
+
+@inner
+def _sort(events):
+    """Sort events, drop the same ones, and close the turn at -pi."""
+    order = _order(events)
+    found = np.empty((events.shape[0] + 2, 2))
+    found[0, 0], found[0, 1] = -1.0, 0.0
+    n = 1
+    for which in order:
+        x, y = events[which, 1], events[which, 2]
+        if abs(found[n - 1, 0] * y - found[n - 1, 1] * x) > _SAME and x > -1.0:
+            found[n, 0], found[n, 1] = x, y
+            n += 1
+    # The last may be as near to the end as those that were dropped.
+    if n > 1 and abs(found[n - 1, 1]) <= _SAME and found[n - 1, 0] < 0.0:
+        n -= 1
+    found[n, 0], found[n, 1] = -1.0, 0.0
+    return found[: n + 1]

@@ -1,0 +1,210 @@
+"""
+The casting faces as a point sees them: those above its horizon and before its plane, cut to both.
+
+Coordinates are relative to the point. A face whose plane holds the point covers nothing. An edge
+with a face on either side of it, as seen from the point, cannot bound the free sky; the others may,
+and are the silhouette. Which faces there are, and how they are wound, does not matter.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.kernels import borrowing, kernel
+from umbra.sky.skyline import find_highest, find_layer, is_box_hidden
+
+__all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
+
+CORNERS = 6
+"""
+Most corners of a face that is cut to the horizon and to the receiver's plane.
+
+They are five, but for a needle within rounding of the plane: of its four above the horizon every
+second may lie before the plane, so that two stay and each of four sides is cut.
+"""
+HORIZON, PLANE = -1, -2
+"""Edges that are not of the face: on the horizon, on the receiver's plane."""
+_BLOCK = 16
+
+
+class SeenFaces(NamedTuple):
+    """
+    Faces cut to the upper half and to what lies before the receiver's plane.
+
+    Parameters
+    ----------
+    corners : (n, CORNERS, 3) float64
+        Relative to the point [m].
+    size : (n,) int32
+        Corners of each.
+    edge : (n, CORNERS) int32
+        Edge from corner k to k + 1: its number, ``HORIZON`` or ``PLANE``.
+    face : (n,) int32
+    slope : (n,) float64
+        No less than the tangent of the highest altitude.
+    sides : (n_edges,) uint8
+        Bits 1 and 2: whether an edge has faces on its one and its other side.
+    """
+
+    corners: NDArray[np.float64]
+    size: NDArray[np.int32]
+    edge: NDArray[np.int32]
+    face: NDArray[np.int32]
+    slope: NDArray[np.float64]
+    sides: NDArray[np.uint8]
+
+
+@borrowing
+def _is_box_out(box, p, normal):
+    """Return whether a box lies below the horizon or behind the receiver's plane."""
+    if box[5] <= p[2]:
+        return True
+    most = 0.0
+    for k in range(3):
+        most += normal[k] * ((box[k + 3] if normal[k] > 0.0 else box[k]) - p[k])
+    return most <= 0.0
+
+
+@borrowing
+def _find_distance(corners):
+    """Return a horizontal distance below which nothing of a triangle lies: that of its box."""
+    square = 0.0
+    for j in range(2):
+        low = min(corners[0, j], corners[1, j], corners[2, j])
+        high = max(corners[0, j], corners[1, j], corners[2, j])
+        square += max(low, -high, 0.0) ** 2
+    return math.sqrt(square)
+
+
+@kernel
+def gather_faces(casters, p, normal, least, skylines, reaches):
+    """
+    Find the faces that can cover sky before a plane.
+
+    ``casters`` is a ``SkyCasters``, ``p`` the point and ``normal`` its plane's unit normal, (3,).
+    Faces that come less than ``least`` [m] before the plane are left out, and those below one of
+    the ``skylines`` (k, BINS), if they are farther away than its ``reaches`` (k,) [m], rising.
+    """
+    vertices, faces, edges = casters.vertices, casters.faces, casters.edges
+    planes, boxes = casters.planes, casters.boxes
+    n_blocks = boxes.shape[0]
+    room = 0
+    is_out = np.zeros(n_blocks, np.bool_)
+    for block in range(n_blocks):
+        is_out[block] = _is_box_out(boxes[block], p, normal) or is_box_hidden(
+            skylines, reaches, boxes[block], p
+        )
+        if not is_out[block]:
+            room += _BLOCK
+    corners = np.empty((room, CORNERS, 3))
+    size = np.empty(room, np.int32)
+    edge = np.empty((room, CORNERS), np.int32)
+    face, slope = np.empty(room, np.int32), np.empty(room)
+    sides = np.zeros(casters.n_edges, np.uint8)
+    one, two = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
+    keys, other = np.empty(CORNERS, np.int32), np.empty(CORNERS, np.int32)
+    level = np.array([0.0, 0.0, 1.0])
+    n = 0
+    for block in range(n_blocks):
+        if is_out[block]:
+            continue
+        for f in range(block * _BLOCK, min(faces.shape[0], (block + 1) * _BLOCK)):
+            highest = -np.inf
+            nearest = -np.inf
+            for k in range(3):
+                ahead = 0.0
+                for j in range(3):
+                    one[k, j] = vertices[faces[f, k], j] - p[j]
+                    ahead += normal[j] * one[k, j]
+                highest = max(highest, one[k, 2])
+                nearest = max(nearest, ahead)
+                keys[k] = edges[f, k] >> 1
+            if highest <= 0.0 or nearest <= least:
+                continue
+            height = planes[f, 0] * one[0, 0] + planes[f, 1] * one[0, 1] + planes[f, 2] * one[0, 2]
+            if abs(height) <= planes[f, 3]:
+                continue
+            layer = find_layer(reaches, _find_distance(one))
+            highest = find_highest(skylines[max(layer, 0)], one, 3, layer >= 0)
+            if highest < 0.0:
+                continue
+            m = _cut(one, keys, 3, level, HORIZON, two, other)
+            m = _cut(two, other, m, normal, PLANE, one, keys)
+            if m < 3:
+                continue
+            for k in range(3):
+                is_left = (height > 0.0) != (edges[f, k] & 1 == 1)
+                sides[edges[f, k] >> 1] |= 1 if is_left else 2
+            for k in range(m):
+                edge[n, k] = keys[k]
+                for j in range(3):
+                    corners[n, k, j] = one[k, j]
+            size[n] = m
+            face[n], slope[n] = f, highest
+            n += 1
+    return SeenFaces(corners[:n], size[:n], edge[:n], face[:n], slope[:n], sides)
+
+
+@borrowing
+def _cut(points, keys, n, normal, key, found, names):
+    """
+    Cut a convex polygon to the half space before a plane through the origin; return its corners.
+
+    A cut point is computed from the corner outside, so that all faces of an edge share it.
+    """
+    m = 0
+    for k in range(n):
+        after = k + 1 if k + 1 < n else 0
+        one = two = 0.0
+        for j in range(3):
+            one += normal[j] * points[k, j]
+            two += normal[j] * points[after, j]
+        if one > 0.0:
+            for j in range(3):
+                found[m, j] = points[k, j]
+            names[m] = keys[k]
+            m += 1
+        if (one > 0.0) != (two > 0.0):
+            if one > 0.0:
+                start, end, share = after, k, two / (two - one)
+            else:
+                start, end, share = k, after, one / (one - two)
+            for j in range(3):
+                found[m, j] = points[start, j] + share * (points[end, j] - points[start, j])
+            if normal[2] == 1.0:
+                found[m, 2] = 0.0
+            names[m] = key if one > 0.0 else keys[k]
+            m += 1
+    return m
+
+
+@borrowing
+def find_azimuths(corners, n):
+    """
+    Return the range of azimuths of a convex polygon above the horizon [radians].
+
+    The first is within a turn of 0, the second at most half a turn more; a whole turn for one that
+    holds the zenith, or may.
+    """
+    x = y = 0.0
+    lowest = np.inf
+    highest = -np.inf
+    scale = 0.0
+    for k in range(n):
+        after = k + 1 if k + 1 < n else 0
+        turn = corners[k, 0] * corners[after, 1] - corners[k, 1] * corners[after, 0]
+        lowest, highest = min(lowest, turn), max(highest, turn)
+        x, y = x + corners[k, 0], y + corners[k, 1]
+        scale = max(scale, abs(corners[k, 0]), abs(corners[k, 1]))
+    margin = 1e-12 * scale * scale
+    if lowest >= -margin or highest <= margin:
+        return -math.pi, math.pi
+    middle = math.atan2(y, x)
+    least = most = 0.0
+    for k in range(n):
+        turn = x * corners[k, 1] - y * corners[k, 0]
+        angle = math.atan2(turn, x * corners[k, 0] + y * corners[k, 1])
+        least, most = min(least, angle), max(most, angle)
+    return middle + least - 1e-9, middle + most + 1e-9

@@ -1,0 +1,167 @@
+"""Hours of one date in finer steps than the study's, from which pictures and lines are drawn."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.devices import DEVICES
+from umbra.lights import Lights, Period
+from umbra.scene.grid import Grid
+from umbra.study.light_sums import add_up
+from umbra.study.loop import make_tile_run
+from umbra.study.result import Study
+from umbra.sun import find_sun
+
+__all__ = ["LONGEST", "FinerHours", "count_finer", "find_most_work", "find_work"]
+
+LONGEST = 1600
+"""Cells along the longer side: more than a picture's map has pixels."""
+FACE = 75
+"""Work per sun and casting face, relative to that per cell. Measured."""
+PIXEL = 20
+"""Work per sun and pixel of a view, relative to that per cell of a plan. Measured."""
+FREE = 1_000_000_000
+"""Work that is always allowed: up to half a second of one core, less than drawing takes."""
+LEAST = 60_000_000
+"""Least length of a cut step [us]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FinerHours:
+    """
+    Hours of one date in finer steps, from which pictures and lines are drawn.
+
+    Parameters
+    ----------
+    shadow_hours : (rows, cols) float32
+        NaN where nothing receives.
+    up_hours : float
+        Time with the sun up, by these steps [h].
+    seconds : float
+        Length of a step [s].
+    tile : Tile
+        Its cells.
+    lights : Lights
+        The sun at the middle of each step, with its length as weight.
+    period : Period
+        Of the study.
+    """
+
+    shadow_hours: NDArray[np.float32]
+    up_hours: float
+    seconds: float
+    tile: Any
+    lights: Lights
+    period: Period
+
+    def find_lost(self, others: Sequence[int]) -> NDArray[np.float32]:
+        """
+        Count the hours of sun that fall away with all casters beside some parts.
+
+        Parameters
+        ----------
+        others : sequence of int
+            Parts that cast before.
+
+        Returns
+        -------
+        lost : (rows, cols) float32
+            NaN where nothing receives.
+        """
+        before = self.tile.with_casters(others)
+        run = make_tile_run(before, None).behind_land(self.period)
+        found = add_up(run.counters[0], before.shape, self.lights)[0]
+        return cast("NDArray[np.float32]", self.shadow_hours - found)
+
+
+def count_finer(
+    study: Study,
+    pictures: int = 1,
+    longest: int | None = LONGEST,
+    *,
+    like: FinerHours | None = None,
+) -> FinerHours | None:
+    """
+    Count one date of a plan or view in finer steps, with at most as much work as the study took.
+
+    Small studies may take more, ``FREE``, still less than drawing. Work is the number of suns
+    times cells and faces, not time, so that a study has the same picture on every machine.
+
+    Parameters
+    ----------
+    study : Study
+        Of one date.
+    pictures : int
+        Number of dates that share ``FREE``.
+    longest : int, optional
+        Most cells along a side; the study's own cells if None.
+    like : FinerHours, optional
+        Of another date of the study, whose tile is taken.
+
+    Returns
+    -------
+    finer : FinerHours or None
+        None if the work does not allow finer steps, and for nights, several dates together,
+        views of some parts, devices of packages, canopies, the sun's disc, and studies that solve
+        instants exactly.
+    """
+    facts, period = study.facts, study.period
+    if (
+        not (study.kind.is_raster and study.kind.counts_cells)
+        or getattr(study.model, "shown", None)  # takes rays
+        or len(period.days) > 1
+        or not period.sun.is_up.any()
+        or not facts.keys().isdisjoint(_OTHERWISE)
+        or facts["device"] not in DEVICES  # whose work is not known
+    ):
+        return None
+    grid = study.grid.coarser(longest) if longest else study.grid
+    each = find_work(study, grid, int(period.sun.is_up.sum()))
+    parts = _choose_parts(period, int(find_most_work(study, pictures) / each))
+    if parts == 1:
+        return None
+    tile = study.model.make_tile(grid) if like is None else like.tile
+    hours, starts = period.hours, period.starts
+    part = (period.ends - starts) / parts
+    middles = starts[:, None] + part[:, None] * (np.arange(parts) + 0.5)
+    path = find_sun(
+        study.site, middles.ravel().astype(np.int64).view("datetime64[us]"),
+        refraction=study.refraction,
+    )  # fmt: skip
+    length = np.repeat(hours / parts, parts)
+    lights = Lights.of(path.direction[path.is_up], length[path.is_up])  # the last step is shorter
+    run = make_tile_run(tile, None).behind_land(period)
+    total = add_up(run.counters[0], tile.shape, lights)[0]
+    total[tile.nothing] = np.nan
+    up_hours, seconds = float(length[path.is_up].sum()), 3600 * float(length[0])
+    return FinerHours(total, up_hours, seconds, tile, lights, period)
+
+
+_OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity", "sun_disc_deg"}
+"""Attributes of studies whose hours are no sums of steps of a point sun through solids."""
+
+
+def find_most_work(study: Study, pictures: int = 1) -> float:
+    """Return the work that a picture of a study may take: the study's own, or what is free."""
+    own = find_work(study, study.grid, int(study.period.sun.is_up.sum()))
+    return max(own, FREE / pictures)
+
+
+def find_work(study: Study, grid: Grid, suns: int) -> int:
+    """Return the work of counting some suns on a raster."""
+    cells = grid.rows * grid.cols + FACE * len(study.model.caster.faces)
+    return suns * cells * (1 if study.is_plan else PIXEL)
+
+
+def _choose_parts(period: Period, most: int) -> int:
+    """Cut a step into at most N parts of whole minutes, or of whole seconds."""
+    step = round(float(period.hours[0]) * 3.6e9)
+    parts = range(min(most, step // LEAST), 1, -1)
+    for unit in (60_000_000, 1_000_000):
+        found = next((n for n in parts if step % (n * unit) == 0), 1)
+        if found > 1:
+            return found
+    return 1

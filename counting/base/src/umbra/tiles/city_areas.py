@@ -1,0 +1,279 @@
+"""
+Named areas of a city, counted beside its tiles as tasks of their own.
+
+A task holds the areas whose middle lies in one square as wide as a tile. An area has a lattice of
+its own and all casters that reach it, so its figures do not depend on the tiles, nor on the task.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import Casting
+from umbra.errors import InputError
+from umbra.folders.atomic import replace_file
+from umbra.packages import need
+from umbra.receivers import find_kind
+from umbra.receivers.area_search import find_areas, join_plans
+from umbra.receivers.areas import (
+    AreaGround,
+    AreaKind,
+    AreaLevel,
+    AreaReceivers,
+    lay_out_areas,
+    refuse_outside,
+    tell_sampling,
+)
+from umbra.receivers.bands import make_bands, read_bands
+from umbra.receivers.kind import Request
+from umbra.receivers.lattice import choose_side
+from umbra.scene import Scene
+from umbra.scene.named_places import Area
+from umbra.study.area_table import AreaTable, compare_areas
+from umbra.study.compare import read_hours
+from umbra.study.options import StudyOptions
+from umbra.study.result import Study
+from umbra.tiles.city_catalogue import Catalogue
+from umbra.tiles.city_ground import find_origin
+from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.matched_parts import fill_bounds, find_matching
+from umbra.tiles.neighbourhood import (
+    Neighbourhood,
+    PartScene,
+    Selection,
+    make_tile_casters,
+)
+from umbra.tiles.receive import count_receivers
+from umbra.tiles.roles import Roles
+from umbra.tiles.store import CityStore
+
+__all__ = ["count_areas", "list_judged", "list_tasks", "read_area_table", "settle_areas"]
+
+_PIECE = "areas.npz"
+_SQUARES = 500_000
+"""Most squares of areas that one task counts, unless one area has more."""
+
+
+def settle_areas(
+    options: StudyOptions, catalogue: Catalogue, where: Scene
+) -> tuple[StudyOptions, list[str]]:
+    """
+    Return options whose areas are polygons in the city's own coordinates; and notes.
+
+    Parameters
+    ----------
+    options : StudyOptions
+    catalogue : Catalogue
+        Of the files, without a ground that is added.
+    where : Scene
+        At the place of the city, without parts.
+
+    Raises
+    ------
+    InputError
+        If there are none, one is wrong, or they lie elsewhere.
+    """
+    asked: Any = options.areas
+    if asked is None:
+        return options, []
+    patterns = (asked,) if isinstance(asked, str) else asked
+    if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
+        isinstance(one, str) for one in patterns
+    ):  # fmt: skip
+        areas, notes = _find_parts(catalogue, patterns), list[str]()
+    else:
+        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), asked)
+    refuse_outside(areas, options.extent)
+    return replace(options, areas=areas), notes
+
+
+def _find_parts(catalogue: Catalogue, patterns: Sequence[str]) -> list[Area]:
+    """Return the plans of parts of all files that patterns match, one area for each object."""
+    origin, soups = find_origin(catalogue), dict[str, list[NDArray[np.float64]]]()
+    for pattern in patterns:
+        if not any(find_matching(file, [pattern]).any() for file in catalogue.files):
+            msg = (
+                f"areas='{pattern}' matches no part of {len(catalogue.files)} files, and is no "
+                "file of polygons (umbra inspect lists the parts of a file)"
+            )
+            raise InputError(msg, option="areas", pattern=pattern)
+    for file in catalogue.files:
+        chosen, geometry = find_matching(file, patterns), file.geometry
+        faces = np.flatnonzero(chosen[geometry.part])
+        parts, which = np.unique(geometry.part[faces], return_inverse=True)
+        labels = catalogue.label_parts(file)
+        names = list(dict.fromkeys(labels[k] for k in parts.tolist()))
+        numbers = {name: k for k, name in enumerate(names)}
+        owner = np.array([numbers[labels[k]] for k in parts.tolist()], np.intp)[which]
+        order, shift = np.argsort(owner, kind="stable"), np.array(file.origin) - origin
+        corners = (geometry.vertices[geometry.faces[faces[order]]] + shift)[..., :2]
+        ends = np.cumsum(np.bincount(owner, minlength=len(names)))
+        for name, own in zip(names, np.split(corners, ends[:-1]), strict=False):
+            soups.setdefault(name, []).append(own)
+    shapes = {name: join_plans(np.concatenate(own), origin[:2]) for name, own in soups.items()}
+    areas = [Area(name, shape) for name, shape in shapes.items() if shape is not None]
+    if not areas:
+        msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
+        raise InputError(msg, option="areas")
+    return areas
+
+
+def list_tasks(job: CityJob) -> list[CityTile]:
+    """Return all that is counted: the tiles, and then runs of areas."""
+    tiles = job.tiles()
+    if job.options.areas is None or job.lattice is None:
+        return tiles
+    shapely = need("shapely", "gis", "areas")
+    grid, areas = job.lattice.grid, list(cast("Any", job.options.areas))
+    length = job.lattice.side * max(grid.dx, grid.dy)
+    middle = shapely.get_coordinates(shapely.centroid([area.polygon for area in areas]))
+    squares: dict[tuple[int, ...], list[int]] = {}
+    for k, place in enumerate(np.floor(middle / length).astype(int).tolist()):
+        squares.setdefault(tuple(place), []).append(k)
+    runs = [run for _, own in sorted(squares.items()) for run in _cut(job.options, areas, own)]
+    return [
+        *tiles,
+        *(CityTile(len(tiles) + k, (0, 0), (0, 0), (-1, -1), tuple(run))
+          for k, run in enumerate(runs)),
+    ]  # fmt: skip
+
+
+def _cut(options: StudyOptions, areas: Sequence[Area], own: Sequence[int]) -> Iterator[list[int]]:
+    """Cut areas into runs of not too many squares."""
+    run, squares = list[int](), 0.0
+    for k in own:
+        judged = _judge(options, [areas[k]])
+        count = sum(a.area_m2 / choose_side(a.area_m2, options.cell) ** 2 for a in judged)
+        if run and squares + count > _SQUARES:
+            yield run
+            run, squares = [], 0.0
+        run, squares = [*run, k], squares + count
+    yield run
+
+
+def list_judged(options: StudyOptions) -> Sequence[Area]:
+    """Return all areas that are judged."""
+    return () if options.areas is None else _judge(options, list(cast("Any", options.areas)))
+
+
+def _judge(options: StudyOptions, areas: Sequence[Area]) -> Sequence[Area]:
+    """Return the areas that are judged of some: these, or their bands."""
+    bands = read_bands(options.band)
+    return make_bands(areas, bands)[0] if bands else areas
+
+
+class _AreaPlace(Workplace):
+    """
+    What a process needs to count the areas of a city, with its proposal or as it was before.
+
+    Parameters
+    ----------
+    job : CityJob
+    is_before : bool
+    """
+
+    def __init__(self, job: CityJob, *, is_before: bool) -> None:
+        asked = job.options
+        own = asked.ask_hours("areas", measures=True, exact=asked.exact)
+        super().__init__(replace(job, options=own))
+        self._asked, self._is_before = asked, is_before
+
+    @cached_property
+    def roles(self) -> Roles:
+        """Roles of the files' parts."""
+        own, asked = self.job.options, self._asked
+        proposal = {name: getattr(asked, name) for name in ("proposed", "replace", "replace_in")}
+        options = replace(own, **proposal)
+        return Roles(self.catalogue, options, self.job.merged, is_before=self._is_before)
+
+
+def count_areas(place: Workplace, tile: CityTile) -> int:
+    """Count the areas of a task and write their figures; return the number of casting triangles."""
+    job = place.job
+    own = _AreaPlace(job, is_before=False)
+    laid = _lay_out(own, tile, job.options)
+    after, faces = _count(own, laid)
+    before, more = None, 0
+    if job.options.proposed:
+        before, more = _count(_AreaPlace(job, is_before=True), laid)
+    columns: Any = compare_areas(after, before)
+    columns |= {"sides": laid.sides, "covered": laid.covered}
+    path = CityStore(job.store).find_place(tile.number) / _PIECE
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replace_file(path) as beside, beside.open("wb") as file:
+        np.savez(file, **columns)
+    return faces + more
+
+
+def _lay_out(own: _AreaPlace, tile: CityTile, options: StudyOptions) -> AreaReceivers:
+    """Lay out the areas of a task among what is seen in their plan."""
+    shapely = need("shapely", "gis", "areas")
+    frame, threads = own.job.frame, own.job.threads
+    areas = [cast("Any", options.areas)[k] for k in tile.areas]
+    judged = [area.polygon for area in (*areas, *_judge(options, areas))]
+    low, high = np.reshape(shapely.total_bounds(judged), (2, 2)) - own.origin[:2]
+    casting = _prepare(own, Neighbourhood(own).find_seen(low, high))
+    gone = np.flatnonzero(cast("PartScene", casting.scene).spread(own.roles.find_replaced))
+    request = Request(
+        casting.scene, own.job.options, [], threads, casting.canopy, casting=casting,
+        gone=gone.tolist(),
+    )  # fmt: skip
+    ground = AreaGround(frame.ground, is_plane=frame.is_plane, is_added=frame.is_added)
+    return lay_out_areas(cast("AreaKind", find_kind("areas")), request, areas, ground)
+
+
+def _count(own: _AreaPlace, laid: AreaReceivers) -> tuple[Study, int]:
+    """Count areas among all that reaches them; return their study, and the number of faces."""
+    near, points = Neighbourhood(own), laid.local.points
+    box = np.stack([points.min(0), points.max(0)])
+    request = Request(
+        laid.casting.scene, own.job.options, [], own.job.threads, laid.casting.canopy,
+        lights=len(own.lights),
+    )  # fmt: skip
+
+    def place(lights: NDArray[np.float64]) -> AreaReceivers:
+        casting = _prepare(own, near.find_casting(box, lights))
+        return replace(laid, casting=casting)
+
+    among = place(own.lights.vectors)
+    study, _ = count_receivers(
+        own, among, among.make_tiles(request), lambda lights: place(lights).make_tiles(request),
+        is_due=False,
+    )  # fmt: skip
+    return study, len(among.casting.caster.faces)
+
+
+def _prepare(own: Workplace, units: Selection) -> Casting:
+    """Prepare the casters among some units."""
+    scene = Neighbourhood(own).read(units).with_words(own.catalogue)
+    caster, canopy, soup = make_tile_casters(own, scene)
+    return Casting(scene, soup, caster, own.job.threads, canopy=canopy)
+
+
+def read_area_table(job: CityJob) -> AreaTable | None:
+    """Read the figures of all areas, in their order, once all tasks are done; None without."""
+    if job.options.areas is None:
+        return None
+    options, store = job.options, CityStore(job.store)
+    judged, bands = list_judged(options), max(len(read_bands(options.band)), 1)
+    columns: dict[str, NDArray[Any]] = {}
+    for task in list_tasks(job):
+        if not task.areas:
+            continue
+        rows = (np.array(task.areas)[:, None] * bands + np.arange(bands)).ravel()
+        with np.load(store.find_place(task.number) / _PIECE) as piece:
+            for name, values in piece.items():
+                if name not in columns:
+                    columns[name] = np.zeros((len(judged), *values.shape[1:]), values.dtype)
+                columns[name][rows] = values
+    covered, sides = columns.pop("covered"), columns.pop("sides")
+    level = AreaLevel.of(options.areas_on)
+    notes = tell_sampling([one.name for one in judged], covered, sides, options.cell, level)
+    has_hours = options.asks_hours and options.date is not None
+    least = read_hours(options.least, "least") if has_hours else None
+    return AreaTable(judged, job.open().period, columns, least, tuple(notes))

@@ -1,0 +1,120 @@
+"""What rules judge: named areas, windows, bands and places, as samples with owners."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Subjects", "of_points"]
+
+_NEAR = 4  # neighbours of a sample
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Subjects:
+    """
+    Named receivers of a rule, sampled.
+
+    Parameters
+    ----------
+    kind : {'areas', 'windows', 'band', 'places'}
+    names : (k,) tuple of str
+    owner : (n,) intp
+        Index of each sample's receiver; ascending.
+    points : (n, 3) float64
+        In the model's own coordinates [m].
+    normals : (n, 3) float64
+        NaN for samples that receive from all sides.
+    areas : (n,) float64
+        That each sample stands for [m2].
+    azimuths : (k,) float64
+        Where windows face, clockwise from true north; NaN for others [degrees].
+    flats, rooms, storeys : (k,) tuple of str
+        Empty where unknown.
+    records : tuple
+        ``Area`` or ``Window`` of each, if any.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    owner: NDArray[np.intp]
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    areas: NDArray[np.float64]
+    azimuths: NDArray[np.float64]
+    flats: tuple[str, ...]
+    rooms: tuple[str, ...]
+    storeys: tuple[str, ...]
+    records: tuple[Any, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def totals(self) -> NDArray[np.float64]:
+        """Area of each receiver, (k,) [m2]."""
+        return np.bincount(self.owner, self.areas, len(self.names)).astype(np.float64)
+
+    def average(self, values: NDArray) -> NDArray[np.float64]:
+        """Return means (..., k) of values of samples (..., n), weighted by area."""
+        sums = self.add(np.asarray(values, np.float64) * self.areas)
+        return sums / self.totals
+
+    def add(self, values: NDArray) -> NDArray[np.float64]:
+        """Return sums (..., k) of values of samples (..., n)."""
+        rows = np.asarray(values, np.float64).reshape(-1, len(self.owner))
+        starts = np.searchsorted(self.owner, np.arange(len(self.names)))
+        return np.add.reduceat(rows, starts, axis=1).reshape(*np.shape(values)[:-1], -1)
+
+    def find_worst(self, values: NDArray, *, is_least: bool) -> NDArray[np.float64]:
+        """Return the least, or the most, of values (n,) of each receiver, (k,)."""
+        starts = np.searchsorted(self.owner, np.arange(len(self.names)))
+        pick = np.minimum if is_least else np.maximum
+        return np.asarray(pick.reduceat(np.asarray(values, np.float64), starts))
+
+    @cached_property
+    def near(self) -> NDArray[np.intp]:
+        """Indices of the nearest samples of the same receiver, (n, 4); itself where it has few."""
+        from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
+
+        found = np.repeat(np.arange(len(self.owner))[:, None], _NEAR, 1)
+        for k in range(len(self)):
+            own = np.flatnonzero(self.owner == k)
+            if len(own) > _NEAR:
+                plan = self.points[own, :2]
+                found[own] = own[cKDTree(plan).query(plan, _NEAR + 1)[1][:, 1:]]
+        return found
+
+    def pick(self, which: Sequence[int]) -> "Subjects":
+        """Return some of them, by ascending indices."""
+        kept = np.isin(self.owner, which)
+        order = np.full(len(self), -1, np.intp)
+        order[list(which)] = np.arange(len(which))
+
+        def some(words: tuple[Any, ...]) -> tuple[Any, ...]:
+            return tuple(words[k] for k in which) if words else ()
+
+        return Subjects(
+            kind=self.kind, names=some(self.names), owner=order[self.owner[kept]],
+            points=self.points[kept], normals=self.normals[kept], areas=self.areas[kept],
+            azimuths=self.azimuths[list(which)], flats=some(self.flats), rooms=some(self.rooms),
+            storeys=some(self.storeys), records=some(self.records),
+        )  # fmt: skip
+
+
+def of_points(
+    kind: str, names: Sequence[str], points: Any, normals: Any = None, **more: Any
+) -> Subjects:
+    """Return receivers of one sample each."""
+    places = np.atleast_2d(np.asarray(points, np.float64))
+    count = len(names)
+    toward = np.full((count, 3), np.nan) if normals is None else np.asarray(normals, np.float64)
+    none = ("",) * count
+    return Subjects(**{
+        "kind": kind, "names": tuple(names), "owner": np.arange(count), "points": places,
+        "normals": toward, "areas": np.ones(count), "azimuths": np.full(count, np.nan),
+        "flats": none, "rooms": none, "storeys": none, **more,
+    })  # fmt: skip

@@ -1,0 +1,227 @@
+"""Sun at each moment on the samples of what is judged: before, after, or by the proposal alone."""
+
+import datetime as dt
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.lights import Period
+from umbra.rules.record import Condition
+from umbra.scene import Mesh, Part, Scene, make_scene
+from umbra.study import run
+from umbra.study.accumulators.step_masks import Masks
+from umbra.study.options import StudyOptions
+from umbra.study.result import Study
+from umbra.sun import Site
+from umbra.verdicts.dates import settle_dates
+from umbra.verdicts.moments import find_sun_windows, follows_clock
+from umbra.verdicts.subjects import Subjects
+
+__all__ = ["Model", "SunDay", "SunlightOf"]
+
+_DEEP = 1000.0  # below all that is judged [m]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Model:
+    """
+    The model that is judged, and how it casts shadows.
+
+    Parameters
+    ----------
+    scene : Scene
+        Before the proposal ``scene.whole`` casts, with what it replaces.
+    site : Site
+    year : int
+        Of dates without one.
+    options : StudyOptions
+        Casters, canopies, ground, device, threads and the probability of sunshine are read.
+    proposed : tuple of str
+        Patterns of the proposal's parts.
+    """
+
+    scene: Scene
+    site: Site
+    year: int
+    options: StudyOptions
+    proposed: tuple[str, ...] = ()
+
+    def choose_casters(self, which: str) -> dict[str, Any]:
+        """Return the study's options of casters: 'after', 'before', 'proposed'."""
+        options = self.options
+        if which == "before":
+            return {"cast": options.cast, "no_cast": (*options.no_cast, *self.proposed)}
+        if which == "proposed" and self.proposed:
+            return {"cast": self.proposed, "no_cast": options.no_cast}
+        return {"cast": options.cast, "no_cast": options.no_cast}
+
+
+@dataclass(frozen=True, eq=False)
+class SunDay:
+    """
+    The sun on samples over one date.
+
+    Parameters
+    ----------
+    date : datetime.date
+    lit : (s, n) bool
+        Whether each sample is in the sun at each step with the sun up.
+    hours : (s,) float64
+        Length of each step [h].
+    starts, ends : (s,) int64
+        UTC [us since 1970].
+    altitudes : (s,) float64
+        Of the sun [degrees].
+    directions : (s, 3) float64
+        Toward the sun, in the model's axes.
+    """
+
+    date: dt.date
+    lit: NDArray[np.bool_]
+    hours: NDArray[np.float64]
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    altitudes: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    def pick(self, which: NDArray[np.bool_]) -> "SunDay":
+        """Return some of the steps."""
+        return replace(
+            self,
+            lit=self.lit[which],
+            **{
+                name: getattr(self, name)[which]
+                for name in ("hours", "starts", "ends", "altitudes", "directions")
+            },
+        )
+
+    def trim(self, first: int, last: int) -> "SunDay":
+        """Return the steps between two instants [us since 1970], those at the ends cut."""
+        kept = self.pick((self.ends > first) & (self.starts < last))
+        starts, ends = np.maximum(kept.starts, first), np.minimum(kept.ends, last)
+        return replace(kept, starts=starts, ends=ends, hours=(ends - starts) / 3.6e9)
+
+
+@dataclass(eq=False)
+class SunlightOf:
+    """
+    Sunlight and sky of some receivers, counted once for each time that rules ask for.
+
+    Parameters
+    ----------
+    model : Model
+    subjects : Subjects
+    lines : dict
+        Of a limit in hours, its measure and a date, the hours of each sample of areas, (n,) [h].
+    """
+
+    model: Model
+    subjects: Subjects
+    lines: dict[tuple[float, str, str], NDArray[np.float64]] = field(default_factory=dict)
+    _studies: dict[Any, Study] = field(default_factory=dict)
+
+    def list_days(self, condition: Condition, which: str) -> Iterator[SunDay]:
+        """
+        Yield the dates of a condition.
+
+        Parameters
+        ----------
+        condition : Condition
+        which : {'after', 'before', 'proposed'}
+            Casters of the shadows.
+        """
+        study = self._count(condition, which)
+        period, masks = study.period, study.masks
+        assert masks is not None
+        windows = None
+        if not follows_clock(condition):
+            windows = find_sun_windows(condition, period.days, self.model.site)
+        for day, date in enumerate(period.days):
+            whole = _cut_day(period, masks, day, date)
+            yield whole if windows is None else whole.trim(*windows[day])
+
+    def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:
+        """Keep the hours at the samples of areas, on which a drawing rules the limit's line."""
+        amount = condition.at_most if condition.at_least is None else condition.at_least
+        for one in values:
+            has_line = self.subjects.kind in {"areas", "band"} and one.hours is not None and amount
+            if has_line and one.date and one.date[0] is not None:
+                self.lines[float(amount or 0.0), condition.measure, f"{one.date[0]}"] = one.hours
+
+    def _count(self, condition: Condition, which: str) -> Study:
+        # Hours by the sun or another clock are cut out of whole days, which rules share.
+        hours = (condition.start, condition.end) if follows_clock(condition) else ("00:00", "24:00")
+        time = {
+            "date": settle_dates(condition, self.model.year, self.model.site.zone),
+            "start": hours[0],
+            "end": hours[1],
+            "every": condition.every,
+        }
+        key = (which, *map(str, time.values()))
+        if key not in self._studies:
+            self._studies[key] = self._run(which, masks=True, by_day=False, **time)
+        return self._studies[key]
+
+    def measure_sky(self, measure: str, which: str) -> NDArray[np.float64]:
+        """Return a measure of the sky at each sample, (n,)."""
+        key = (which, measure)
+        if key not in self._studies:
+            asked = "probable_sun_hours" if "probable" in measure else measure
+            exact = (
+                {"exact": True} if asked.startswith("sky") and not self.model.options.canopy else {}
+            )
+            study = self._run(which, measure=[asked], sunshine=self.model.options.sunshine, **exact)
+            for name in (measure, *(one.name for one in study.quantities)):
+                self._studies[which, name] = study
+        return np.asarray(self._studies[key].more[measure][1], np.float64)
+
+    def _run(self, which: str, **more: Any) -> Study:
+        model, options = self.model, self.model.options
+        given = self.subjects
+        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        kept = {
+            name: getattr(options, name)
+            for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
+                         "refraction")
+        }  # fmt: skip
+        if which != "proposed":  # what the proposal alone shades, it shades without land, too
+            kept["horizon"] = options.horizon
+        casters = model.choose_casters(which)
+        scene = model.scene.whole if which == "before" else model.scene
+        if not scene.select(casters["cast"], casters["no_cast"]):
+            scene, casters, kept = _make_empty(given.points), {}, {
+                name: kept[name] for name in ("threads", "horizon") if name in kept
+            }  # fmt: skip
+        points = np.hstack([given.points, normals])
+        asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
+        return run(scene, model.site, asked)
+
+
+def _make_empty(points: NDArray[np.float64]) -> Scene:
+    """Return a scene in which nothing shades some points: a study needs a caster."""
+    low = points.min(0) - (0.0, 0.0, _DEEP)
+    corners = low + np.array([(0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), (0.0, 1e-3, 0.0)])
+    return make_scene([Part("nothing", "", Mesh(corners, np.array([[0, 1, 2]], np.int32)))])
+
+
+def _cut_day(period: Period, masks: Masks, day: int, date: dt.date) -> SunDay:
+    steps = np.flatnonzero((period.day_of_step == day) & period.sun.is_up)
+    lit = np.zeros((len(steps), *masks.shape[1:]), np.bool_)
+    for row, step in enumerate(steps):
+        lit[row] = masks[int(step)] == 0
+    return SunDay(
+        date, lit, period.hours[steps], period.starts[steps], period.ends[steps],
+        period.sun.altitude[steps], period.sun.direction[steps],
+    )  # fmt: skip
+
+
+def check_year(year: int) -> int:
+    """Return a year of which the sun is known."""
+    if not 1950 <= year <= 2100:
+        msg = f"year {year} is far from ours; give one of 1950 to 2100"
+        raise InputError(msg, option="year")
+    return year

@@ -1,0 +1,1 @@
+"""Shadow volumes of any triangle soup: adjacency, silhouettes, sides, caps and culling."""

@@ -1,0 +1,400 @@
+"""
+Captions of a study's pictures: site, dates, method, accuracy, casters.
+
+A picture has one map for each date, or all dates together as a mean or a sum.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Scene
+from umbra.scene.named_places import Area
+from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
+from umbra.study.measures import guard
+from umbra.sun import find_daylight, name_date
+from umbra.sun.day_times import CLOCKS, is_of_the_sun
+from umbra.writers.folder import FolderJob
+from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
+
+__all__ = [
+    "Scale",
+    "choose_panels",
+    "describe",
+    "describe_finer",
+    "describe_foot",
+    "describe_making",
+    "describe_method",
+    "describe_smooth",
+    "find_maps",
+    "find_mean",
+    "find_together",
+    "join_names",
+    "list_few",
+    "name_dates",
+    "name_files",
+    "name_model",
+    "name_shown",
+    "name_sun",
+    "outline_areas",
+    "place_elevation",
+    "tell_cut",
+    "tell_daylight",
+    "tell_every",
+    "tell_place",
+    "tell_times",
+]
+
+MOST_PANELS = 12
+"""Most dates with separate maps; of more dates every n-th is shown."""
+FEW = 4  # most dates that are listed
+
+
+def choose_panels(study: Study) -> range:
+    """Return the indices of the dates with a map: all, or every n-th of many."""
+    count = len(study.period.days)
+    return range(0, count, -(-count // MOST_PANELS))
+
+
+def find_maps(study: Study, plan: Plan) -> tuple[list[Study], Plan]:
+    """Return the dates with a map, or the study of all, and the plan that states their number."""
+    dates = split_dates(study)
+    if len(dates) == 1:
+        return dates, plan
+    return [dates[k] for k in choose_panels(study)], name_shown(plan, study)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The common scale of a picture's maps."""
+
+    most: float  # its upper end: the longest time with the sun up on one date, or on all [h]
+    what: str  # name of the hours, for the legend
+    divisor: int  # of the hours: the number of dates for a mean, else 1
+    show: Show
+
+    @classmethod
+    def of(cls, job: FolderJob) -> "Scale":
+        """Choose the scale of a study's pictures."""
+        dates, show = split_dates(job.study), job.show
+        divisor, words = find_together(job)
+        if len(dates) > 1:
+            divisor, words = 1, " on the date"
+        most = max(one.up_hours for one in dates) / divisor
+        return cls(most, f"{name_hours(show)}{words}", divisor, show)
+
+    def read_hours(self, study: Study | FinerHours) -> NDArray[np.float32]:
+        """Return hours in shadow, shifted so that the scale's end minus them is sun, if shown."""
+        lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0
+        if self.divisor == 1 and lack == 0:
+            return study.shadow_hours
+        return study.shadow_hours / np.float32(self.divisor) + np.float32(lack)
+
+    def find_dark(self, study: Study | FinerHours) -> float:
+        """Return the value of ``read_hours`` from which a place has no sun."""
+        return self.most if self.show == "sun" else study.up_hours / self.divisor
+
+
+def tell_daylight(study: Study) -> str:
+    """Describe sunrise and sunset on a study's date."""
+    return str(find_daylight(study.site, study.period.days[0]))
+
+
+def find_together(job: FolderJob) -> tuple[int, str]:
+    """
+    Return the divisor of sums over dates that are not kept apart, and words for the legend.
+
+    The words follow the name of the hours, ", mean of 365 dates"; a single date has none.
+    """
+    return find_mean(job.study, job.options)
+
+
+def find_mean(study: Study, options: StudyOptions) -> tuple[int, str]:
+    """Return the same of a study and its options."""
+    count = len(study.period.days)
+    if count == 1:
+        return 1, ""
+    if options.by_day is False:
+        return 1, f", sum of {count} dates"
+    return count, f" a day, mean of {count} dates"
+
+
+def name_shown(plan: Plan, study: Study) -> Plan:
+    """Add to a plan's date how many of many dates have a map."""
+    shown, days = choose_panels(study), study.period.days
+    return plan if len(shown) == len(days) else replace(plan, date=f"{len(shown)} of {plan.date}")
+
+
+def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
+    """Describe the picture of some of a study's days: coordinates, titles and captions."""
+    study, options, outputs = job.study, job.options, job.outputs
+    canopies = preview.find_canopies() if options.canopy else None
+    x, y, axes = _find_axes(study, preview)
+    north, upward = study.kind.find_north(study.facts, study.true_north)
+    view = study.kind.tell_view(study.facts, options.receivers)
+    told = view.removeprefix(", ") if outputs.title else ""
+    proposed = None
+    nothing = preview.nothing
+    if study.kind.lies_under_roofs:  # which cover what receives nothing
+        nothing = nothing & ~(preview.heights > 0)
+    if not study.kind.is_plan:
+        nothing = nothing & (preview.heights > 0)  # the sky has its own colour
+        if options.proposed:
+            proposed = preview.find_cells(job.scene.select(options.proposed))
+    return Plan(
+        x,
+        y,
+        preview.heights,  # type: ignore[arg-type]
+        true_north=north,
+        upward=upward,
+        title=outputs.title or name_model(job.scene) + view + name_sun(study, which),
+        subtitle=outputs.subtitle or "",
+        place=tell_place(study),
+        date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
+        note=describe_foot(study, options),
+        axes=axes,
+        has_scale=study.kind.has_scale,
+        roofs_cover=study.kind.lies_under_roofs,
+        proposed=proposed,
+        looks_through=proposed is not None,
+        nothing=nothing if nothing.any() else None,
+        nothing_name=_name_nothing(study, options),
+        canopies=canopies if canopies is not None and canopies.any() else None,
+        canopy_name="" if canopies is None else f"{list_few(options.canopy, 1)}, see-through",
+        areas=outline_areas(study.named_areas) if study.kind.is_plan else (),
+    )
+
+
+def outline_areas(areas: Sequence[Area]) -> tuple[OutlinedArea, ...]:
+    """Return named areas as a plan outlines them."""
+    if not areas:
+        return ()
+    import shapely  # noqa: PLC0415  (areas need it)
+
+    found = []
+    for area in areas:
+        edges = shapely.get_parts(shapely.boundary(shapely.get_parts(area.polygon)))
+        middle = area.polygon.centroid
+        if not area.polygon.contains(middle):
+            middle = area.polygon.representative_point()
+        rings = tuple(shapely.get_coordinates(edge) for edge in edges)
+        found.append(OutlinedArea(area.name, rings, (middle.x, middle.y)))
+    return tuple(found)
+
+
+def _name_nothing(study: Study, options: StudyOptions) -> str:
+    """Name what is grey in the pictures, for the key."""
+    if study.kind.is_plan:
+        return "no surface here"
+    return "not asked" if options.on else "back of a surface"
+
+
+def tell_place(study: Study) -> str:
+    """Describe a study's site: coordinates and time zone; nothing where it is not known."""
+    if study.site is None:
+        return ""
+    return f"{study.site.show()} · {study.site.zone}"
+
+
+def tell_times(study: Study, options: StudyOptions, which: range) -> str:
+    """Describe some of a study's dates, and its clock times with their offsets from UTC."""
+    period = study.period
+    if not which:
+        return ""
+    dates = name_dates(period.days[which.start : which.stop])
+    each = [offset for k in which for offset in period.steps[k].offsets()]
+    offsets = "/".join(sorted(set(each)))
+    clock = "" if options.clock == "local" else f" {CLOCKS[options.clock]}"
+    hours = f"{options.start} to {options.end}{clock}"
+    if options.clock == "local" and not any(map(is_of_the_sun, (options.start, options.end))):
+        return f"{dates}, {hours} ({offsets})"
+    if len(which) == 1:  # other clocks: what the local one shows then
+        first, last = (period.steps[which.start].local()[k] for k in (0, -1))
+        offsets = f"{first:%H:%M:%S} to {last:%H:%M:%S}, {offsets}"
+    return f"{dates}, {hours} ({offsets})"
+
+
+def _find_axes(
+    study: Study, preview: Preview
+) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[str, str]]:
+    """Return the coordinates and the axis labels; an elevation starts at 0."""
+    if study.kind.is_plan:
+        return preview.x, preview.y, ("x [m]", "y [m]")
+    if not study.kind.is_upright:
+        return preview.x, preview.y, ("", "")
+    x, y = place_elevation(study, preview.x, preview.y)
+    label = f"along the facade [m], from its left end; heights above z = {study.ground:.6g} m"
+    return x, y, (label, "height [m]")
+
+
+def place_elevation(
+    study: Study, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Measure an elevation's coordinates (n,) from its left end and from the ground [m].
+
+    Given are those along the view, and z, in the model's own frame.
+    """
+    from umbra.receivers.orthographic import Elevation  # noqa: PLC0415  (plans need no views)
+
+    model = study.model
+    azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]
+    view = Elevation.of(azimuth, study.true_north)
+    left = view.find_extent(model.scene, getattr(model, "shown", None))[0, 0]
+    # Parts outside the extent do not count.
+    return x - max(left, float(x[0]) - study.grid.dx / 2), y - study.ground
+
+
+def name_files(scene: Scene) -> str:
+    """Name the first three files of a scene."""
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    return join_names(named)
+
+
+def name_model(scene: Scene) -> str:
+    """Name a model for a title by its files: ``city_block.city.json`` is City block."""
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    stems = [name.lstrip(".").partition(".")[0].replace("_", " ").strip() for name in named]
+    return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
+
+
+def name_sun(study: Study, which: range, what: str = "sun") -> str:
+    """Name the dates of a picture's sun, for its title; nothing of measures without dates."""
+    days = study.period.days[which.start : which.stop]
+    if not days:
+        return ""
+    if len(days) > FEW:
+        return f" · {what} on {len(days)} days"
+    *others, last = map(name_date, days)
+    listed = f"{', '.join(others)} and {last}" if others else last
+    return f" · {what} on {listed}"
+
+
+def _space(duration: object) -> str:
+    """Write a duration with a space before its unit."""
+    return re.sub(r"(?<=[0-9.])(?=[a-z])", " ", str(duration))
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Join the first three names of files, and the number of the others."""
+    return " + ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+
+
+def name_dates(days: Sequence) -> str:
+    """Describe a study's dates."""
+    if len(days) <= FEW:
+        return ", ".join(map(str, days))
+    return f"{len(days)} days from {days[0]} to {days[-1]}"
+
+
+def describe_making(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
+    """Describe how a study was made and drawn, for the foot of its pictures."""
+    version = f"umbra {study.facts['umbra_version']}"
+    cells = study.kind.tell_cells(study.grid, study.facts)
+    ground = [str(study.facts["ground"])]
+    shown = []
+    if getattr(study.model, "asked", None) is not None:
+        shown.append(f"hours of {list_few(options.on)} alone")
+    elif options.on:  # without a word a shadow of what is not drawn looks like a wall
+        shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
+    if study.period.horizon is not None:
+        shown.append("the land around casts shadows")
+    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options, finer)])
+
+
+def describe_foot(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
+    """Describe how a study was made and drawn, and what its frame cuts."""
+    return " · ".join(filter(None, [describe_making(study, options, finer), tell_cut(study)]))
+
+
+def tell_cut(study: Any) -> str:
+    """Say that a plan's frame cuts shadows, and of one date how long they last there."""
+    if not study.is_plan or not study.has_hours:
+        return ""
+    shown = np.isfinite(study.shadow_hours) & study.kind.find_open(study) & ~study.laid.is_built
+    hours = np.where(shown, study.shadow_hours - study.period.land_hours, 0)
+    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
+    if not round(most, 3) > 0:  # of hours in float32
+        return ""
+    told = f", where they last up to {most:.3g} h" if len(study.period.days) == 1 else ""
+    return f"the frame cuts shadows{told}"
+
+
+def describe_finer(plan: Plan, job: FolderJob, finer: Sequence[FinerHours | None]) -> Plan:
+    """Return a plan whose caption tells the steps from which hours are drawn, if all are finer."""
+    if None in finer:
+        return plan
+    return replace(plan, note=describe_foot(job.study, job.options, finer[0]))
+
+
+def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
+    """Return a plan with the cells of a profile, whose size is told if they are finer."""
+    x, y, _ = _find_axes(study, view)
+    heights = view.heights.astype(np.float32)
+    smooth = replace(plan, x=x, y=y, building_height=heights)
+    has_own = "spacing_m" in study.facts  # hours are those of samples
+    if len(view.x) <= len(study.x) and not has_own:
+        return smooth
+    size = f" of {smooth.cell[0]:.3g} m" if study.kind.has_scale else ""
+    return replace(smooth, note=f"{plan.note} · shadows in cells{size}")
+
+
+def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
+    """Describe the time step from which hours are drawn."""
+    if finer is None:
+        return _space(options.every)
+    return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
+
+
+def describe_method(
+    study: Study, options: StudyOptions, finer: FinerHours | None = None
+) -> list[str]:
+    """Describe time steps, accuracy, casters and the proposed development."""
+    facts = study.facts
+    notes = []
+    if not study.has_hours:
+        notes = list(filter(None, (guard(one, one.tell, options) for one in options.measures)))
+        notes = list(dict.fromkeys(notes))
+    elif "exact_tolerance_seconds" in facts:
+        notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
+    else:
+        half = float(study.period.hours.max()) * 30
+        every = tell_every(options, finer)
+        if finer is not None:
+            half = finer.seconds / 120
+            every += f" (in study.nc every {_space(options.every)})"
+        notes = [f"sun every {every}, at the middle of each step"]
+        if study.up_hours > 0:
+            notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
+    if study.has_hours:
+        radius = facts.get("sun_disc_deg")
+        how = f"as a disc of {radius}\N{DEGREE SIGN} radius" if radius else "as a point source"
+        notes.append(f"sun {how}, refraction {facts['refraction']}")
+    chosen, left_out = options.cast, options.no_cast
+    casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"
+    notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))
+    if options.canopy:
+        notes.append(_describe_canopy(options.canopy, facts))
+    if options.proposed:
+        gone = list_few(str(facts.get("replaced", "")).split(", "))
+        instead = f" instead of {gone}, which is there before" if gone else ""
+        notes.append(f"proposed: {list_few(options.proposed)}{instead}")
+    return notes
+
+
+def _describe_canopy(patterns: Sequence[str], facts: dict[str, Any]) -> str:
+    """Describe what share of the light canopies transmit."""
+    shares = [f"{100 * share:.3g}" for share in np.atleast_1d(facts["canopy_transmissivity"])]
+    leaves = f" with leaves, {shares[-1]} % without" if len(shares) > 1 else ""
+    return f"{list_few(patterns)}: {shares[0]} % of the light comes through{leaves}"
+
+
+def list_few(names: Sequence[str], most: int = 3) -> str:
+    """List the first names and the number of the others."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")

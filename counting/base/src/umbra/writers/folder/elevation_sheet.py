@@ -1,0 +1,208 @@
+"""The sheet: a plan and four elevations in standard scales."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.ground.level import has_terrain
+from umbra.receivers.orthographic import COMPASS, Elevation
+from umbra.scene import Scene
+from umbra.study import (
+    Study,
+    StudyOptions,
+    count_finer,
+    make_preview,
+    run,
+    split_dates,
+    tell_dates,
+)
+from umbra.sun import find_sun
+from umbra.sun.clock import Stamps, find_stamps
+from umbra.writers.edges import find_grid_appearance
+from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import (
+    Scale,
+    choose_panels,
+    describe_foot,
+    place_elevation,
+    tell_daylight,
+    tell_every,
+)
+from umbra.writers.picture_content import DayMap, Plan
+from umbra.writers.proof.logo import read_logo
+from umbra.writers.title_block import SunRose
+
+__all__ = ["draw_sheet"]
+
+_SIDES = ("south", "east", "north", "west")
+MATTERS = 1 / 4
+"""Share of the time with the sun up from which shadows must be on the sheet."""
+_MARGIN = 0.03  # of an elevation's length, on each side of it
+
+
+def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
+    """
+    Count four elevations at the resolution of a sheet, and draw them with the plan of hours.
+
+    Returns the names of the files: of several dates one for each, all on one scale.
+    """
+    study, scene, options = job.study, job.scene, job.options
+    boxes = [_find_box(scene, study, side) for side in _SIDES]
+    sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
+    need, most = _find_window(study, plan, options)
+    arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes, job.outputs.paper)
+    half = np.array(arrangement.plan) / 2
+    window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
+    drawn: dict[str, Any] = {"size": None, "by_day": len(split_dates(study)) > 1}
+    cell = find_pixel_side(arrangement)
+    asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
+    seen: Any = run(scene, study.site, asked)
+    zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
+    plan = _redraw(plan, seen)
+    plans, scale = split_dates(seen), Scale.of(job)
+    sides = []
+    for side, box in zip(_SIDES, boxes, strict=True):
+        seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
+        heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
+        crowns = seen.model.make_tile(seen.grid).find_canopies()
+        elevation = Plan(
+            *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
+            appearance=find_grid_appearance(seen, heights.shape),
+            canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
+            roofs_cover=False,
+        )  # fmt: skip
+        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+    model = scene.model_bounds()[:, :2].mean(0) - need.mean(0)
+    logo = None if job.outputs.logo is None else read_logo(job.outputs.logo)
+    names = []
+    for k in choose_panels(study) if len(plans) > 1 else (0,):
+        own, name = plan, "sheet.png"
+        if len(plans) > 1:
+            date = tell_dates(plans[k])
+            clock = f"{options.start} to {options.end}"
+            own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
+            name = f"sheet_{date}.png"
+        each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
+        finer = [count_finer(one, len(each), longest=None) for _, _, one in each]
+        made = [describe_foot(plans[k], options, finer[0])]
+        if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
+            steps = sorted({tell_every(options, fine) for fine in finer[1:]})
+            made.append(f"elevations: sun every {' or '.join(steps)}")
+        own = replace(own, note=f"{' · '.join(made)}; {zero}")
+        each[0] = ("Plan", own, plans[k])
+        maps = [
+            (
+                caption,
+                view,
+                DayMap(scale.read_hours(fine or one), dark_from=scale.find_dark(fine or one)),
+            )
+            for (caption, view, one), fine in zip(each, finer, strict=True)
+        ]
+        job.painter.draw_elevations(
+            job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
+            show=scale.show, what=scale.what,
+            content=SheetContent(
+                (float(model[0]), float(model[1])), *_find_moments(plans[k], plan),
+                _find_sun_path(plans[k]), logo,
+            ),
+        )  # fmt: skip
+        names.append(name)
+    return names
+
+
+_CLOCK = [f"{hour:02}:00" for hour in range(24)]
+_LONGEST = 400  # cells of the small plans along a side
+
+
+def _find_hours(study: Study) -> Stamps | None:
+    """Return the whole hours of a date within the study's."""
+    days = study.period.days
+    if len(days) != 1:
+        return None
+    stamps = find_stamps(days[0], _CLOCK, study.site.zone)
+    starts, ends = (of.view("datetime64[us]") for of in (study.period.starts, study.period.ends))
+    kept = stamps.stamps[(stamps.stamps >= starts.min()) & (stamps.stamps <= ends.max())]
+    return Stamps(stamps=kept, zone=stamps.zone) if len(kept) else None
+
+
+def _find_moments(
+    study: Study, plan: Plan
+) -> tuple[list[tuple[str, NDArray[np.bool_]]], Plan | None]:
+    """Return the shadows at whole hours with the sun up, and the plan of their cells."""
+    stamps = _find_hours(study)
+    if stamps is None:
+        return [], None
+    preview = make_preview(study, _LONGEST, stamps)
+    up: list[bool] = [not np.isnan(one).any() for one in preview.away]
+    shown = replace(
+        plan, x=preview.x, y=preview.y, building_height=preview.heights.astype(np.float32),
+        appearance=None, canopies=None, nothing=None, proposed=None,
+    )  # fmt: skip
+    pairs = zip(stamps.labels(), preview.shadows, up, strict=True)
+    return [(label, mask) for label, mask, is_up in pairs if is_up], shown
+
+
+def _find_sun_path(study: Study) -> SunRose:
+    """Return the sun's path of a date, and its whole hours."""
+    sun, stamps = study.period.sun, _find_hours(study)
+    path = np.column_stack([sun.azimuth, sun.altitude])[sun.is_up]
+    if stamps is None:
+        return SunRose()
+    found = find_sun(study.site, stamps.stamps, refraction=study.refraction)
+    hours = zip(stamps.labels(), found.azimuth, found.altitude, found.is_up, strict=True)
+    return SunRose(path, [(label[:2], float(a), float(h)) for label, a, h, is_up in hours if is_up])
+
+
+def _find_window(
+    study: Study, plan: Plan, options: StudyOptions
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """
+    Return the part of the plan that must be on the sheet, and its largest width and height [m].
+
+    The part is the lower left and upper right corner (2, 2) of the model and the shadows that
+    matter.
+    """
+    x0, x1, y0, y1 = plan.extent
+    whole = np.array([[x0, y0], [x1, y1]])
+    if options.extent is not None:
+        return whole, (x1 - x0, y1 - y0)
+    model = study.model.scene.model_bounds()[:, :2]
+    if has_terrain(study.model.scene):
+        model = np.clip(model, *whole)
+    room = 0.03 * float(np.ptp(model, axis=0).max())
+    hours = study.shadow_hours
+    matters = hours >= max(study.up_hours * MATTERS, 1e-6)
+    if matters.any():
+        x, y = study.x[matters.any(0)], study.y[matters.any(1)]
+        model = np.array([np.minimum(model[0], (x[0], y[0])), np.maximum(model[1], (x[-1], y[-1]))])
+    if has_terrain(study.model.scene):  # beyond which nothing is visible
+        return np.clip([model[0] - room, model[1] + room], *whole), (x1 - x0, y1 - y0)
+    return np.array([model[0] - room, model[1] + room]), (np.inf, np.inf)
+
+
+def _redraw(plan: Plan, seen: Study) -> Plan:
+    """Return a plan with the cells of another study of it."""
+    tile = seen.model.make_tile(seen.grid)
+    canopies = tile.find_canopies()
+    return replace(
+        plan,
+        x=seen.x,
+        y=seen.y,
+        building_height=np.nan_to_num(tile.drawn_heights).astype(np.float32),
+        appearance=None
+        if plan.appearance is None
+        else find_grid_appearance(seen, seen.shadow_hours.shape),
+        canopies=canopies if canopies.any() else None,
+        nothing=tile.nothing if tile.nothing.any() else None,
+    )
+
+
+def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:
+    """Return the extent of an elevation, from the ground up."""
+    low, high = Elevation.of(COMPASS[side], study.true_north).find_extent(scene)
+    room = _MARGIN * float(high[0] - low[0]) + 1e-3
+    top = max(float(high[1]), study.ground) + min(room, 0.1 * float(high[1] - low[1]) + 1e-3)
+    return float(low[0]) - room, study.ground, float(high[0]) + room, max(top, study.ground + room)

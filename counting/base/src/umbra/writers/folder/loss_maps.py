@@ -1,0 +1,216 @@
+"""
+The map of the sun that a proposal takes, and the maps of dates that it shares with other pictures.
+
+Hours lost are hatched where too few are left. The frame of a picture is the part of a plan that
+matters, with whole gardens and whole buildings.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import select_replaced
+from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
+from umbra.study.finer import LONGEST
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import (
+    choose_panels,
+    describe_finer,
+    find_maps,
+    find_together,
+    list_few,
+    name_model,
+    name_sun,
+    tell_daylight,
+)
+from umbra.writers.picture_content import DayMap, Plan, find_map_size
+from umbra.writers.pixels import HALF, Ramp, resample
+
+__all__ = ["count_dates", "count_lost", "draw_lost", "fit_hours", "make_map"]
+
+_MATTERS = 0.5  # hours lost that the picture must include, at any distance
+_WON = 1 / 60  # hours won, of more than which there is a scale of both
+
+
+def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
+    """
+    Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
+
+    Returns the names of the files: none where nothing is lost.
+    """
+    study, options, painter = job.study, job.options, job.painter
+    dates = split_dates(study)
+    finer = count_dates(dates, job)
+    every = count_lost(job, dates, finer, plan.shape)
+    most = np.nan_to_num(every).max(0)
+    if not most.max() > 0:
+        return []
+    new = preview.find_cells(job.scene.select(options.proposed))
+    won = max(0.0, -float(np.nanmin(every)))
+    ramp: Ramp = "change" if won > _WON else "loss"
+    plan = replace(describe_finer(plan, job, finer), proposed=new)
+    where: Any = ...
+    if study.kind.is_plan and options.extent is None:
+        newly = _fit_mask(study.more["newly_under"][1], most.shape)
+        matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
+        matters |= np.nan_to_num(every).min(0) < -_MATTERS
+        where = find_shown_window(matters, plan)
+        plan = plan.crop(where)
+        if plan.appearance is not None:
+            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
+
+            part = study.grid.coarser(LONGEST).part(*where)
+            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), part))
+    title = name_sun(
+        study, range(len(study.period.days)), f"sun lost to {list_few(options.proposed)}"
+    )
+    if not job.outputs.title:
+        plan = replace(plan, title=name_model(job.scene) + title)
+    change = "won or lost" if ramp == "change" else "lost"
+    what = f"hours of sun {change} to {list_few(options.proposed)}"
+    limit = f"newly under {study.facts['under_hours']:g} h"
+    divisor, words = (1, "") if len(dates) > 1 else find_together(job)
+    if words:
+        what += words
+        limit += f" on at least one of {len(study.period.days)} dates"
+    of = study.kind.area_of
+    shown, plan = find_maps(study, plan)
+    maps = []
+    which = range(1) if len(dates) == 1 else choose_panels(study)
+    for k, one in zip(which, shown, strict=True):
+        hours = every[k][where] / divisor
+        hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
+        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
+        maps.append(make_map(one, shown, hours, area, hatched=hatched))
+    if len(shown) == 1:
+        limit = area
+    end = float(most.max()) if len(shown) > 1 else float(np.nanmax(maps[0].hours))
+    end = max(end, won / divisor) if ramp == "change" else end
+    painter.draw_hours(
+        job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit, ramp=ramp
+    )
+    return ["hours_lost.png"]
+
+
+def count_lost(
+    job: FolderJob,
+    dates: Sequence[Study],
+    finer: Sequence[FinerHours | None],
+    shape: tuple[int, int],
+) -> list[NDArray[np.float32]]:
+    """Return the hours of sun lost to the proposal on each date, in a picture's cells."""
+    return [
+        job.keep(("lost", one.period.days, shape), partial(_find_lost, job, one, fine, shape))
+        for one, fine in zip(dates, finer, strict=True)
+    ]
+
+
+def _find_lost(
+    job: FolderJob, study: Study, finer: FinerHours | None, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return the hours of sun lost to the proposal on a date, in a picture's cells."""
+    lost = fit_hours(study.more["hours_lost"][1], shape)
+    if finer is None:
+        return lost
+    options, scene = job.options, job.scene
+    before = scene.select(options.cast, (*options.no_cast, *options.proposed))
+    before += select_replaced(scene, options.cast, options.no_cast)
+    found = fit_hours(finer.find_lost(before), shape)
+    return np.where(np.isnan(lost), lost, found)
+
+
+def _tell_area(areas: NDArray[np.float64], of: str) -> str:
+    """Describe the area of all neighbours together, followed by what it is ``of``."""
+    area = float(areas.sum())
+    told = "nothing" if of else "nowhere"
+    if area > 0:
+        told = f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
+    return told + of
+
+
+def fit_hours(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Average hours to the cells of the pictures."""
+    return hours if hours.shape == shape else resample(hours, shape)
+
+
+def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    return fit_hours(mask.astype(np.float32), shape) > HALF
+
+
+def make_map(
+    study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
+) -> DayMap:
+    """Make a map of hours; one of several gets its date, sunrise, sunset and a remark."""
+    more["is_night"] = study.up_hours <= 0
+    if len(shown) == 1:
+        return DayMap(hours, **more)
+    remark = " · ".join(filter(None, [tell_daylight(study), told]))
+    return DayMap(hours, tell_dates(study), remark, **more)
+
+
+def count_dates(shown: Sequence[Study], job: FolderJob) -> list[FinerHours | None]:
+    """Count each date in finer steps, where these cost little; once for all files of a job."""
+
+    def count() -> list[FinerHours | None]:
+        finer: list[FinerHours | None] = []
+        for one in shown:
+            like = next(filter(None, finer), None)
+            finer.append(count_finer(one, len(shown), like=like))
+        return finer
+
+    return job.keep(("finer", *(one.period.days for one in shown)), count)
+
+
+_ROOM = 0.25  # margin around what matters, of its length
+_REACH = 0.15  # by which a whole building may widen the window, of its length
+_EDGE = 0.1  # beyond a building, of that
+
+
+def find_shown_window(matters: NDArray[np.bool_], plan: Plan) -> tuple[slice, slice]:
+    """
+    Find the window around some cells of a plan: all named areas, and no building cut a little.
+
+    Parameters
+    ----------
+    matters : (rows, cols) bool
+        At least one cell.
+    plan : Plan
+
+    Returns
+    -------
+    rows, cols : slice
+        With a margin of a quarter of their length. Buildings that reach into it are shown whole
+        where that makes it little wider.
+    """
+    from scipy.ndimage import find_objects, label  # noqa: PLC0415  (half a second)
+
+    spans = [np.flatnonzero(matters.any(axis))[[0, -1]] + (0, 1) for axis in (1, 0)]
+    for area in plan.areas:
+        corners = np.concatenate(area.rings)
+        for k, cells in ((0, plan.y), (1, plan.x)):
+            own = np.searchsorted(cells, (corners[:, 1 - k].min(), corners[:, 1 - k].max()))
+            spans[k] = np.array([min(spans[k][0], own[0]), max(spans[k][1], own[1] + 1)])
+    room = round(_ROOM * max(float(np.ptp(span)) for span in spans)) + 1
+    spans = [span + (-room, room) for span in spans]
+    reach = round(_REACH * max(float(np.ptp(span)) for span in spans))
+    edge = round(_EDGE * reach) + 1
+    core = [span.copy() for span in spans]
+    for found in find_objects(label(plan.is_building)[0]):
+        ends = [np.array([part.start - edge, part.stop + edge]) for part in found]
+        meets = all(a < span[1] and b > span[0] for (a, b), span in zip(ends, core, strict=True))
+        near = all(
+            a >= span[0] - reach and b <= span[1] + reach
+            for (a, b), span in zip(ends, core, strict=True)
+        )
+        if meets and near:
+            spans = [np.array([min(span[0], own[0]), max(span[1], own[1])])
+                     for own, span in zip(ends, spans, strict=True)]  # fmt: skip
+    rows, cols = (
+        slice(max(int(a), 0), min(int(b), count))
+        for (a, b), count in zip(spans, matters.shape, strict=True)
+    )
+    return rows, cols

@@ -1,0 +1,222 @@
+"""A study's summary in a few numbers, as JSON can hold them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from umbra.study import Study, split_dates, tell_dates
+from umbra.study.area_table import AreaTable, name_share
+from umbra.study.measures import Quantity
+from umbra.sun import find_daylight, name_date
+from umbra.sun.clock import say_hours
+
+__all__ = ["summarise", "tell_answers", "tell_areas"]
+
+_MOST_DATES = 8
+_NEVER = 1e-4  # hours that are none [h]
+
+_MOST_AREAS = 8
+"""Lines that tell of named areas."""
+_MOST = 4
+"""Casters that a line tells."""
+_MOST_NAMES = 2
+"""Most parts of a proposal that are named."""
+
+
+def summarise(study: Study) -> dict[str, Any]:
+    """
+    Summarise a study in a few numbers, as JSON can hold them; also of each of several dates.
+
+    They are sizes, hours of the sun and of shadow [h], the neighbours' losses to a proposal,
+    and the seconds that the study took.
+    """
+    if not study.kind.is_raster:
+        size: dict[str, Any] = {"samples": len(study.shadow_hours)}
+    else:
+        size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
+    dates, count = split_dates(study), len(study.period.days)
+    if "neighbour" in study.more:
+        size["neighbours"] = [row for one in dates for row in _list_neighbours(one)]
+    if count > 1:
+        size["days"] = count
+    if len(dates) > 1:
+        size["dates"] = []
+        for one in dates:
+            day = one.period.days[0]
+            daylight = find_daylight(study.site, day)
+            clock = {
+                name: None if when is None else when.isoformat(timespec="seconds")
+                for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
+            }
+            size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
+    if "assumed_ground_share" in study.facts:
+        size["assumed_ground_share"] = study.facts["assumed_ground_share"]
+    if study.quantities:
+        size["measures"] = {one.name: _find_figures(study, one) for one in study.quantities}
+    return {
+        **size,
+        **(_find_hours(study) if study.has_hours else {}),
+        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
+    }
+
+
+def tell_answers(
+    study: Study, proposed: Sequence[str] = (), *, effect_first: bool = False
+) -> list[str]:
+    """
+    Tell what a study found: named areas first, then the hours of each date, and each measure.
+
+    Each line names the area that its figures are of. ``proposed`` are the patterns of the
+    proposal's parts; what it takes is told before the hours that are left, with ``effect_first``
+    before all else.
+    """
+    taker = _name_proposal(study, proposed)
+    counted = study.kind.find_counted(study)
+    lines: list[str] = []
+    effects: list[str] = []
+    if study.has_hours and counted is not None:
+        dates = split_dates(study)
+        for date in dates[:_MOST_DATES]:
+            *effect, left = _tell_hours(date, taker) or [""]
+            (effects if effect_first else lines).extend(effect)
+            lines += [left] if left else []
+        if len(dates) > _MOST_DATES:
+            lines.append(f"and {len(dates) - _MOST_DATES} more dates, in study.nc")
+    lines = effects + tell_areas(study.areas) + lines
+    for one in study.quantities:
+        figures = _find_figures(study, one)
+        if one.per and "of" in figures:
+            takers = sorted(figures["of"].items(), key=lambda item: -item[1])[:_MOST]
+            shown = ", ".join(f"{name} {one.show(mean)}" for name, mean in takers)
+            lines.append(f"{one.long_name}, in the mean: {shown}")
+            continue
+        if counted is None or figures["mean"] is None:
+            continue
+        mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
+        of = counted.with_value(study.more[one.name][1])
+        lines.append(
+            f"{one.long_name}: {mean} in the mean of {of.tell_whole()} "
+            f"({counted.name}{' with a value' if of.whole < counted.whole else ''}), "
+            f"from {least} to {most}"
+        )
+    return lines
+
+
+def tell_areas(table: AreaTable | None) -> list[str]:
+    """Tell the share of each named area with sun for long enough; of many lines the worst."""
+    if table is None or table.least is None:
+        return []
+    least = table.least
+    share, rows = name_share(least), table.list_rows()
+    is_cut = len(rows) > _MOST_AREAS
+    if is_cut:  # each area on its worst date
+        worst: dict[str, dict[str, Any]] = {}
+        for row in rows:
+            if row["name"] not in worst or row[share] < worst[row["name"]][share]:
+                worst[row["name"]] = row
+        rows = sorted(worst.values(), key=lambda row: float(row[share]))
+    date = f"its worst of {len(table.dates)} dates" if is_cut and len(table.dates) > 1 else ""
+    lines = []
+    for row in rows[:_MOST_AREAS]:
+        before = row.get(f"{share}_before")
+        told = "" if before is None else f"{100 * before:.1f} % before"
+        remark = "; ".join(filter(None, (date, told)))
+        remark = remark and f" ({remark})"
+        lines.append(
+            f"{row['name']}: {100 * row[share]:.1f} % of {row['area_m2']:,.0f} m² has at least "
+            f"{least:g} h of sun on {row['date']} from {table.tell_interval(row)}{remark}"
+        )
+    if len(rows) > _MOST_AREAS:
+        lines.append(f"and {len(rows) - _MOST_AREAS} more areas, in areas.csv")
+    return lines
+
+
+def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
+    """Name the parts of the proposal, if they are few, with the verb that follows."""
+    scene = study.model.scene
+    labels, parts = scene.labels(), scene.select(proposed) if proposed else []
+    names = list(dict.fromkeys(labels[k] for k in parts))
+    if {scene.parts[k].layer for k in parts} == {*proposed}:  # as it was asked for, by its file
+        names = list(proposed)
+    if not 0 < len(names) <= _MOST_NAMES:
+        return "The proposal", "takes"
+    return " and ".join(names), "takes" if len(names) == 1 else "take"
+
+
+def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
+    """Tell what a proposal takes of one date's sun, or of sums, and the sun that is left."""
+    counted = study.kind.find_counted(study)
+    if counted is None or not counted.whole or not study.up_hours > 0:
+        return []
+    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
+    mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
+    never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
+    days = study.period.days
+    date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
+    prefix = f"{date}: " if date else ""
+    possible = 100 * counted.average(study.sun_hours) / study.up_hours
+    share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
+    left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
+    left += f"{never:.3g} % without sun"
+    if "hours_lost" not in study.more:
+        return [left]
+    lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+    ground, (name, verb) = counted.what.replace(", ", " "), taker
+    when = f" on {date}" if len(days) == 1 else f" ({date})" if date else ""
+    won = ""
+    if counted.add_up(lost < -_NEVER):  # where what the proposal replaces stood in the way
+        lit = replace(counted, which=counted.which & (lost < -_NEVER)).tell_whole()
+        won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
+    if not counted.add_up(lost > _NEVER):
+        return [f"{name} {verb} no sun from {ground}{when}{won}", left]
+    area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
+    most = say_hours(lost[counted.which].max())
+    newly = np.asarray(study.more["newly_under"][1]) > 0
+    under = replace(counted, which=counted.which & newly)
+    falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
+    falls += f" under {study.facts['under_hours']:g} h"
+    falls += "" if len(days) == 1 else " on at least one date"
+    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
+    return [told, left]
+
+
+def _find_hours(study: Study) -> dict[str, Any]:
+    """Return how long the sun was up, and the hours in shadow."""
+    is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
+    known = study.shadow_hours[is_known]
+    return {
+        "hours": study.up_hours,
+        "most_shadow_hours": float(known.max(initial=0.0)),
+        "mean_shadow_hours": float(known.mean()) if known.size else None,
+        "mean_sun_hours": study.up_hours - float(known.mean()) if known.size else None,
+    }
+
+
+def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
+    """Return the mean by area, the least and the most of a measure, with its unit."""
+    counted = study.kind.find_counted(study)
+    values = np.asarray(study.more[one.name][1])
+    figures: dict[str, Any] = {"unit": one.unit, "mean": None, "least": None, "most": None}
+    if counted is None or not counted.which.any():
+        return figures
+    if one.per:
+        names = np.asarray(study.more[one.per][1]).tolist()
+        each = {name: counted.average(row) for name, row in zip(names, values, strict=True)}
+        return {"unit": one.unit, "of": each}
+    counted = counted.with_value(values)
+    known = values[counted.which]
+    if not len(known):
+        return figures
+    least, most = float(known.min()), float(known.max())
+    return {**figures, "mean": counted.average(values), "least": least, "most": most}
+
+
+def _list_neighbours(study: Study) -> list[dict[str, Any]]:
+    """Return the neighbours that lose sun, on a date or on all dates together."""
+    names = [name for name in study.more if name.startswith("neighbour_")]
+    columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
+    keys = ["name", *(name.removeprefix("neighbour_") for name in names)]
+    rows = [dict(zip(keys, row)) for row in zip(*columns)]
+    return [{"date": tell_dates(study), **row} for row in rows if row["area_touched"] > 0]

@@ -1,0 +1,66 @@
+// Named areas over a plan: outlines, names, and the way between the map and their table.
+
+const makeAreas = (pen, map, place) => {
+  const list = (data.areas || []).map(({ name, rings, x, y }) => ({
+    name, spot: place(x, y), rings: rings.map((ring) => ring.map(([a, b]) => place(a, b))),
+  }));
+  const MOST_NAMES = 40;
+  let marked = -1;
+  const box = (index) => {
+    const corners = list[index].rings.flat(), [xs, ys] = [0, 1].map((k) => corners.map((corner) => corner[k]));
+    return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  };
+  const holds = (rings, x, y) => {  // odd: inside a ring, and in no hole
+    let inside = false;
+    for (const ring of rings)
+      for (let k = 1; k < ring.length; k++) {
+        const [[a, b], [c, d]] = [ring[k - 1], ring[k]];
+        if (b > y !== d > y && x < a + ((y - b) * (c - a)) / (d - b)) inside = !inside;
+      }
+    return inside;
+  };
+  const find = (x, y) => list.map((_, k) => k).filter((k) => holds(list[k].rings, x, y));
+  const draw = (left, top, across, down, dot, halo) => {
+    const trace = ({ rings }) => {
+      pen.beginPath();
+      for (const ring of rings) {
+        ring.forEach(([x, y], k) => pen[k ? "lineTo" : "moveTo"](left + x * across, top + y * down));
+        pen.closePath();
+      }
+    };
+    pen.lineJoin = "round";
+    list.forEach((area, k) => {
+      trace(area);
+      const wide = k === marked ? 3 : 1.4;
+      for (const [style, more] of [["rgba(255, 255, 255, 0.85)", 2.2], ["#1c1c22", 0]]) {
+        pen.strokeStyle = style;
+        pen.lineWidth = (wide + more) * dot;
+        pen.stroke();
+      }
+    });
+    pen.textAlign = "center";
+    list.slice(0, MOST_NAMES).forEach(({ name, spot: [x, y] }) => halo(name, left + x * across, top + y * down, dot));
+    pen.textAlign = "start";
+  };
+
+  // The row of the area at the chosen place is marked, and a button below the map leads to it.
+  const back = document.createElement("button");
+  Object.assign(back, { type: "button", className: "more", hidden: true });
+  if (list.length) map.parentElement.after(back);
+  const rowsOf = (k) => [...document.querySelectorAll(`tr[data-kind="area"][data-index="${k}"]`)];
+  back.addEventListener("click", () => {
+    const [row] = rowsOf(marked);
+    row?.scrollIntoView({ block: "center" });
+    row?.querySelector("button")?.focus({ preventScroll: true });
+  });
+  const tell = (x, y) => {
+    const [now = -1] = find(x, y);
+    if (now === marked) return;
+    for (const row of rowsOf(marked)) row.classList.remove("chosen");
+    marked = now;
+    for (const row of rowsOf(marked)) row.classList.add("chosen");
+    back.hidden = marked < 0 || !rowsOf(marked).length;
+    if (marked >= 0) back.textContent = `${list[marked].name}: to its row in the table`;
+  };
+  return { list, box, find, draw, tell };
+};

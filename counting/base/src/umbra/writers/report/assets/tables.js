@@ -1,0 +1,77 @@
+// Tables that sort by a click on a heading, and filter by what is typed; without script they are whole.
+
+const FEW = 25;  // rows that are shown at first
+const STEP = 200;
+
+const dress = (section, onRow) => {
+  const table = section.querySelector("table"), body = table.tBodies[0];
+  const rows = [...body.rows];
+  const texts = rows.map((row) => row.textContent.toLowerCase());
+  let kept = rows, shown = FEW, order = { column: -1, down: false };
+  const bar = document.createElement("p");
+  bar.className = "filter";
+  const field = document.createElement("input");
+  Object.assign(field, { type: "search", placeholder: "Filter by name or any word" });
+  field.setAttribute("aria-label", "Filter the table: " + section.querySelector("h2, h3").textContent);
+  const count = document.createElement("span");
+  count.className = "quiet";
+  count.setAttribute("role", "status");
+  bar.append(field, count);
+  const more = document.createElement("button");
+  Object.assign(more, { type: "button", className: "more" });
+
+  const lay = () => {
+    const seen = kept.slice(0, shown);
+    body.replaceChildren(...seen);
+    count.textContent = kept.length === rows.length
+      ? `${rows.length.toLocaleString("en")} rows` : `${kept.length} of ${rows.length.toLocaleString("en")} rows`;
+    more.hidden = seen.length === kept.length;
+    more.textContent = `Show ${Math.min(STEP, kept.length - seen.length)} more`;
+  };
+  const value = (row) => {
+    const text = row.cells[order.column].textContent;
+    const figure = parseFloat(text.replaceAll(",", "").replace("\u2212", "-"));
+    return row.cells[order.column].classList.contains("number") ? (isNaN(figure) ? -Infinity : figure) : text;
+  };
+  const compare = (a, b) => {
+    const [one, two] = [value(a), value(b)];
+    const found = typeof one === "number" ? one - two : one.localeCompare(two, "en", { numeric: true });
+    return order.down ? -found : found;
+  };
+  const choose = () => {
+    const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+    kept = rows.filter((_, k) => words.every((word) => texts[k].includes(word)));
+    if (order.column >= 0) kept.sort(compare);
+    shown = FEW;
+    lay();
+  };
+  [...table.tHead.rows[0].cells].forEach((head, column) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.append(...head.childNodes);
+    head.append(button);
+    button.addEventListener("click", () => {
+      const down = order.column === column ? !order.down : head.classList.contains("number");
+      order = { column, down };
+      for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+      head.setAttribute("aria-sort", down ? "descending" : "ascending");
+      choose();
+    });
+  });
+  field.addEventListener("input", choose);
+  more.addEventListener("click", () => { shown += STEP; lay(); });
+  // Paper has no button for more rows.
+  let before = shown;
+  addEventListener("beforeprint", () => { before = shown; shown = kept.length; lay(); });
+  addEventListener("afterprint", () => { shown = before; lay(); });
+  if (rows.length > 8) table.parentElement.before(bar);
+  table.parentElement.after(more);
+  if (onRow) body.addEventListener("click", (event) => {
+    const row = event.target.closest("tr[data-kind]");
+    if (row) onRow(row.dataset.kind, Number(row.dataset.index));
+  });
+  lay();
+};
+const dressTables = (onRow) => {
+  for (const section of document.querySelectorAll("section.sortable")) dress(section, onRow);
+};
