@@ -147,9 +147,9 @@ class PlanRaster(Raster):
         scene, share = self.casting.scene, self.bare / math.prod(self.shape)
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
         nothing = np.zeros(self.shape if self.casting.has_end else 0, np.bool_)
-        for _, where, found in self._looked.values():
-            if found is not None:
-                nothing[where] = found
+        for _, where, mask in self._looked.values():
+            if mask is not None:
+                nothing[where] = mask
         return nothing if nothing.any() else None
 
     def variables(self) -> Variables:
@@ -239,6 +239,41 @@ def _find_standing(scene: Scene) -> NDArray[np.float64]:
     return boxes[find_standing(boxes)]
 
 
+<<<<<<< HEAD
+=======
+def _find_skyline(
+    model: PlanModel, level: float, dense: NDArray[np.float64] | None = None
+) -> Skyline:
+    """Return the skyline of the visible parts and canopies, or of those in a box (2, 2)."""
+    origin = model.scene.origin
+
+    def find() -> Skyline:
+        corners = _drop_added(model.scene, model.soup).find_corners() + origin
+        if model.canopy is not None:
+            crowns = model.scene.triangles(model.canopy.casting)
+            corners = np.concatenate([corners, crowns.find_corners() + origin])
+        if model.scene.replaced:  # whose shadows are gone after, which the plan shows, too
+            whole = model.scene.whole
+            old = whole.triangles(range(len(model.scene.parts), len(whole.parts)))
+            corners = np.concatenate([corners, old.find_corners() + origin])
+        if dense is not None:
+            inside = ((corners[:, :2] >= dense[0]) & (corners[:, :2] <= dense[1])).all(1)
+            corners = corners[inside] if inside.any() else corners
+        return Skyline.of(corners, level)
+
+    return derive(model.soup, "skyline", (model.canopy, level), find)
+
+
+def _drop_added(scene: Scene, soup: Triangles) -> Triangles:
+    """Return the triangles of the model, without a ground that was added to it."""
+    own = scene.list_own()
+    if own is None:
+        return soup
+    is_own = np.isin(soup.part, own)
+    return replace(soup, faces=soup.faces[is_own], part=soup.part[is_own])
+
+
+>>>>>>> main
 class GroundPlane(PlanKind):
     """The plane z = ground, also under buildings."""
 
@@ -257,11 +292,11 @@ class GroundPlane(PlanKind):
     ) -> dict[str, object]:
         """Report that a model's own ground is not shown, or that its buildings' bases differ."""
         if has_terrain(scene):
-            told = (
+            note = (
                 f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
                 "nothing; receivers='top' shows the shadows on it"
             )
-            return {"assumption": told}
+            return {"assumption": note}
         return check_stated(scene, level) if assumed is None else assumed.describe(level)
 
     def describe_receivers(self, study: Any) -> str:
@@ -321,7 +356,7 @@ class TopmostSurface(PlanKind):
         built = study.laid.is_built
         ground = replace(whole, which=whole.which & ~built, what="ground")
         roofs = replace(whole, which=whole.which & built, what="roofs")
-        return [*(some for some in (ground, roofs) if some.which.any()), whole]
+        return [*(group for group in (ground, roofs) if group.which.any()), whole]
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
@@ -331,11 +366,11 @@ class TopmostSurface(PlanKind):
             return {}
         if assumed is None:
             return check_stated(scene, level)
-        told = (
+        note = (
             f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
             f"is assumed level at z = {level:.6g} m (ground=)"
         )
-        return {"assumption": told, "assumed_ground_share": float(bare)}
+        return {"assumption": note, "assumed_ground_share": float(bare)}
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the topmost surface."""
