@@ -8,6 +8,7 @@ from support.shapes import box
 import umbra
 from umbra import InputError
 from umbra.receivers import layout
+from umbra.receivers.counted import NEAR
 from umbra.scene import make_scene
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -101,7 +102,8 @@ def test_default_extent_holds_the_model_and_its_shadows(receivers):
     assert result.x.max() > 8
     assert result.y.min() < 0
     assert result.y.max() > 6
-    assert result.sizes["x"] < 100  # and not much more than them
+    ring = NEAR / 0.25  # cells of the ground near the house, on either side
+    assert ring < result.sizes["x"] / 2 < ring + 40  # and not much more than both
 
 
 def test_default_extent_holds_the_profile_s_shadows_too():

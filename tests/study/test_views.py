@@ -11,7 +11,7 @@ from umbra.receivers.orthographic import Elevation
 from umbra.scene import make_scene
 from umbra.study import make_preview, run, run_study
 from umbra.study.options import StudyOptions
-from umbra.writers.folder.captions import describe_making
+from umbra.writers.folder.foot import describe_making
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "05:15", "end": "20:15", "every": "90min", "masks": True}

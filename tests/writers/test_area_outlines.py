@@ -16,7 +16,7 @@ from umbra.study.preview import make_preview
 from umbra.writers.area_outlines import place_names
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import describe, outline_areas
-from umbra.writers.folder.loss_maps import find_shown_window
+from umbra.writers.folder.shown_window import find_shown_window
 from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.picture_content import DayMap, OutlinedArea, Plan
 from umbra.writers.point_map import fill_points

@@ -13,7 +13,7 @@ from umbra.study import run_study
 from umbra.study.measures import Quantity
 from umbra.sun import Site
 from umbra.writers.contours import trace
-from umbra.writers.folder.captions import tell_cut
+from umbra.writers.folder.foot import tell_cut
 from umbra.writers.folder.summary import tell_answers
 from umbra.writers.picture_content import DOTS_PER_INCH, Plan
 from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas

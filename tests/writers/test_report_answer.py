@@ -97,6 +97,37 @@ def test_three_moments_of_the_day_lead_to_their_shadows(page, report):
 
 
 @pytest.mark.parametrize(
+    ("dates", "by_day", "first", "mode"),
+    [
+        (["2026-06-21", "2026-12-21", "2026-03-21"], True, "2026-12-21", "lost"),
+        (["2026-06-21", "2026-12-21", "2026-03-21"], False, "2026-03-21", "lost"),
+        (["2026-06-21", "2026-12-21"], True, "2026-12-21", "day"),
+        (["2026-06-21", "2026-12-21"], False, "2026-06-21", "hours"),
+    ],
+)
+def test_several_dates_begin_with_that_of_the_first_sentence(
+    page, study, tmp_path, dates, by_day, first, mode
+):
+    proposed = ["Tower"] if mode == "lost" else []
+    found = run_study(
+        study.model.scene, VIENNA, date=dates, every="2h", cell=4.0, extent=(-70, -20, 70, 80),
+        proposed=proposed, by_day=by_day,
+    )  # fmt: skip
+    heights = (found.heights - found.ground).astype(np.float32)
+    answers = tell_answers(found, proposed, effect_first=True)
+    assert ("21 December 2026" in answers[0]) == by_day
+    path = tmp_path / "report.html"
+    plan = Plan(found.x, found.y, heights)
+    write_report(path, found, plan, show="sun", answers=answers, proposed=proposed)
+    page.open(path, READY)
+    assert page.ask("document.querySelector('input[name=mode]:checked').value") == mode
+    chosen = page.ask("document.getElementById('day').selectedOptions[0].text")
+    assert chosen == first
+    words = page.ask("document.querySelector('input[name=mode]:checked').parentElement.innerText")
+    assert ("sum of" in words) != by_day
+
+
+@pytest.mark.parametrize(
     ("verdicts", "outcome"),
     [(["pass"], "pass"), (["pass", "unknown"], ""), (["pass", "unknown", "fail"], "fail")],
 )

@@ -9,7 +9,7 @@ from support.days import parts
 from support.shapes import box
 
 from umbra.receivers.seen import ViewModel
-from umbra.study import StudyOptions, make_preview, run
+from umbra.study import StudyOptions, make_preview, run, split_dates
 from umbra.sun import Site
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.pictures import (
@@ -18,6 +18,8 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
     look_at_surfaces,
 )
+from umbra.writers.folder.shown_window import CROPPED, crop_dates
+from umbra.writers.picture_content import Plan
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")
 DAYS = ["2026-03-21", "2026-04-21", "2026-05-21", "2026-06-21", "2026-07-21"]
@@ -90,3 +92,30 @@ def test_shadows_of_a_dense_quarter_are_shown_at_three_times(walls, at, labels):
     assert all(mask.shape == plan.shape for one in maps for mask in one.shadows)
     if len(maps) == 3:
         assert len({mask.sum() for one in maps for mask in one.shadows}) == 3
+
+
+@pytest.mark.parametrize("extent", [None, (-60, -60, 60, 60)])
+def test_small_maps_show_all_shadows_of_half_an_hour_and_little_more(extent):
+    scene = parts(tower=box((0, 0, 0), (6, 6, 25)), shed=box((-20, 0, 0), (-17, 3, 3)))
+    options = StudyOptions(
+        date=["2026-03-21", "2026-12-21"], every="15min", cell=1.0, extent=extent, ground=0.0
+    )
+    study = run(scene, Site(48.2, 16.37, "Europe/Vienna"), options)
+    job = SimpleNamespace(study=study, options=options)
+    plan = Plan(study.x, study.y, (study.heights - study.ground).astype(np.float32), note="made")
+    hours = [date.shadow_hours for date in split_dates(study)]
+    cropped, maps = crop_dates(job, plan, hours, hours)
+    if extent is not None:
+        assert cropped is plan
+        return
+    lasting = (np.stack(hours) >= 0.5).any(0)
+    assert (np.stack(maps) >= 0.5).any(0).sum() == lasting.sum()
+    assert cropped.is_building.sum() == plan.is_building.sum()
+    assert CROPPED in cropped.note
+    rows, cols = (np.ptp(np.flatnonzero(lasting.any(axis))) + 1 for axis in (1, 0))
+    assert cropped.shape[0] < 1.2 * rows + 4
+    assert cropped.shape[1] < 1.2 * cols + 4
+    assert [one.shape for one in maps] == [cropped.shape] * 2
+    alone, (same,) = crop_dates(job, plan, hours[:1], hours[:1])
+    assert alone is plan
+    assert same is hours[0]

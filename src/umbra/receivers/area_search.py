@@ -14,7 +14,7 @@ from umbra.readers.area_file import AreaFile, check_polygon, load_areas, place_a
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 
-__all__ = ["check_areas", "find_areas", "join_plans"]
+__all__ = ["bound_areas", "check_areas", "find_areas", "join_plans"]
 
 _GRID = 1e-6  # corners of parts that are nearer are one [m]
 
@@ -64,12 +64,8 @@ def find_areas(scene: Scene, selection: Any, option: str = "areas") -> tuple[lis
     selection = check_areas(selection, option)
     if isinstance(selection, AreaFile):
         return place_areas(selection, scene)
-    if isinstance(selection, str) or (
-        isinstance(selection, Sequence) and all(isinstance(item, str) for item in selection)
-    ):
-        return _find_parts(
-            scene, (selection,) if isinstance(selection, str) else selection, option
-        ), []
+    if (patterns := _find_patterns(selection)) is not None:
+        return _find_parts(scene, patterns, option), []
     shapely = need("shapely", "gis", "areas")
     if isinstance(selection, Mapping):
         given, crs = [Area(str(name), polygon) for name, polygon in selection.items()], None
@@ -90,6 +86,28 @@ def find_areas(scene: Scene, selection: Any, option: str = "areas") -> tuple[lis
         raise InputError(msg, option="areas")
     areas, notes = place_areas(AreaFile(Path("areas="), tuple(given), crs, is_guess=False), scene)
     return areas, [note for note in notes if crs is not None]
+
+
+def bound_areas(scene: Scene, selection: Any) -> NDArray[np.float64]:
+    """
+    Return the bounds (2, 2) of areas, as `find_areas` takes them, in own coordinates [m].
+
+    Those of parts are the parts' own, whose plans need not be joined for them.
+    """
+    if (patterns := _find_patterns(selection)) is not None:
+        corners = scene.triangles(scene.select(patterns, option="areas")).find_corners()
+        return np.stack([corners.min(0), corners.max(0)])[:, :2] + scene.origin[:2]
+    areas, _ = find_areas(scene, selection)
+    boxes = np.array([area.polygon.bounds for area in areas])
+    return np.stack([boxes[:, :2].min(0), boxes[:, 2:].max(0)])
+
+
+def _find_patterns(selection: Any) -> Sequence[str] | None:
+    """Return the patterns of parts that are selection for; None of polygons."""
+    if isinstance(selection, str):
+        return (selection,)
+    is_list = isinstance(selection, Sequence) and all(isinstance(item, str) for item in selection)
+    return selection if is_list else None
 
 
 def _read_frame(frame: Any) -> list[Area]:

@@ -83,6 +83,7 @@ def lay_out(
     skyline: Skyline,
     suns: NDArray[np.float64],
     *,
+    held: NDArray[np.float64] | None = None,
     extent: Sequence[float] | None = None,
     cell: float | None = None,
     size: tuple[int, int] | None = None,
@@ -101,6 +102,8 @@ def lay_out(
         Of the model.
     suns : (n, 3) float64
         Directions toward the sun whose shadows the default extent holds.
+    held : (2, 2) float64, optional
+        Lower left and upper right corner of a rectangle that the default extent holds, too [m].
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax [m].
     cell : float, optional
@@ -141,7 +144,7 @@ def lay_out(
         msg = f"a raster needs at least 1x1 cells; got {size[0]}x{size[1]}"
         raise InputError(msg, size=size)
     if extent is None:
-        low, high = _reach(skyline, suns)
+        low, high = _reach(skyline, suns, held)
     else:
         low, high = np.array(extent[:2], np.float64), np.array(extent[2:], np.float64)
         with np.errstate(all="ignore"):
@@ -189,9 +192,9 @@ def _check_near(low: NDArray[np.float64], high: NDArray[np.float64], skyline: Sk
 
 
 def _reach(
-    skyline: Skyline, suns: NDArray[np.float64]
+    skyline: Skyline, suns: NDArray[np.float64], held: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the bounds of the model and its shadows on the ground, cut to a length."""
+    """Return the bounds of the model, its shadows on the ground cut to a length, and ``held``."""
     low, high = skyline.low.copy(), skyline.high.copy()
     longest = LONGEST_SHADOW * skyline.tall
     flat = np.maximum(np.hypot(suns[:, 0], suns[:, 1]), 1e-12)
@@ -200,6 +203,8 @@ def _reach(
         reach = -np.minimum(reach, longest / flat[:, None]) * suns[:, axis : axis + 1]
         low[axis] = min(low[axis], (edges[:-1] + reach).min(initial=math.inf))
         high[axis] = max(high[axis], (edges[1:] + reach).max(initial=-math.inf))
+    if held is not None:
+        low, high = np.minimum(low, held[0]), np.maximum(high, held[1])
     margin = 0.02 * float(max(high - low)) + 1e-3
     return low - margin, high + margin
 

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN, Level, check_stated, has_terrain, measure_bases
-from umbra.receivers.counted import NEAR, Counted, find_near
+from umbra.receivers.counted import NEAR, Counted, choose_near, find_near, meets_frame
 from umbra.receivers.gridded import Raster
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
+from umbra.receivers.plan_frame import find_built_bounds, find_held, find_skyline
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, ThroughTile, TopmostTile
 from umbra.receivers.scattered import find_dense, tell_coarse, tell_dense
-from umbra.scene import Scene, Triangles
+from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 from umbra.scene.mesh import find_standing
@@ -131,7 +132,15 @@ class PlanRaster(Raster):
     @cached_property
     def is_near(self) -> NDArray[np.bool_]:
         """Cells that count in figures: those near buildings."""
-        return find_near(self.is_built, (self.grid.dx, self.grid.dy), NEAR)
+        cell = self.grid.dx, self.grid.dy
+        # A building ends, in the mean, half a cell beyond the centre of its last cell.
+        return find_near(self.is_built, cell, self.near + min(cell) / 2)
+
+    @cached_property
+    def near(self) -> float:
+        """Farthest that ground counts in figures from a building [m]."""
+        bounds = find_built_bounds(self.casting)
+        return NEAR if bounds is None else choose_near(*bounds)
 
     def finish(self) -> NDArray[np.bool_] | None:
         """Add the assumptions about the ground to the facts."""
@@ -152,7 +161,6 @@ class PlanKind(ReceiverKind):
     """Base of ground planes and topmost surfaces."""
 
     is_plan = True
-    nothing = "no surface here"
     area_of = ""
     formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "solids", "gif", "mp4")
     tile: ClassVar[type[PlanTile]]
@@ -176,9 +184,8 @@ class PlanKind(ReceiverKind):
             return None
         if not study.laid.is_built.any():
             return replace(whole, which=which, what=whole.name)
-        near = study.laid.is_near
-        is_cut = any(side.any() for side in (near[0], near[-1], near[:, 0], near[:, -1]))
-        within = f"{' in the frame' if is_cut else ''}, within {NEAR:g} m of buildings"
+        where = " in the frame" if meets_frame(which) else ""
+        within = f"{where}, within {study.laid.near:g} m of buildings"
         return replace(whole, which=which, what=f"{whole.name}{within}")
 
     def list_counted(self, study: Any) -> list[Counted]:
@@ -207,12 +214,13 @@ class PlanKind(ReceiverKind):
         skyline = (
             Skyline.of(scene.model_bounds(), level)
             if is_stated
-            else _find_skyline(model, level, dense)
+            else find_skyline(model, level, dense)
         )
         # If nothing receives beyond a terrain, the extent need not hold shadows.
         ends = has_end and not ground.is_added
         reaching = np.zeros((0, 3)) if ends or is_stated else request.find_reaching()
-        grid, x, y = lay_out(skyline, reaching, **request.find_room())
+        held = None if is_stated else find_held(model, request.options, dense, is_bounded=ends)
+        grid, x, y = lay_out(skyline, reaching, held=held, **request.find_room())
         if coarse := tell_coarse(grid, boxes):
             facts["cell_note"] = coarse
         return PlanRaster(
@@ -229,38 +237,6 @@ def _find_standing(scene: Scene) -> NDArray[np.float64]:
         scene = replace(scene, parts=tuple(scene.parts[k] for k in own))
     boxes = measure_bases(scene).boxes
     return boxes[find_standing(boxes)]
-
-
-def _find_skyline(
-    model: PlanModel, level: float, dense: NDArray[np.float64] | None = None
-) -> Skyline:
-    """Return the skyline of the visible parts and canopies, or of those in a box (2, 2)."""
-    origin = model.scene.origin
-
-    def find() -> Skyline:
-        corners = _drop_added(model.scene, model.soup).find_corners() + origin
-        if model.canopy is not None:
-            crowns = model.scene.triangles(model.canopy.casting)
-            corners = np.concatenate([corners, crowns.find_corners() + origin])
-        if model.scene.replaced:  # whose shadows are gone after, which the plan shows, too
-            whole = model.scene.whole
-            old = whole.triangles(range(len(model.scene.parts), len(whole.parts)))
-            corners = np.concatenate([corners, old.find_corners() + origin])
-        if dense is not None:
-            inside = ((corners[:, :2] >= dense[0]) & (corners[:, :2] <= dense[1])).all(1)
-            corners = corners[inside] if inside.any() else corners
-        return Skyline.of(corners, level)
-
-    return derive(model.soup, "skyline", (model.canopy, level), find)
-
-
-def _drop_added(scene: Scene, soup: Triangles) -> Triangles:
-    """Return the triangles of the model, without a ground that was added to it."""
-    own = scene.list_own()
-    if own is None:
-        return soup
-    is_own = np.isin(soup.part, own)
-    return replace(soup, faces=soup.faces[is_own], part=soup.part[is_own])
 
 
 class GroundPlane(PlanKind):

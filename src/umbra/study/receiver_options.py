@@ -116,8 +116,9 @@ class ReceiverOptions(TimeOptions):
         more="A number is of hours.", default="2h", metavar="DURATION",
     )  # fmt: skip
     extent: Sequence[float] | None = _receivers(
-        "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
-        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=(*_RASTERS, "areas"),
+        "numbers", "Rectangle of the plan [m]; default: the model and its shadows, at least 20 m "
+        "around it, and areas=.", unit="m", count=4, metavar="XMIN,YMIN,XMAX,YMAX",
+        receivers=(*_RASTERS, "areas"),
     )  # fmt: skip
     cell: Given[float | str | None, float | None] = _receivers(
         "length", "Side of a cell [m]; default: about 1000 cells on the longer side.", unit="m",

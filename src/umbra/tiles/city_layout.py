@@ -1,7 +1,7 @@
 """What is decided once for a whole city: its frame, its ground, its lattice, and its duplicates."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,12 @@ from umbra.devices import DEFAULT
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.receivers import name_kind
+from umbra.receivers.bands import read_bands
+from umbra.receivers.counted import choose_near
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.plan import STREAMED_TILE
+from umbra.receivers.plan_frame import join_boxes, spread_near
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.options import StudyOptions
@@ -110,11 +113,12 @@ def lay_out_lattice(
     reaching = np.zeros((0, 3)) if ends else period.find_reaching_suns()
     corners = catalogue.find_corners() if options.extent is None else iter(())
     skyline = Skyline.gather(corners, low, high, frame.ground)
+    held = None if options.extent is not None else _find_held(catalogue, options, is_bounded=ends)
     size, cell = options.size, options.cell
     if size is None and cell is None:
         cell = CELL
     grid, x, y = lay_out(
-        skyline, reaching, extent=options.extent, cell=cell, size=size, is_cut=True,  # type: ignore[arg-type]
+        skyline, reaching, held=held, extent=options.extent, cell=cell, size=size, is_cut=True,  # type: ignore[arg-type]
     )  # fmt: skip
     origin = frame.origin
     local = Grid(grid.x0 - origin[0], grid.y0 - origin[1], grid.dx, grid.dy, grid.cols, grid.rows)
@@ -123,6 +127,23 @@ def lay_out_lattice(
     _check_side(length, widest, max(grid.cols, grid.rows) * widest)
     side = min(find_side(length, widest), max(grid.cols, grid.rows))
     return Lattice(local, side, limit(min(TILE, STREAMED_TILE) if is_streamed else TILE)), x, y
+
+
+def _find_held(
+    catalogue: Catalogue, options: StudyOptions, *, is_bounded: bool
+) -> NDArray[np.float64] | None:
+    """Return the rectangle (2, 2) of the ground near buildings and of areas, as of one study."""
+    boxes, bounds = catalogue.find_bases().boxes, catalogue.bounds
+    held = []
+    if len(boxes):
+        low, high = boxes[:, 0, :2].min(0), boxes[:, 1, :2].max(0)
+        near = choose_near(np.append(low, bounds[0, 2]), np.append(high, bounds[1, 2]))
+        held.append(spread_near(np.stack([low, high]), near, bounds[:, :2] if is_bounded else None))
+    if options.areas is not None:
+        polygons = [area.polygon.bounds for area in cast("Any", options.areas)]
+        reach = max((far for _, far in read_bands(options.band)), default=0.0)
+        held += [np.reshape(box, (2, 2)) + ((-reach,), (reach,)) for box in polygons]
+    return join_boxes(held)
 
 
 def _check_side(length: float, cell: float, whole: float) -> None:

@@ -21,12 +21,12 @@ from umbra.tiles.job import CityJob, WorkerContext, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
 from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.folder.captions import (
-    describe_making,
     join_names,
     outline_areas,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.foot import describe_making
 
 __all__ = ["CityPlan"]
 

@@ -4,11 +4,9 @@ Captions of a study's pictures: site, dates, method, accuracy, casters.
 A picture has one map for each date, or all dates together as a mean or a sum.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,26 +14,22 @@ from numpy.typing import NDArray
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
-from umbra.study.measures import guard
 from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
+from umbra.writers.folder.foot import describe_foot, list_few
 from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
     "Scale",
     "choose_panels",
     "describe",
-    "describe_finer",
-    "describe_foot",
-    "describe_making",
-    "describe_method",
+    "describe_moments",
     "describe_smooth",
     "find_maps",
     "find_mean",
     "find_together",
     "join_names",
-    "list_few",
     "name_dates",
     "name_files",
     "name_model",
@@ -43,9 +37,7 @@ __all__ = [
     "name_sun",
     "outline_areas",
     "place_elevation",
-    "tell_cut",
     "tell_daylight",
-    "tell_every",
     "tell_place",
     "tell_times",
 ]
@@ -268,11 +260,6 @@ def name_sun(study: Study, which: range, what: str = "sun") -> str:
     return f" · {what} on {listed}"
 
 
-def _space(duration: object) -> str:
-    """Write a duration with a space before its unit."""
-    return re.sub(r"(?<=[0-9.])(?=[a-z])", " ", str(duration))
-
-
 def join_names(names: Sequence[str]) -> str:
     """Join the first three names of files, and the number of the others."""
     return " + ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
@@ -283,46 +270,6 @@ def name_dates(days: Sequence) -> str:
     if len(days) <= FEW:
         return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
-
-
-def describe_making(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
-    """Describe how a study was made and drawn, for the foot of its pictures."""
-    version = f"umbra {study.facts['umbra_version']}"
-    cells = study.kind.tell_cells(study.grid, study.facts)
-    ground = [str(study.facts["ground"])]
-    shown = []
-    if getattr(study.model, "asked", None) is not None:
-        shown.append(f"hours of {list_few(options.on)} alone")
-    elif options.on:  # without a word a shadow of what is not drawn looks like a wall
-        shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
-    if study.period.horizon is not None:
-        shown.append("the land around casts shadows")
-    return " · ".join([version, cells, *ground, *shown, *describe_method(study, options, finer)])
-
-
-def describe_foot(study: Study, options: StudyOptions, finer: FinerHours | None = None) -> str:
-    """Describe how a study was made and drawn, and what its frame cuts."""
-    return " · ".join(filter(None, [describe_making(study, options, finer), tell_cut(study)]))
-
-
-def tell_cut(study: Any) -> str:
-    """Say that a plan's frame cuts shadows, and of one date how long they last there."""
-    if not study.is_plan or not study.has_hours:
-        return ""
-    shown = np.isfinite(study.shadow_hours) & study.kind.find_open(study) & ~study.laid.is_built
-    hours = np.where(shown, study.shadow_hours - study.period.land_hours, 0)
-    most = max(float(side.max()) for side in (hours[0], hours[-1], hours[:, 0], hours[:, -1]))
-    if not round(most, 3) > 0:  # of hours in float32
-        return ""
-    told = f", where they last up to {most:.3g} h" if len(study.period.days) == 1 else ""
-    return f"the frame cuts shadows{told}"
-
-
-def describe_finer(plan: Plan, job: FolderJob, finer: Sequence[FinerHours | None]) -> Plan:
-    """Return a plan whose caption tells the steps from which hours are drawn, if all are finer."""
-    if None in finer:
-        return plan
-    return replace(plan, note=describe_foot(job.study, job.options, finer[0]))
 
 
 def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
@@ -337,57 +284,6 @@ def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
     return replace(smooth, note=f"{plan.note} · shadows in cells{size}")
 
 
-def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
-    """Describe the time step from which hours are drawn."""
-    if finer is None:
-        return _space(options.every)
-    return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
-
-
-def describe_method(
-    study: Study, options: StudyOptions, finer: FinerHours | None = None
-) -> list[str]:
-    """Describe time steps, accuracy, casters and the proposed development."""
-    facts = study.facts
-    notes = []
-    if not study.has_hours:
-        notes = list(filter(None, (guard(one, one.tell, options) for one in options.measures)))
-        notes = list(dict.fromkeys(notes))
-    elif "exact_tolerance_seconds" in facts:
-        notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
-    else:
-        half = float(study.period.hours.max()) * 30
-        every = tell_every(options, finer)
-        if finer is not None:
-            half = finer.seconds / 120
-            every += f" (in study.nc every {_space(options.every)})"
-        notes = [f"sun every {every}, at the middle of each step"]
-        if study.up_hours > 0:
-            notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
-    if study.has_hours:
-        radius = facts.get("sun_disc_deg")
-        how = f"as a disc of {radius}\N{DEGREE SIGN} radius" if radius else "as a point source"
-        notes.append(f"sun {how}, refraction {facts['refraction']}")
-    chosen, left_out = options.cast, options.no_cast
-    casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"
-    notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))
-    if options.canopy:
-        notes.append(_describe_canopy(options.canopy, facts))
-    if options.proposed:
-        gone = list_few(str(facts.get("replaced", "")).split(", "))
-        instead = f" instead of {gone}, which is there before" if gone else ""
-        notes.append(f"proposed: {list_few(options.proposed)}{instead}")
-    return notes
-
-
-def _describe_canopy(patterns: Sequence[str], facts: dict[str, Any]) -> str:
-    """Describe what share of the light canopies transmit."""
-    shares = [f"{100 * share:.3g}" for share in np.atleast_1d(facts["canopy_transmissivity"])]
-    leaves = f" with leaves, {shares[-1]} % without" if len(shares) > 1 else ""
-    return f"{list_few(patterns)}: {shares[0]} % of the light comes through{leaves}"
-
-
-def list_few(names: Sequence[str], most: int = 3) -> str:
-    """List the first names and the number of the others."""
-    rest = len(names) - most
-    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
+def describe_moments(plan: Plan, job: FolderJob) -> Plan:
+    """Return a plan whose caption is of shadows at some times, not of hours."""
+    return replace(plan, note=describe_foot(job.study, job.options, shows_hours=False))

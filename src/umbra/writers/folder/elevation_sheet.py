@@ -23,14 +23,8 @@ from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import (
-    Scale,
-    choose_panels,
-    describe_foot,
-    place_elevation,
-    tell_daylight,
-    tell_every,
-)
+from umbra.writers.folder.captions import Scale, choose_panels, place_elevation, tell_daylight
+from umbra.writers.folder.foot import describe_foot, tell_every
 from umbra.writers.picture_content import DayMap, Plan
 from umbra.writers.proof.logo import read_logo
 from umbra.writers.title_block import SunRose

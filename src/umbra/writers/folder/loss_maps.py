@@ -1,8 +1,7 @@
 """
 The map of the sun that a proposal takes, and the maps of dates that it shares with other pictures.
 
-Hours lost are hatched where too few are left. The frame of a picture is the part of a plan that
-matters, with whole gardens and whole buildings.
+Hours lost are hatched where too few are left.
 """
 
 from collections.abc import Sequence
@@ -15,19 +14,18 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_replaced
 from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
-from umbra.study.finer import LONGEST
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     choose_panels,
-    describe_finer,
     find_maps,
     find_together,
-    list_few,
     name_model,
     name_sun,
     tell_daylight,
 )
-from umbra.writers.picture_content import DayMap, Plan, find_map_size
+from umbra.writers.folder.foot import describe_finer, list_few
+from umbra.writers.folder.shown_window import crop_plan, find_shown_window
+from umbra.writers.picture_content import DayMap, Plan
 from umbra.writers.pixels import HALF, Ramp, resample
 
 __all__ = ["count_dates", "count_lost", "draw_lost", "fit_hours", "make_map"]
@@ -59,12 +57,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
         matters |= np.nan_to_num(every).min(0) < -_MATTERS
         where = find_shown_window(matters, plan)
-        plan = plan.crop(where)
-        if plan.appearance is not None:
-            from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
-
-            part = study.grid.coarser(LONGEST).part(*where)
-            plan = replace(plan, appearance=find_grid_appearance(study, find_map_size(plan), part))
+        plan = crop_plan(study, plan, where)
     title = name_sun(
         study, range(len(study.period.days)), f"sun lost to {list_few(options.proposed)}"
     )
@@ -163,54 +156,3 @@ def count_dates(shown: Sequence[Study], job: FolderJob) -> list[FinerHours | Non
         return finer
 
     return job.keep(("finer", *(one.period.days for one in shown)), count)
-
-
-_ROOM = 0.25  # margin around what matters, of its length
-_REACH = 0.15  # by which a whole building may widen the window, of its length
-_EDGE = 0.1  # beyond a building, of that
-
-
-def find_shown_window(matters: NDArray[np.bool_], plan: Plan) -> tuple[slice, slice]:
-    """
-    Find the window around some cells of a plan: all named areas, and no building cut a little.
-
-    Parameters
-    ----------
-    matters : (rows, cols) bool
-        At least one cell.
-    plan : Plan
-
-    Returns
-    -------
-    rows, cols : slice
-        With a margin of a quarter of their length. Buildings that reach into it are shown whole
-        where that makes it little wider.
-    """
-    from scipy.ndimage import find_objects, label  # noqa: PLC0415  (half a second)
-
-    spans = [np.flatnonzero(matters.any(axis))[[0, -1]] + (0, 1) for axis in (1, 0)]
-    for area in plan.areas:
-        corners = np.concatenate(area.rings)
-        for k, cells in ((0, plan.y), (1, plan.x)):
-            own = np.searchsorted(cells, (corners[:, 1 - k].min(), corners[:, 1 - k].max()))
-            spans[k] = np.array([min(spans[k][0], own[0]), max(spans[k][1], own[1] + 1)])
-    room = round(_ROOM * max(float(np.ptp(span)) for span in spans)) + 1
-    spans = [span + (-room, room) for span in spans]
-    reach = round(_REACH * max(float(np.ptp(span)) for span in spans))
-    edge = round(_EDGE * reach) + 1
-    core = [span.copy() for span in spans]
-    for found in find_objects(label(plan.is_building)[0]):
-        ends = [np.array([part.start - edge, part.stop + edge]) for part in found]
-        meets = all(a < span[1] and b > span[0] for (a, b), span in zip(ends, core, strict=True))
-        near = all(
-            a >= span[0] - reach and b <= span[1] + reach
-            for (a, b), span in zip(ends, core, strict=True)
-        )
-        if meets and near:
-            spans = [np.array([min(span[0], own[0]), max(span[1], own[1])])
-                     for own, span in zip(ends, spans, strict=True)]  # fmt: skip
-    rows, cols = (
-        slice(max(int(a), 0), min(int(b), count))
-        for (a, b), count in zip(spans, matters.shape, strict=True)
-    )
-    return rows, cols

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from umbra.study import make_preview
 from umbra.study.measures import Quantity
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import describe, list_few
+from umbra.writers.folder.captions import describe
+from umbra.writers.folder.foot import list_few
 from umbra.writers.folder.pictures import lay_out_points
 from umbra.writers.measure_map import find_end
 from umbra.writers.picture_content import Plan, find_map_size

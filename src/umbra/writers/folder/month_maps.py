@@ -12,6 +12,7 @@ from umbra.study import Study
 from umbra.writers.csv_tables import write_table
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.loss_maps import fit_hours
+from umbra.writers.folder.shown_window import crop_dates
 from umbra.writers.picture_content import DayMap, Plan, Show, name_hours
 
 __all__ = [
@@ -88,9 +89,11 @@ def draw_months(job: FolderJob, plan: Plan) -> list[str]:
     """Draw the hours a day of each month on one scale; return the names of the files."""
     more, show = job.study.more, job.show
     month, dates, up = (more[name][1] for name in ("month", "dates_by_month", "up_hours_by_month"))
+    every = [fit_hours(hours, plan.shape) for hours in more[BY_MONTH][1]]
+    plan, every = crop_dates(job, plan, every, every)
 
     def read(k: int, lack: np.float32) -> NDArray[np.float32]:
-        return fit_hours(more[BY_MONTH][1][k] + lack, plan.shape)
+        return every[k] + lack
 
     maps, most, what = lay_out_months(month, dates, up, read, show)
     job.painter.draw_hours(job.folder / MONTHS_MAP, plan, maps, most, what=what, show=show)

@@ -27,19 +27,19 @@ from umbra.writers.folder.captions import (
     Scale,
     choose_panels,
     describe,
-    describe_finer,
-    describe_method,
+    describe_moments,
     describe_smooth,
     find_maps,
-    list_few,
     name_model,
     name_shown,
     outline_areas,
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
+from umbra.writers.folder.shown_window import crop_dates
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
 
 def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     """Draw the profile, with a map for each of several dates."""
-    study, plan = job.study, sheets.plan
+    study, plan = job.study, describe_moments(sheets.plan, job)
     most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
     steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
@@ -197,7 +197,7 @@ def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
         own = describe(job, of_day, range(k, k + 1))
         own = replace(own, appearance=sheets.plan.appearance)
         view = refine_preview(study, of_day, steps=stamps, like=view)
-        smooth = describe_smooth(own, study, view)
+        smooth = describe_smooth(describe_moments(own, job), study, view)
         _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
         _draw_hours(job, f"hours_{day}.png", own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
@@ -209,16 +209,24 @@ def _draw_hours(
 ) -> None:
     """Draw the hours of some dates, a map each, on the scale of all."""
     scale, finer = Scale.of(job), count_dates(shown, job)
+    plan = describe_finer(plan, job, finer)
+    each = [fit_hours(scale.read_hours(fine or one), plan.shape)
+            for one, fine in zip(shown, finer, strict=True)]  # fmt: skip
+    darks = [scale.find_dark(fine or one) for one, fine in zip(shown, finer, strict=True)]
+    # Hours in shadow, without those of the land and those by which maps of the sun are shifted.
+    shadows = [hours - (dark - one.up_hours + one.period.land_hours)
+               for one, hours, dark in zip(shown, each, darks, strict=True)]  # fmt: skip
+    plan, each = crop_dates(job, plan, each, shadows)
     maps = [
         make_map(
-            one, shown, fit_hours(scale.read_hours(fine or one), plan.shape),
+            one, shown, hours,
             f"of {one.up_hours:.3g} h with the sun up" if scale.show == "sun" else "",
-            dark_from=scale.find_dark(fine or one),
+            dark_from=dark,
         )
-        for one, fine in zip(shown, finer, strict=True)
+        for one, hours, dark in zip(shown, each, darks, strict=True)
     ]  # fmt: skip
     job.painter.draw_hours(
-        job.folder / name, describe_finer(plan, job, finer), maps, scale.most,
+        job.folder / name, plan, maps, scale.most,
         what=what, show=scale.show,
     )  # fmt: skip
 

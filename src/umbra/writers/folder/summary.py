@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from umbra.receivers.counted import meets_frame
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.area_table import AreaTable, name_share
+from umbra.study.compare import LEAST
 from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
 
-__all__ = ["summarise", "tell_answers", "tell_areas"]
+__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
@@ -62,6 +64,25 @@ def summarise(study: Study) -> dict[str, Any]:
     }
 
 
+def find_worst(study: Study) -> int:
+    """Return the index of the date that loses most sun or, without a proposal, has the least."""
+    dates = split_dates(study)
+    worst = [-_weigh(date) for date in dates]
+    return int(np.argmin(worst)) if len(dates) > 1 else 0
+
+
+def _weigh(study: Study) -> float:
+    """Return how bad a date is: the area times hours lost or, without a proposal, shadow."""
+    groups = study.kind.list_counted(study)
+    if not groups or not study.up_hours > 0:
+        return -np.inf
+    if "hours_lost" in study.more:
+        lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
+        return groups[-1].average(np.maximum(lost, 0))
+    counted = study.kind.find_counted(study)
+    return -np.inf if counted is None else -counted.average(study.sun_hours)
+
+
 def tell_answers(
     study: Study, proposed: Sequence[str] = (), *, effect_first: bool = False
 ) -> list[str]:
@@ -70,16 +91,21 @@ def tell_answers(
 
     Each line names the area that its figures are of. ``proposed`` are the patterns of the
     proposal's parts; what it takes is told before the hours that are left, with ``effect_first``
-    before all else.
+    before all else, and of several dates the worst first.
     """
     taker = _name_proposal(study, proposed)
     counted = study.kind.find_counted(study)
     lines: list[str] = []
     effects: list[str] = []
     if study.has_hours and counted is not None:
-        dates = split_dates(study)
+        dates, worst = split_dates(study), ""
+        if effect_first and len(dates) > 1:
+            first = find_worst(study)
+            dates = [dates[first], *dates[:first], *dates[first + 1 :]]
+            worst = f", the worst of {len(dates)} dates"
         for date in dates[:_MOST_DATES]:
-            *effect, left = _tell_hours(date, taker) or [""]
+            *effect, left = _tell_hours(date, taker, worst) or [""]
+            worst = ""
             (effects if effect_first else lines).extend(effect)
             lines += [left] if left else []
         if len(dates) > _MOST_DATES:
@@ -145,8 +171,12 @@ def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
     return " and ".join(names), "takes" if len(names) == 1 else "take"
 
 
-def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
-    """Tell what a proposal takes of one date's sun, or of sums, and the sun that is left."""
+def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[str]:
+    """
+    Tell what a proposal takes of one date's sun, or of sums, and the sun that is left.
+
+    ``worst`` follows the date of the first of them.
+    """
     counted = study.kind.find_counted(study)
     if counted is None or not counted.whole or not study.up_hours > 0:
         return []
@@ -155,31 +185,39 @@ def _tell_hours(study: Study, taker: tuple[str, str]) -> list[str]:
     never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
     days = study.period.days
     date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
-    prefix = f"{date}: " if date else ""
+    has_losses = "hours_lost" in study.more
+    prefix = f"{date}{'' if has_losses else worst}: " if date else ""
     possible = 100 * counted.average(study.sun_hours) / study.up_hours
     share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
     left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
     left += f"{never:.3g} % without sun"
-    if "hours_lost" not in study.more:
+    if not has_losses:
         return [left]
+    when = f" on {date}{worst}" if len(days) == 1 else f" ({date})" if date else ""
+    return [_tell_loss(study, taker, when), left]
+
+
+def _tell_loss(study: Study, taker: tuple[str, str], when: str) -> str:
+    """Tell what a proposal takes of all ground that is shown, as tables and maps do."""
+    name, verb = taker
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
-    ground, (name, verb) = counted.what.replace(", ", " "), taker
-    when = f" on {date}" if len(days) == 1 else f" ({date})" if date else ""
+    *_, counted = study.kind.list_counted(study)
+    is_cut = study.kind.is_plan and meets_frame(counted.which & (np.abs(lost) > LEAST))
+    ground = counted.name + " in the frame" * is_cut
     won = ""
-    if counted.add_up(lost < -_NEVER):  # where what the proposal replaces stood in the way
-        lit = replace(counted, which=counted.which & (lost < -_NEVER)).tell_whole()
+    if counted.add_up(lost < -LEAST):  # where what the proposal replaces stood in the way
+        lit = replace(counted, which=counted.which & (lost < -LEAST)).tell_whole()
         won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
-    if not counted.add_up(lost > _NEVER):
-        return [f"{name} {verb} no sun from {ground}{when}{won}", left]
-    area = replace(counted, which=counted.which & (lost > _NEVER)).tell_whole()
+    if not counted.add_up(lost > LEAST):
+        return f"{name} {verb} no sun from {ground}{when}{won}"
+    area = replace(counted, which=counted.which & (lost > LEAST)).tell_whole()
     most = say_hours(lost[counted.which].max())
     newly = np.asarray(study.more["newly_under"][1]) > 0
     under = replace(counted, which=counted.which & newly)
     falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
     falls += f" under {study.facts['under_hours']:g} h"
-    falls += "" if len(days) == 1 else " on at least one date"
-    told = f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
-    return [told, left]
+    falls += "" if len(study.period.days) == 1 else " on at least one date"
+    return f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
 
 
 def _find_hours(study: Study) -> dict[str, Any]:

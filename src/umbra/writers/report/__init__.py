@@ -32,6 +32,7 @@ from umbra.study.timeline import (
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
+from umbra.writers.folder.summary import find_worst
 from umbra.writers.live_study import describe_sky, find_face_surfaces, make_study_config
 from umbra.writers.picture_content import Plan, Show, name_hours
 from umbra.writers.report.area_rows import list_areas
@@ -154,9 +155,18 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
         **_name_modes(study, show, data),
     }
     data["show"] = show
+    data["first_day"] = _choose_first(study)
     data["sky"] = describe_sky(study, obstructing) if live["live"] else None
     Path(path).write_text(_fill_page(study, plan, data, parts, more), "utf-8", newline="\n")
     return instants
+
+
+def _choose_first(study: Study) -> str | None:
+    """Return the date whose map is shown first: that of the first sentence; None for sums."""
+    dates = split_dates(study)
+    if len(dates) < len(study.period.days):
+        return None
+    return str(study.period.days[find_worst(study)])
 
 
 def _make_live(study: Study, plan: Plan) -> tuple[dict[str, str], str]:
@@ -244,7 +254,8 @@ def _fill_page(
 def _name_modes(study: Study, show: Show, data: dict[str, object]) -> dict[str, str]:
     """Return the words of the map's modes; it begins with what a proposal takes, or the hours."""
     has_losses = "lost" in data
-    lost = '<label><input type="radio" name="mode" value="lost" checked><span>Hours lost</span>'
+    words = '<span>Hours lost<span id="lost-sum"></span></span>'
+    lost = f'<label><input type="radio" name="mode" value="lost" checked>{words}'
     return {
         "hours": name_hours(show).capitalize(),
         "hours_first": "" if has_losses else " checked",

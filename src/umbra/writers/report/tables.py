@@ -13,6 +13,7 @@ import numpy as np
 
 from umbra.receivers.counted import Counted
 from umbra.study import Study, split_dates, tell_dates
+from umbra.study.compare import LEAST
 from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight, name_date
 from umbra.writers.folder.month_maps import list_months
@@ -268,9 +269,9 @@ def _compare_group(study: Study, both: Counted) -> list[tuple[object, ...]]:
     ):
         old, new = (round(both.add_up(test(sun))) for sun in (before, after))
         rows.append((name, old, new, new - old))
-    touched = round(both.add_up(lost > _SLACK))
+    touched = round(both.add_up(lost > LEAST))
     rows.append((f"loses sun [{unit}]", 0, touched, touched))
-    if won := round(both.add_up(lost < -_SLACK)):  # where what was replaced stood in the way
+    if won := round(both.add_up(lost < -LEAST)):  # where what was replaced stood in the way
         rows.append((f"wins sun [{unit}]", 0, won, won))
     newly = round(both.add_up(np.asarray(study.more["newly_under"][1]) > 0))
     on = "" if is_one_date else " on at least one date"

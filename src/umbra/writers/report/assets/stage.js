@@ -2,8 +2,9 @@
 
 const makeStage = (picture) => {
   const modes = [...document.getElementsByName("mode")];
-  // Of several dates nothing begins with their sum.
-  if (days.length > 1 && modes.find((choice) => choice.checked).value === "hours")
+  // Of several dates it begins with that of the first sentence; with the sum if that is of sums.
+  const begin = days.findIndex((d) => d.day === data.first_day);
+  if (days.length > 1 && begin >= 0 && modes.find((choice) => choice.checked).value === "hours")
     modes.find((choice) => choice.value === "day").checked = true;
   const mode = modes.find((choice) => choice.checked).value;
   const view = { now: 0, day: 0, mode, chosen: 0 };
@@ -190,10 +191,12 @@ const makeStage = (picture) => {
   chooser.hidden = days.length < 2;
   for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;
   $("sum").textContent = tellSum(picture);
+  if ($("lost-sum") && data.lost.length === 1) $("lost-sum").textContent = tellSum(picture);
   for (const part of document.querySelectorAll(".of-canopies")) part.hidden = !data.behind;
   pinned = picture.choose();
-  let noon = days[0].first;
-  for (let i = 0; i <= days[0].last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;
+  const opening = days[Math.max(begin, 0)];
+  let noon = opening.first;
+  for (let i = opening.first; i <= opening.last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;
   $("stage").hidden = false;
   dressKey();
   const fit = (least = 1) => { picture.fit(least); draw(); };
