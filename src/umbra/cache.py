@@ -124,7 +124,7 @@ def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
         "kinds": [part.kind for part in scene.parts],
         "layers": [part.layer for part in scene.parts],
         "tags": [part.tags for part in scene.parts],
-        "materials": [{**asdict(one), "image": None} for one in materials.items],
+        "materials": [{**asdict(material), "image": None} for material in materials.items],
         "place": {name: getattr(scene, name) for name in _PLACE},
         "crs": scene.crs,
         "site_doubt": scene.site_doubt,
@@ -142,7 +142,7 @@ def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
     for name, width in _WIDTHS.items():
         items = pools[name].items
         arrays[name] = np.concatenate(items) if items else np.zeros((0, width))
-        arrays[f"{name}_length"] = np.array([len(one) for one in items], np.int64)
+        arrays[f"{name}_length"] = np.array([len(item) for item in items], np.int64)
     return arrays
 
 
@@ -161,7 +161,7 @@ def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
         Mesh(*(_pick(pools[name], number) for name, number in zip(_WIDTHS, row, strict=True)))
         for row in arrays["meshes"].tolist()
     ]
-    materials = [Material(**_with_tuples(one)) for one in words["materials"]]
+    materials = [Material(**_with_tuples(record)) for record in words["materials"]]
     transforms = list(arrays["transforms"])
     parts = tuple(
         Part(
@@ -179,7 +179,7 @@ def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
         crs=words["crs"],
         site_doubt=words["site_doubt"],
         **words["place"],
-        sources=tuple(Source(**_with_tuples(one)) for one in words["sources"]),
+        sources=tuple(Source(**_with_tuples(record)) for record in words["sources"]),
         notes=tuple(words["notes"]),
     )
 
@@ -247,8 +247,8 @@ def load(name: str) -> dict[str, NDArray] | None:
     if find_doubt(find_folder()):
         return None
     try:
-        with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as found:
-            arrays = {key: found[key] for key in found.files}
+        with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {key: archive[key] for key in archive.files}
     except FileNotFoundError:
         return None
     except Exception:  # noqa: BLE001 - damage can raise anything
@@ -305,18 +305,18 @@ def _find_path(name: str) -> Path:
 
 def _list(folder: Path) -> list[tuple[float, int, Path]]:
     """Return the time of last use, the size [byte] and the path of each file."""
-    found = []
+    entries = []
     with suppress(OSError):
         for path in folder.glob(f"*{_ENDING}"):
             with suppress(OSError):  # another run may have removed it
                 status = path.stat()
-                found.append((status.st_mtime, status.st_size, path))
-    return found
+                entries.append((status.st_mtime, status.st_size, path))
+    return entries
 
 
 def _sweep(folder: Path) -> None:
     """Remove the least recently used files, and unfinished files of killed runs."""
-    files = sorted(_list(folder), key=lambda one: one[0])
+    files = sorted(_list(folder), key=lambda entry: entry[0])
     excess = sum(size for _, size, _ in files) - LIMIT
     for _, size, path in files:
         if excess <= 0:

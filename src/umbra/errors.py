@@ -74,8 +74,8 @@ def make_printable(text: str, *, is_json: bool = False) -> str:
         Unchanged without such characters; tabs and line feeds stay.
     """
     if is_json:
-        return _COMMANDS.sub(lambda found: json.dumps(found[0])[1:-1], text)
-    return _COMMANDS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+        return _COMMANDS.sub(lambda match: json.dumps(match[0])[1:-1], text)
+    return _COMMANDS.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
 def shorten(text: str, longest: int = LONGEST) -> str:
@@ -126,18 +126,18 @@ def find_similar(word: str, known: Iterable[str], count: int = 1) -> list[str]:
         return text.lstrip("-").replace("_", "-").casefold()
 
     folded: dict[str, str] = {}
-    for one in known:
-        folded.setdefault(fold(one), one)
+    for known_word in known:
+        folded.setdefault(fold(known_word), known_word)
     wanted = fold(word)
     near = difflib.get_close_matches(wanted, folded, n=count, cutoff=_ALIKE)
     begun = [
-        one
-        for one in folded
-        if min(len(one), len(wanted)) >= _BEGUN
-        and (one.startswith(wanted) or wanted.startswith(one))
+        word
+        for word in folded
+        if min(len(word), len(wanted)) >= _BEGUN
+        and (word.startswith(wanted) or wanted.startswith(word))
     ]
-    both = dict.fromkeys((*near, *sorted(begun, key=lambda one: abs(len(one) - len(wanted)))))
-    return [folded[one] for one in both][:count]
+    both = dict.fromkeys((*near, *sorted(begun, key=lambda word: abs(len(word) - len(wanted)))))
+    return [folded[word] for word in both][:count]
 
 
 def write_for_shell(text: str) -> str:
@@ -159,14 +159,14 @@ def write_for_shell(text: str) -> str:
 
 def write_for_docs(text: str) -> str:
     """Write the options in a text as docstrings do: `` ``no_cast`` ``."""
-    return _OPTION.sub(lambda found: f"``{found[0].removesuffix('=')}``", text)
+    return _OPTION.sub(lambda match: f"``{match[0].removesuffix('=')}``", text)
 
 
-def _spell(found: re.Match[str]) -> str:
-    name, value = found.groups()
+def _spell(match: re.Match[str]) -> str:
+    name, value = match.groups()
     if name not in FLAGS:
-        return found[0]
-    flag = FLAGS.get(found[0], FLAGS[name])
+        return match[0]
+    flag = FLAGS.get(match[0], FLAGS[name])
     if value in {None, "True", "False"}:
         return flag
     values = re.sub(r"[\[\]()']", "", value).replace(", ", "x" if name == "size" else ",")

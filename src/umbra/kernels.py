@@ -13,9 +13,10 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.core import event
+from numba import types
+from numba.core import config, event
 from numba.core.options import DefaultOptions
+from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
@@ -76,12 +77,28 @@ def borrowing(function: F, **options: Any) -> F:
     return cast(F, _compile(function, _BORROWING | options))
 
 
+class _Kernel(CPUDispatcher):
+    """
+    A kernel of which a call with a constant is one with any number.
+
+    numba takes a constant for a type of its own, also as the first value of a variable (``n = 0``
+    before a loop with ``n = add(n)``), and compiles what is called once more for it: 31 s in place
+    of 27 of a first study of surfaces, 140 kernels in place of 130.
+    """
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how a kernel's call is typed, and compile what it needs."""
+        return super().get_call_template([unliteral(kind) for kind in args], kws)
+
+
 def _compile(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    compiled: Any = njit(**options)(function)
-    if hasattr(compiled, "get_call_template"):  # it has not without the compiler
-        find = compiled.get_call_template
-        # A constant argument is a number like any other: for each it would be compiled once more.
-        compiled.get_call_template = lambda types, named: find([unliteral(t) for t in types], named)
+    """Do what numba's ``njit`` does, for a kernel of the class above."""
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    is_kept = options.pop("cache")
+    compiled = _Kernel(function, targetoptions={"nopython": True, "boundscheck": None, **options})
+    if is_kept:
+        compiled.enable_caching()
     return compiled
 
 

@@ -135,9 +135,9 @@ def needed(type: str, help: str = "", **more: Any) -> Any:  # noqa: A002
 
 def again(record: Any, name: str, **changes: Any) -> Any:
     """Make a field of another record's option, with another default or description."""
-    one = record.__dataclass_fields__[name]
-    default = changes.pop("default", one.default)
-    said = replace(one.metadata["option"], **{"receivers": (), "more": "", **changes})
+    inherited = record.__dataclass_fields__[name]
+    default = changes.pop("default", inherited.default)
+    said = replace(inherited.metadata["option"], **{"receivers": (), "more": "", **changes})
     return field(default=default, metadata={"option": said})
 
 
@@ -158,8 +158,8 @@ class Options:
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
     def __init_subclass__(cls) -> None:
-        for name, one in vars(cls).items():
-            said = getattr(one, "metadata", {}).get("option")
+        for name, value in vars(cls).items():
+            said = getattr(value, "metadata", {}).get("option")
             if said is not None and said.flag is not None:
                 on, _, off = (said.flag or f"--{name.replace('_', '-')}").partition("/")
                 FLAGS[name] = FLAGS[on[2:].replace("-", "_")] = on
@@ -169,9 +169,9 @@ class Options:
 
 def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:
     """Yield the name, the description and the default of each option."""
-    for one in fields(record):
-        if "option" in one.metadata:
-            yield one.name, one.metadata["option"], one.default
+    for entry in fields(record):
+        if "option" in entry.metadata:
+            yield entry.name, entry.metadata["option"], entry.default
 
 
 def check_types(record: Any) -> None:
@@ -199,12 +199,12 @@ def check_types(record: Any) -> None:
 def read_texts(name: str, value: Any) -> tuple[str, ...]:
     """Return one text or several as a tuple, or raise an InputError about the option ``name``."""
     try:
-        found = (value,) if isinstance(value, str) else tuple(() if value is None else value)
+        texts = (value,) if isinstance(value, str) else tuple(() if value is None else value)
     except TypeError:
-        found = (None,)
-    if not all(isinstance(one, str) for one in found):
+        texts = (None,)
+    if not all(isinstance(text, str) for text in texts):
         raise _refuse(name, "is text, or several texts", value)
-    return found
+    return texts
 
 
 def read_text(name: str, value: Any) -> str | None:
@@ -317,22 +317,22 @@ def _check_each(name: str, said: Option, value: Any) -> tuple:
         several = (value,) if isinstance(value, Real) else tuple(value)
     except TypeError:
         raise _refuse(name, "is one value or several", value) from None
-    return tuple(_CHECKS[said.type](name, said, one) for one in several)
+    return tuple(_CHECKS[said.type](name, said, value) for value in several)
 
 
 def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     kind, what = (Integral, "whole numbers") if said.type == "size" else (Real, "numbers")
     try:
-        found: tuple[Any, ...] = tuple(value)
+        numbers: tuple[Any, ...] = tuple(value)
     except TypeError:
-        found = ()
-    is_right = all(isinstance(one, kind) and not isinstance(one, bool) for one in found)
+        numbers = ()
+    is_right = all(isinstance(number, kind) and not isinstance(number, bool) for number in numbers)
     counts = said.count if isinstance(said.count, tuple) else (said.count,)
-    if len(found) not in counts or not is_right:
+    if len(numbers) not in counts or not is_right:
         raise _refuse(name, f"has {' or '.join(map(str, counts))} {what}", value)
     if said.type == "size":
-        return tuple(int(one) for one in found)
-    return tuple(_limit_length(name, said, float(one)) for one in found)
+        return tuple(int(number) for number in numbers)
+    return tuple(_limit_length(name, said, float(number)) for number in numbers)
 
 
 def _limit_length(name: str, said: Option, value: float) -> float:

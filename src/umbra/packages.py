@@ -74,8 +74,8 @@ def find_source() -> tuple[Path, bool] | None:
     from importlib.metadata import PackageNotFoundError, distribution  # noqa: PLC0415 - 20 ms
 
     try:
-        told = json.loads(distribution(NAME).read_text("direct_url.json") or "{}")
-        url = urlsplit(told.get("url", ""))
+        origin = json.loads(distribution(NAME).read_text("direct_url.json") or "{}")
+        url = urlsplit(origin.get("url", ""))
     except (AttributeError, PackageNotFoundError, ValueError):
         return None
     folder = Path(unquote(url.path))

@@ -30,9 +30,9 @@ _notes: list[str] = []
 
 def take_notes() -> list[str]:
     """Return what is to be told of packages since the last call, one line each."""
-    found = list(_notes)
+    notes = list(_notes)
     _notes.clear()
-    return found
+    return notes
 
 
 def name_group(what: str) -> str:
@@ -44,7 +44,7 @@ def list_added(what: str) -> list[str]:
     """List the names that other packages offer of a kind of thing, without loading any."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - 20 ms that few need
 
-    return sorted({one.name for one in entry_points(group=name_group(what))})
+    return sorted({entry_point.name for entry_point in entry_points(group=name_group(what))})
 
 
 class Registry(Generic[T]):
@@ -84,10 +84,12 @@ class Registry(Generic[T]):
         """Entry points of other packages by name, each ordered by the name of its package."""
         from importlib.metadata import entry_points  # noqa: PLC0415 - 20 ms that few need
 
-        found: dict[str, list[EntryPoint]] = {}
-        for one in entry_points(group=self.group):
-            found.setdefault(one.name, []).append(one)
-        return {name: tuple(sorted(several, key=_name_package)) for name, several in found.items()}
+        by_name: dict[str, list[EntryPoint]] = {}
+        for entry_point in entry_points(group=self.group):
+            by_name.setdefault(entry_point.name, []).append(entry_point)
+        return {
+            name: tuple(sorted(several, key=_name_package)) for name, several in by_name.items()
+        }
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -119,7 +121,7 @@ class Registry(Generic[T]):
         several = self.added.get(name, ()) if name not in self._own or self._is_added() else ()
         spare = several if name in self._own else several[1:]
         if spare:
-            packages = ", ".join(f"'{_name_package(one)}'" for one in spare)
+            packages = ", ".join(f"'{_name_package(entry_point)}'" for entry_point in spare)
             used = "umbra's own" if name in self._own else f"that of '{_name_package(several[0])}'"
             _notes.append(
                 f"{self.what} '{name}' of {packages} is not used, as {used} has the same name; "
@@ -131,15 +133,15 @@ class Registry(Generic[T]):
 
     def _accept(self, given: Any) -> T:
         """Return the object that an entry point names."""
-        found = given() if isinstance(given, type) else given
-        if not isinstance(found, self._base):
+        offered = given() if isinstance(given, type) else given
+        if not isinstance(offered, self._base):
             msg = f"it is not derived from umbra.extending.{self._advice}"
             raise TypeError(msg)
-        lacking = [name for name in self._needs if not hasattr(found, name)]
+        lacking = [name for name in self._needs if not hasattr(offered, name)]
         if lacking:
             msg = f"it has no {', '.join(lacking)}"
             raise TypeError(msg)
-        return found
+        return offered
 
     def _is_added(self) -> bool:
         """Return whether other packages were looked for already; umbra's own need no search."""

@@ -48,17 +48,27 @@ def takes(record: Callable[..., Any], what: str, **more: type) -> Callable[[C], 
     """
 
     def decorate(call: C) -> C:
-        own = [one for one in inspect.signature(call).parameters.values() if one.name != "options"]
-        own = [one for one in own if one.name not in more]
+        own = [
+            parameter
+            for parameter in inspect.signature(call).parameters.values()
+            if parameter.name != "options"
+        ]
+        own = [parameter for parameter in own if parameter.name not in more]
         records: list[Any] = [record, *more.values()]
-        known = {name: one for each in records for name, one in each.__dataclass_fields__.items()}
-        for one in own:
-            known.pop(one.name, None)
-        needed = [name for name, one in known.items() if one.default is MISSING]
+        known = {
+            name: field for record in records for name, field in record.__dataclass_fields__.items()
+        }
+        for parameter in own:
+            known.pop(parameter.name, None)
+        needed = [name for name, field in known.items() if field.default is MISSING]
 
         @functools.wraps(call)
         def checked(*given: Any, **named: Any) -> Any:
-            others = {one.name: named.pop(one.name) for one in own if one.name in named}
+            others = {
+                parameter.name: named.pop(parameter.name)
+                for parameter in own
+                if parameter.name in named
+            }
             check_names(named, known, what)
             lacking = [f"{name}=" for name in needed if name not in named]
             if lacking:
@@ -66,19 +76,19 @@ def takes(record: Callable[..., Any], what: str, **more: type) -> Callable[[C], 
                 raise TypeError(msg)
             for name, further in more.items():
                 names = further.__dataclass_fields__  # type: ignore[attr-defined]
-                others[name] = further(**{one: named.pop(one) for one in names if one in named})
+                others[name] = further(**{key: named.pop(key) for key in names if key in named})
             return call(*given, **others, options=record(**named))
 
         added = [
             inspect.Parameter(
-                name, inspect.Parameter.KEYWORD_ONLY, annotation=_name_given(str(one.type)),
-                default=inspect.Parameter.empty if one.default is MISSING else one.default,
+                name, inspect.Parameter.KEYWORD_ONLY, annotation=_name_given(str(field.type)),
+                default=inspect.Parameter.empty if field.default is MISSING else field.default,
             )
-            for name, one in known.items()
+            for name, field in known.items()
         ]  # fmt: skip
         checked.__signature__ = inspect.signature(call).replace(parameters=[*own, *added])  # type: ignore[attr-defined]
-        told = "\n".join(_describe(record, known))
-        checked.__doc__ = _ENTRY.sub(lambda _: f"{told}\n", inspect.getdoc(call) or "")
+        entries = "\n".join(_describe(record, known))
+        checked.__doc__ = _ENTRY.sub(lambda _: f"{entries}\n", inspect.getdoc(call) or "")
         return checked  # type: ignore[return-value]
 
     return decorate
@@ -96,7 +106,7 @@ def check_names(given: Sequence[str] | dict[str, Any], known: Any, what: str) ->
 
 def _describe(record: Any, known: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of numpydoc entries."""
-    types = {one.name: str(one.type) for one in fields(record)}
+    types = {field.name: str(field.type) for field in fields(record)}
     for name, said, default in list_options(record):
         if name not in known:
             continue

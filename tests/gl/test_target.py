@@ -38,7 +38,7 @@ def test_several_attachments(device):
         target.use()
         state.use(WRITE)
         target.clear_color(0.5, 0.25, 0.125, 1.0)
-        target.clear_color(9, place=1)
+        target.clear_color(9, attachment=1)
         np.testing.assert_array_equal(target.read()[0, 0], [0.5, 0.25, 0.125, 1.0])
         np.testing.assert_array_equal(target.read(1), np.full((2, 2), 9))
 

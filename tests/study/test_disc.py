@@ -1,5 +1,7 @@
 """Hours by the share of the sun's disc that is seen, and its contacts."""
 
+import itertools
+
 import numpy as np
 import pytest
 from support.shapes import box
@@ -99,3 +101,50 @@ def test_the_rim_rises_before_the_middle_and_sets_after_it_whatever_the_step():
         # Some of the disc is up, and its middle is not.
         assert (umbra.find_sun(SITE, times).altitude > -0.2666).all()
         assert (umbra.find_sun(SITE, times).altitude < -0.2).all()
+
+
+def test_contacts_lie_beside_the_steps_that_see_the_disc():
+    """Behind slats the sun comes and goes: no contact is farther than the neighbour's middle."""
+    slats = make_scene([
+        Part(f"slat {k}", "", Mesh(*box((x, -8.1, 0), (x + 3, -8, 30))))
+        for k, x in enumerate((-31, -23, -15.5, -9, -4, 0.7, 6, 12, 21))
+    ])  # fmt: skip
+    points = np.column_stack([np.linspace(-12, 12, 30), np.zeros(30), np.ones(30)]).tolist()
+    point = {"receivers": "points", "points": points, "extent": None, "cell": None, "ground": None}
+    hours = [f"{8 + k / 2:04.1f}" for k in range(17)]
+    clock = [f"{one[:2]}:{'30' if one.endswith('5') else '00'}" for one in hours]
+    steps = [
+        ask(slats, disc=True, start=a, end=b, every="30min", **point).sun_hours.values
+        for a, b in itertools.pairwise(clock)
+    ]
+    seen = np.array(steps) > 1e-4
+    assert (np.diff(seen.astype(int), axis=0) != 0).sum(0).min() > 4
+    whole = ask(slats, disc=True, every="30min", **point)
+    begin, half = np.datetime64("2026-03-21T07:00:00", "us"), np.timedelta64(30, "m")
+    middles = begin + half / 2 + half * np.arange(16)
+    rows = np.flatnonzero(seen.any(0))
+    assert len(rows) == 30
+    first, last = seen.argmax(0), 15 - seen[::-1].argmax(0)
+    before = np.append(begin, middles)[first]
+    after = np.append(middles, begin + 16 * half)[last + 1]
+    second = np.timedelta64(1, "s")
+    begins, ends = (whole[name].values.astype("datetime64[us]") for name in
+                    ("first_contact", "last_contact"))  # fmt: skip
+    assert ((before - second <= begins) & (begins <= middles[first] + second)).all()
+    assert ((middles[last] - second <= ends) & (ends <= after + second)).all()
+    assert len(np.unique(begins)) > 10
+
+
+@pytest.mark.parametrize("dark", [0, 1])
+def test_a_date_without_sun_has_no_part_in_contacts(dark):
+    """A roof hides June's high sun, not December's: its hours end the contacts, of either order."""
+    roof = make_scene([Part("roof", "", Mesh(*box((-60, -12, 10), (60, 9, 10.2))))])
+    dates = ["2025-12-21", "2026-06-21"] if dark else ["2026-06-21", "2026-12-21"]
+    point = {"receivers": "points", "points": [[0.0, 0, 0]], "extent": None, "cell": None,
+             "ground": None, "start": "10:00", "end": "14:00", "every": "1h"}  # fmt: skip
+    june, winter = (ask(roof, disc=True, date=dates[k], **point) for k in (dark, 1 - dark))
+    assert (float(june.sun_hours[0]), float(winter.sun_hours[0])) == (0, 4)
+    both = ask(roof, disc=True, date=dates, **point)
+    day = dates[1 - dark]
+    for name, clock in (("first_contact", "09:00:00"), ("last_contact", "13:00:00")):
+        assert both[name].values[0] == np.datetime64(f"{day}T{clock}")

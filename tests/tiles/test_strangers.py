@@ -56,7 +56,7 @@ def test_the_command_writes_the_files_of_a_city(city, tmp_path):
     ("more", "words"),
     [
         (("--tiles", "1km", "--write", "dxf"), "--write dxf is not made of a study in tiles"),
-        (("--tiles", "1km", "--report"), "--report is not made of a study in tiles"),
+        (("--tiles", "1km", "--sheet"), "--sheet is not made of a study in tiles"),
         (("--tiles", "1km", "--write", "map", "--receivers", "surfaces"), "--write map is of pl"),
         (("--write", "stac"), "--write stac is of studies in tiles"),
         (("--tiles", "0m"), "--tiles is a length"),

@@ -130,7 +130,7 @@ def test_clocks_are_of_the_site(live):
 def test_a_day_and_a_year_play_without_jumps(live):
     wear(live, "prefers-reduced-motion", "no-preference")
     live.ask("umbra.set({minutes: 600}); window.seen = [];"
-             "umbra.told = (s) => seen.push([s.minutes, ...umbra.sun.direction]);"
+             "umbra.notify = (s) => seen.push([s.minutes, ...umbra.sun.direction]);"
              "document.querySelectorAll('button.play')[0].click()")  # fmt: skip
     live.wait("seen.length > 12")
     live.ask("document.querySelectorAll('button.play')[1].click(); window.year = seen.length")
@@ -151,7 +151,7 @@ def test_a_day_and_a_year_play_without_jumps(live):
 def test_from_sunset_a_day_goes_on_at_sunrise(live):
     wear(live, "prefers-reduced-motion", "no-preference")
     live.ask("umbra.set({minutes: 1258.9}); window.least = 1440;"
-             "umbra.told = (s) => { least = Math.min(least, s.minutes); };"
+             "umbra.notify = (s) => { least = Math.min(least, s.minutes); };"
              "document.querySelector('button.play').click()")  # fmt: skip
     live.wait("least < 400")
     live.ask("document.querySelector('button.play').click()")

@@ -11,6 +11,7 @@ from umbra.study import run_study
 from umbra.writers.folder.summary import tell_answers
 from umbra.writers.picture_content import Plan
 from umbra.writers.report import Table, write_report
+from umbra.writers.report.markup import make_answers
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 
@@ -124,3 +125,13 @@ def test_several_dates_begin_with_that_of_the_first_sentence(
     assert chosen == first
     words = page.ask("document.querySelector('input[name=mode]:checked').parentElement.innerText")
     assert ("sum of" in words) != by_day
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "outcome"),
+    [(["pass"], "pass"), (["pass", "unknown"], ""), (["pass", "unknown", "fail"], "fail")],
+)
+def test_an_unknown_verdict_has_not_the_colour_of_a_pass(verdicts, outcome):
+    table = Table("A rule", ("name", "verdict"), [("garden", word) for word in verdicts])
+    first, _ = make_answers([table], [])
+    assert first == f'<p class="{f"answer {outcome}".strip()}">A rule</p>'

@@ -144,7 +144,7 @@ class PictureLights:
         """
         layers: list[PictureLayer] = []
         for seen, places, opacity in see_behind(self.counter, camera, view, frame):
-            found = self.find(seen, places, camera)
+            effect = self.find(seen, places, camera)
             if self.style.directions:
                 if len(layers) < len(middle):
                     at = middle[len(layers)]
@@ -154,8 +154,8 @@ class PictureLights:
                     openness = find_openness(
                         self.counter, seen, places, camera, self.style.directions
                     )
-                found = replace(found, openness=openness)
-            layers.append(PictureLayer(seen, places, found, opacity))
+                effect = replace(effect, openness=openness)
+            layers.append(PictureLayer(seen, places, effect, opacity))
         return layers
 
     def color(
@@ -184,8 +184,8 @@ class PictureLights:
     ) -> NDArray[np.float64]:
         """Composite layers in linear RGB, (rows, cols, 3)."""
         return blend_layers(
-            (self.color(scene, camera, one.view, one.frame, one.seen), one.opacity)
-            for one in layers
+            (self.color(scene, camera, layer.view, layer.frame, layer.seen), layer.opacity)
+            for layer in layers
         )
 
     def _find_whole(
@@ -225,7 +225,7 @@ class PictureLights:
         """Return the shares of light at surfaces that face it, within its range."""
         none = np.zeros(frame.part.shape, np.int32)
         pairs = zip(shares, self.lights, strict=True)
-        return [share * frame.lit(none, one) for share, one in pairs]
+        return [share * frame.lit(none, light) for share, light in pairs]
 
 
 def average_colors(
@@ -274,14 +274,14 @@ def average_colors(
         counts = None
         if lights.is_sharp:
             counts = lights.count(looked, other)
-            for one, two in zip(counts, seen.counts, strict=True):
-                differs |= (one != 0) != (two != 0)
-        some = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
-        frame = lights.counter.locate(some, other)
-        found = lights.find(some, frame, other, counts)
+            for first, second in zip(counts, seen.counts, strict=True):
+                differs |= (first != 0) != (second != 0)
+        changed = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
+        frame = lights.counter.locate(changed, other)
+        effect = lights.find(changed, frame, other, counts)
         if seen.openness is not None:
-            found = replace(found, openness=follow_openness(seen.openness, view, looked))
-        shown = lights.color(scene, other, some, frame, found)
+            effect = replace(effect, openness=follow_openness(seen.openness, view, looked))
+        shown = lights.color(scene, other, changed, frame, effect)
         more[differs] += shown[differs] - colors[differs]
         coverage += looked.face != NOTHING
         ink += lights.find_lines(looked, other)
@@ -319,12 +319,12 @@ def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:
 
 def _find_steps(shares: Sequence[NDArray]) -> NDArray[np.bool_]:
     """Find the pixels on both sides of a step in the share of light, (rows, cols)."""
-    found = np.zeros(shares[0].shape, np.bool_)
+    is_step = np.zeros(shares[0].shape, np.bool_)
     for share in shares:
         level = share.astype(np.float32)
         across, down = (np.abs(np.diff(level, axis=axis)) > _STEP for axis in (1, 0))
-        found[:, 1:] |= across
-        found[:, :-1] |= across
-        found[1:] |= down
-        found[:-1] |= down
-    return found
+        is_step[:, 1:] |= across
+        is_step[:, :-1] |= across
+        is_step[1:] |= down
+        is_step[:-1] |= down
+    return is_step

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 from umbra.errors import InputError, UmbraError, show_value
+from umbra.folders.atomic import replace_file
 from umbra.option_fields import Given, again, needed, option, read_names, read_path, record
 from umbra.readers import read
 from umbra.signatures import takes
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from umbra.rules.record import Rule
     from umbra.tiles.job import CityJob
     from umbra.tiles.run import CityRun, Engine
+    from umbra.verdicts import Finding, RuleVerdict
 
 __all__ = ["CityStudy", "city_study", "run_city"]
 
@@ -32,8 +35,8 @@ Files = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 _SITE, _READING = (
     [
         name
-        for name, one in inspect.signature(call).parameters.items()
-        if one.default is not one.empty
+        for name, parameter in inspect.signature(call).parameters.items()
+        if parameter.default is not parameter.empty
     ]
     for call in (find_site, read)
 )
@@ -86,6 +89,77 @@ class CityStudy:
         Raises InputError without ``areas``.
         """
         return frame_areas(self.run.areas)
+
+    def judge(self, rules: str | os.PathLike[str]) -> list[Finding]:
+        """
+        Judge the named areas by a rule, on its own dates and hours.
+
+        Parameters
+        ----------
+        rules : str or path
+            A rule of ``umbra.list_rules``, ``NAME:VARIANT``, or a file.
+
+        Returns
+        -------
+        findings : list of Finding
+            Each with ``where``, ``verdict`` and ``outcome``, as those of one study of all files.
+
+        Raises
+        ------
+        InputError
+            If the rule is malformed, or does not judge areas or places.
+        """
+        from umbra.rules.read import read_any  # noqa: PLC0415
+        from umbra.writers.city import check_city_rules  # noqa: PLC0415
+
+        read = check_city_rules(read_any(rules), self.job.options)
+        (verdict,) = self.judge_rules([read])
+        return list(verdict.findings)
+
+    def judge_rules(self, rules: Sequence[Sequence[Rule]]) -> list[RuleVerdict]:
+        """Judge the named areas by rules, given as their variants."""
+        from umbra.tiles.city_verdicts import judge_city  # noqa: PLC0415
+
+        return judge_city(self.job, rules)
+
+    def tell_hours(self) -> list[str]:
+        """Tell the hours of sun of each date, and of what area they are."""
+        from umbra.writers.city.city_figures import find_figures, tell_city_hours  # noqa: PLC0415
+
+        return tell_city_hours(find_figures(self.folder), self.job.open().period)
+
+    def write_told(
+        self,
+        verdicts: Sequence[RuleVerdict] = (),
+        *,
+        report: bool = False,
+        spell: Callable[[str], str] = str,
+    ) -> list[Path]:
+        """
+        Write verdicts that were judged, and the report, whose pictures are drawn before.
+
+        ``spell`` writes the names of options in the report as a user types them.
+        """
+        from umbra.verdicts.judge import spell_out  # noqa: PLC0415
+        from umbra.writers.city.city_report import CityTold, write_city_report  # noqa: PLC0415
+        from umbra.writers.proof.verdict_files import (  # noqa: PLC0415
+            list_verdict_tables,
+            write_verdicts,
+        )
+
+        written, path = list[Path](), self.folder / "verdicts.csv"
+        if verdicts:
+            with replace_file(path) as beside:
+                write_verdicts(beside, verdicts, str(self.facts["time_zone"]))
+            written.append(path)
+        if report:
+            tables = list_verdict_tables(spell_out(verdicts, spell), str(self.facts["time_zone"]))
+            told = CityTold(
+                self.job, self.facts, self.run.areas, tuple(verdicts), tuple(tables),
+                tuple(map(spell, self.notes)),
+            )  # fmt: skip
+            written.append(write_city_report(self.folder, told))
+        return written
 
     def write(self, *formats: str) -> list[Path]:
         """
@@ -262,12 +336,12 @@ def run_city(
     said: list[str] = []
     try:
         with lock_run(folder, said.append), open_engine(city.workers, city.scheduler) as own:
-            found = prepare_city(files, site, options, city, folder, reading, reads)
-            run = run_job(found.job, found.describe, engine or own, progress)
+            prepared = prepare_city(files, site, options, city, folder, reading, reads)
+            run = run_job(prepared.job, prepared.describe, engine or own, progress)
             assumed = [str(run.facts["assumption"])] if "assumption" in run.facts else []
             cut = _tell_cut(run)
             areas = () if run.areas is None else run.areas.notes
-            study = CityStudy(run, (*said, *found.notes, *assumed, *cut, *run.notes, *areas))
+            study = CityStudy(run, (*said, *prepared.notes, *assumed, *cut, *run.notes, *areas))
             write(study)
             return study
     except OSError as error:

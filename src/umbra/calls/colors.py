@@ -45,8 +45,13 @@ def color_page(
     flat = _flatten(make_pale(scene, style.paleness))
     count, is_hatched = len(lights), shadows == "hatched"
     every = tuple(True for _ in lights)
-    wanted = [(one, every) for one in seen.surfaces]
-    wanted += [(one, mask) for one in seen.surfaces for mask, _ in one.shadows if not is_hatched]
+    wanted = [(surface, every) for surface in seen.surfaces]
+    wanted += [
+        (surface, mask)
+        for surface in seen.surfaces
+        for mask, _ in surface.shadows
+        if not is_hatched
+    ]
     part = np.append(seen.regions.part, GROUND)
     frame = _place(wanted, part, camera, seen.origin)
     openness = _find_openness(scene, camera, seen, style, options, ground, wanted)
@@ -88,8 +93,8 @@ def _place(
     origin: NDArray[np.float64],
 ) -> VisibleSurface:
     """Return a row of points, one on each surface."""
-    planes = np.array([one.plane for one, _ in wanted]).reshape(-1, 4)
-    spots = np.array([_find_middle(one.rings) for one, _ in wanted]).reshape(-1, 2)
+    planes = np.array([surface.plane for surface, _ in wanted]).reshape(-1, 4)
+    spots = np.array([_find_middle(surface.rings) for surface, _ in wanted]).reshape(-1, 2)
     right, up, forward = camera.axes()
     x, y = (spots - camera.center).T
     pixel = (camera.height or 2 * np.tan(np.radians(camera.fov) / 2)) / camera.size[1]
@@ -99,7 +104,9 @@ def _place(
     slope = np.einsum("ij,ij->i", planes[:, :3], way)
     height = np.einsum("ij,ij->i", planes[:, :3], np.broadcast_to(start, way.shape)) + planes[:, 3]
     position = start + (-height / slope)[:, None] * way + origin
-    owner = part[[one.region for one, _ in wanted]] if len(wanted) else np.zeros(0, np.int32)
+    owner = (
+        part[[surface.region for surface, _ in wanted]] if len(wanted) else np.zeros(0, np.int32)
+    )
     return VisibleSurface(position[None], planes[None, :, :3], owner[None].astype(np.int32))
 
 
@@ -150,7 +157,7 @@ def _find_openness(
     pixels = np.bincount(seen_groups, minlength=group[-1] + 1)
     usual = float(share[is_seen].mean()) if is_seen.any() else 1.0
     mean = np.where(pixels > 0, sums / np.maximum(pixels, 1), usual)
-    return mean[group[[one.region for one, _ in wanted]]].astype(np.float32)[None]
+    return mean[group[[surface.region for surface, _ in wanted]]].astype(np.float32)[None]
 
 
 def _group(regions: PlanarRegions) -> NDArray[np.intp]:
@@ -195,14 +202,14 @@ def _sort(
     region_part = seen.regions.part
     shade = len(seen.surfaces)
     order: dict[int, DrawnPart] = {}
-    for number, one in enumerate(seen.surfaces):
-        is_ground = one.region == len(seen.regions)
-        index = -1 if is_ground else int(region_part[one.region])
+    for number, surface in enumerate(seen.surfaces):
+        is_ground = surface.region == len(seen.regions)
+        index = -1 if is_ground else int(region_part[surface.region])
         part = ground if is_ground else drawn[index]
         order[index] = part
         opacity = 1.0 if is_ground else _find_opacity(scene, index)
-        part.faces.append(Fill(_shift(one.rings), colors[number], opacity))
-        for mask, rings in one.shadows:
+        part.faces.append(Fill(_shift(surface.rings), colors[number], opacity))
+        for mask, rings in surface.shadows:
             if is_hatched:
                 dark = (k for k, is_lit in enumerate(mask) if not is_lit)
                 part.shadows.extend(Hatching(_shift(rings), k) for k in dark)
@@ -231,9 +238,9 @@ def _merge(fills: Sequence[Fill | Hatching]) -> list[Any]:
     of two paths covers only a part of the pixels along it.
     """
     merged: dict[Any, Fill | Hatching] = {}
-    for one in fills:
-        key = one.light if isinstance(one, Hatching) else one.color
-        merged.setdefault(key, replace(one, rings=[])).rings.extend(one.rings)
+    for fill in fills:
+        key = fill.light if isinstance(fill, Hatching) else fill.color
+        merged.setdefault(key, replace(fill, rings=[])).rings.extend(fill.rings)
     return list(merged.values())
 
 

@@ -121,11 +121,11 @@ def count(
     lights[:, :3] -= lights[:, 3:] * scene.origin
     behind = _find_behind(scene, horizon, lights)
     if isinstance(receivers, str):
-        asked = {
+        choices = {
             "receivers": receivers, "cast": cast, "no_cast": no_cast, "threads": threads,
             "device": device,
         }  # fmt: skip
-        return _count_named(scene, lights, sums, of, behind, {**asked, **options})
+        return _count_named(scene, lights, sums, of, behind, {**choices, **options})
     if options:
         name = next(iter(options))
         msg = f"{name}= is for named receivers, such as 'top'; leave it out"
@@ -135,21 +135,23 @@ def count(
     normals = np.full(places.shape, np.nan)
     if points.shape[1] > _PLACE:
         normals[:] = points[:, _PLACE:]
-    chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
+    chosen = [
+        read_texts(name, patterns) for name, patterns in (("cast", cast), ("no_cast", no_cast))
+    ]
     casting, own = prepare_casting(scene, scene.select(*chosen), threads), find_device(device)
     triangles = casting.caster.vertices[casting.caster.faces]
     block = max(int(_WORK / (9 * len(lights))), 1)
-    found = []
+    counts = []
     for first in range(0, len(places), block):
-        some = slice(first, first + block)
+        batch = slice(first, first + block)
         if isinstance(own, PointDevice):
-            masks = own.ask(triangles, places[some], normals[some], lights)
+            masks = own.ask(triangles, places[batch], normals[batch], lights)
         else:
-            masks = find_hidden(casting.tree, places[some], normals[some], lights, threads)
+            masks = find_hidden(casting.tree, places[batch], normals[batch], lights, threads)
         masks[behind] = 1
         counted = (masks == (of == "shadow")).T
-        found.append(counted if sums is None else counted @ sums)
-    return np.concatenate(found)
+        counts.append(counted if sums is None else counted @ sums)
+    return np.concatenate(counts)
 
 
 def _count_named(
@@ -158,7 +160,7 @@ def _count_named(
     sums: NDArray[np.float64] | None,
     of: str,
     behind: NDArray[np.bool_],
-    asked: dict[str, Any],
+    choices: dict[str, Any],
 ) -> xr.DataArray:
     """Count on a study's receivers; without weights each light is a column."""
     import xarray as xr  # noqa: PLC0415
@@ -168,23 +170,23 @@ def _count_named(
     from umbra.study.shadow_study import count_lights  # noqa: PLC0415
 
     columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
-    options = StudyOptions(date=_NO_DATE, **asked)
+    options = StudyOptions(date=_NO_DATE, **choices)
     rest = np.where(behind[:, None], 0.0, columns)
     laid, dark = count_lights(scene, Lights.of(lights, rest), options)
-    found: NDArray[Any] = np.moveaxis(dark, 0, -1) + (columns - rest).sum(0, dtype=np.float32)
+    result: NDArray[Any] = np.moveaxis(dark, 0, -1) + (columns - rest).sum(0, dtype=np.float32)
     if of == "light":
-        found = (columns.sum(0) - found).astype(np.float32)
+        result = (columns.sum(0) - result).astype(np.float32)
     dims: tuple[str, ...] = (*laid.dims, "light" if sums is None else "weight")
     if sums is None:
-        found = found > _HALF
+        result = result > _HALF
     elif sums.ndim == 1:
-        found, dims = found[..., 0], laid.dims
+        result, dims = result[..., 0], laid.dims
     coordinates = {
         name: (axes, array)
         for name, (axes, array) in {**laid.coordinates(), **laid.variables()}.items()
         if set(axes) <= set(laid.dims)
     }
-    return xr.DataArray(found, coordinates, dims, name="count")
+    return xr.DataArray(result, coordinates, dims, name="count")
 
 
 def _find_behind(scene: Scene, horizon: Any, lights: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -303,21 +305,23 @@ def shadow_polygons(
     check_type("scene", scene, Scene)
     require(["shapely", "pyclipr"], "gis", "shadow_polygons")
     directions = _find_directions(sun)
-    chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
+    chosen = [
+        read_texts(name, patterns) for name, patterns in (("cast", cast), ("no_cast", no_cast))
+    ]
     if not isinstance(plane, Real) or not np.isfinite(plane):
         msg = f"the plane's height must be a finite number; got {show_value(plane)}"
         raise InputError(msg, option="plane")
     check_reach("heights of the plane", np.array([plane], np.float64), "give plane= in metres")
-    found = _outline(scene, scene.select(*chosen), directions, float(plane))
+    shapes = _outline(scene, scene.select(*chosen), directions, float(plane))
     if scene.crs is None or find_spec("geopandas") is None:
         is_one = isinstance(sun, Light) or (not isinstance(sun, SunPath) and np.ndim(sun) == 1)
-        return found[0] if is_one else found
+        return shapes[0] if is_one else shapes
     import geopandas  # noqa: PLC0415
 
-    values = {"area_m2": [shape.area for shape in found]}
+    values = {"area_m2": [shape.area for shape in shapes]}
     if isinstance(sun, SunPath):
         values |= {"sun_altitude": sun.altitude.tolist(), "sun_azimuth": sun.azimuth.tolist()}
-    return geopandas.GeoDataFrame(values, geometry=found, crs=scene.crs)
+    return geopandas.GeoDataFrame(values, geometry=shapes, crs=scene.crs)
 
 
 def _find_directions(sun: Light | SunPath | ArrayLike) -> NDArray[np.float64]:
@@ -361,7 +365,7 @@ def _outline(scene: Scene, parts: list[int], suns: NDArray[np.float64], plane: f
     shift = scene.origin[:2]
     return [
         join_polygons(
-            [[ring + shift for ring in one] for one in resolve_shadow(cut, sun, height, box)]
+            [[ring + shift for ring in rings] for rings in resolve_shadow(cut, sun, height, box)]
         )
         for sun in suns
     ]

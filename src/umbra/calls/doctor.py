@@ -45,14 +45,14 @@ def examine() -> dict[str, Any]:
         advice.append(f"for the gl device: {write_install('gl')}")
     else:
         backends = {name: probe(name) for name in BACKENDS}
-        if not any("reason" not in found for found in backends.values()):
+        if not any("reason" not in backend for backend in backends.values()):
             advice.append(f"for the gl device {tell_driver()}")
     if doubt := find_doubt(find_folder()):
         advice.append(
             f"for the cache, a folder of your own: '{find_folder()}' is not used, as {doubt} "
             "(UMBRA_CACHE names another; chmod 700 keeps others out of yours)"
         )
-    runs = [found for found in backends.values() if "reason" not in found]
+    runs = [backend for backend in backends.values() if "reason" not in backend]
     return {
         "umbra": __version__,
         "python": platform.python_version(),

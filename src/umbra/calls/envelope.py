@@ -136,24 +136,24 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     far = NamedLand.of(options.horizon, options.horizon_from)
     land = far.settle(scene.model_bounds(), site)
     notes += () if land is None else land.told
-    kept, replaced, told = _clear_plot(scene, outlines, options)
-    notes += told
+    cleared, replaced, remarks = _clear_plot(scene, outlines, options)
+    notes += remarks
     stated = find_ground(scene, options.ground)
-    ground_now = stated if not replaced else _stand(kept, stated)
+    ground_now = stated if not replaced else _stand(cleared, stated)
     cells = lay_cells(outlines, ground_now, options.cell, threads)
     notes += _tell_ground(ground_now)
     casters = select_casters(ground_now.scene, options.cast, options.no_cast)
     around = prepare_casting(ground_now.scene, casters, threads)
     gathered = _gather(ground_now, site, cells, options, outlines, land)
     progress("laying out receivers")
-    asked = ask_rules(gathered, chosen, around)
-    _check_covered(cells, asked.asks, ground_now.scene)
-    found = search_heights(
-        ground_now.scene, casters, asked.asks, asked.groups, cells, highest, threads, progress
+    needs = ask_rules(gathered, chosen, around)
+    _check_covered(cells, needs.asks, ground_now.scene)
+    heights = search_heights(
+        ground_now.scene, casters, needs.asks, needs.groups, cells, highest, threads, progress
     )
-    notes += [*asked.notes, *gathered.notes]
+    notes += [*needs.notes, *gathered.notes]
     result = Envelope(
-        ground_now.scene, site, found, tuple(_title(rule) for rule in chosen), tuple(asked.times),
+        ground_now.scene, site, heights, tuple(_title(rule) for rule in chosen), tuple(needs.times),
         highest, tuple(replaced), tuple(dict.fromkeys(notes)),
     )  # fmt: skip
     return change(result, notes=(*result.notes, *_tell_result(result)))
@@ -172,15 +172,15 @@ def read_chosen(rules: str | Path | Rule | Sequence[str | Path | Rule]) -> list[
     if not named:
         msg = "no rule is given; name one, or a file, with rules="
         raise InputError(msg, option="rules")
-    found = []
+    variants_found = []
     for name in named:
         variants = [name] if isinstance(name, Rule) else read_rule(name)
         if len(variants) > 1:
-            listed = ", ".join(f"{one.name}:{one.variant}" for one in variants[:_NAMED])
+            listed = ", ".join(f"{rule.name}:{rule.variant}" for rule in variants[:_NAMED])
             msg = f"rule '{variants[0].name}' has {len(variants)} variants; choose one: {listed}"
             raise InputError(msg, option="rules", rule=variants[0].name)
-        found += variants
-    return found
+        variants_found += variants
+    return variants_found
 
 
 def _title(rule: Rule) -> str:
@@ -201,33 +201,33 @@ def _clear_plot(
     labels = scene.labels()
     gone = sorted({*on_plot, *elsewhere} - staying)
     names = list(dict.fromkeys(labels[k] for k in gone))
-    others = [one.name for one in cut if not one.goes and one.name not in names]
+    others = [item.name for item in cut if not item.goes and item.name not in names]
     if names:
         where = "stand on the plot" if gone == [k for k in on_plot if k in gone] else "are replaced"
         more = f" and {len(names) - _NAMED:,} more" if len(names) > _NAMED else ""
         notes.append(
-            f"{', '.join(names[:_NAMED])}{more} {where} and make way for the envelope "
-            "(keep= lets them stand)"
+            f"{', '.join(names[:_NAMED])}{more} {where} and are removed for the envelope "
+            "(keep= keeps them)"
         )
     if others:
         more = f" and {len(others) - _NAMED:,} more" if len(others) > _NAMED else ""
         notes.append(
             f"{', '.join(others[:_NAMED])}{more} reach over the plot's boundary and stay "
-            "(replace= lets them make way, too)"
+            "(replace= removes them, too)"
         )
     if len(gone) == len(scene.parts):
         msg = "all of the model stands on the plot; name what stays with keep="
         raise InputError(msg, option="keep")
-    kept = [part for k, part in enumerate(scene.parts) if k not in set(gone)]
-    return (change(scene, parts=tuple(kept)) if gone else scene), names, notes
+    parts = [part for k, part in enumerate(scene.parts) if k not in set(gone)]
+    return (change(scene, parts=tuple(parts)) if gone else scene), names, notes
 
 
-def _stand(kept: Scene, stated: Ground) -> Ground:
+def _stand(cleared: Scene, stated: Ground) -> Ground:
     """Return the ground of the whole model for a scene without what makes way."""
     if stated.is_plane:
-        return change(stated, scene=kept)
+        return change(stated, scene=cleared)
     added = tuple(part for part in stated.scene.parts if stated.is_added and part.kind in _ADDED)
-    return change(stated, scene=change(kept, parts=(*kept.parts, *added)))
+    return change(stated, scene=change(cleared, parts=(*cleared.parts, *added)))
 
 
 def _tell_ground(ground: Ground) -> list[str]:
@@ -258,7 +258,7 @@ def _gather(
     )  # fmt: skip
     year = check_year(options.year or dt.date.today().year)
     model = Model(scene=whole, site=site, year=year, options=study, proposed=("envelope",))
-    named = [Area(f"plot {k + 1}", one) for k, one in enumerate(outlines)]
+    named = [Area(f"plot {k + 1}", outline) for k, outline in enumerate(outlines)]
     return GatheredPoints(
         model, areas=options.areas, windows=options.windows, plot=named,
         points=read_given(options.points, options.names),

@@ -95,10 +95,10 @@ class FilmOptions(Options):
         frames = round(length.total_seconds() * self.rate)
         return self._check(name, f"{name}={show_value(given)}", frames)
 
-    def _check(self, name: str, asked: str, frames: int) -> int:
+    def _check(self, name: str, text: str, frames: int) -> int:
         if not 2 <= frames <= _MOST_FRAMES:
             many = f"{frames:,} frame{'' if frames == 1 else 's'}"
-            msg = f"{asked} is {many} at rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
+            msg = f"{text} is {many} at rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
             raise InputError(msg, option=name)
         return frames
 
@@ -156,10 +156,11 @@ def plan_shots(
         msg = "until= moves the sun; give date= and at=, too"
         raise InputError(msg, option="until")
     if sun is None:
-        return [Shot(one, list(lights)) for one in cameras]
+        return [Shot(camera, list(lights)) for camera in cameras]
     suns = list(_move_sun(*sun, options.until, len(cameras)))
     return [
-        Shot(one, [*lights, light], told) for one, (light, told) in zip(cameras, suns, strict=True)
+        Shot(camera, [*lights, light], label)
+        for camera, (light, label) in zip(cameras, suns, strict=True)
     ]
 
 
@@ -200,11 +201,11 @@ def _move_sun(
     path = find_sun(site, instants)
     for instant, is_up, direction in zip(instants, path.is_up, path.direction, strict=True):
         clock = instant.astimezone(zone)
-        told = f"{clock:%Y-%m-%d %H:%M} {clock.tzname()}"
+        label = f"{clock:%Y-%m-%d %H:%M} {clock.tzname()}"
         if not is_up:
-            msg = f"the sun is below the horizon at {told}; choose other times"
+            msg = f"the sun is below the horizon at {label}; choose other times"
             raise InputError(msg, option="at" if instant == start else "until")
-        yield directional_light(direction), told
+        yield directional_light(direction), label
 
 
 def write_film(

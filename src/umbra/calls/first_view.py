@@ -70,8 +70,8 @@ def begin_view(
         view = load_view(Path(options.view), view.lights)
     view = replace(view, sun=replace(view.sun, land=find_shown_land(options)))
     if options.animation is not None or options.time is not None:
-        found = find_animations(scene, 0 if options.animation is None else options.animation)
-        chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
+        animations = find_animations(scene, 0 if options.animation is None else options.animation)
+        chosen = "all" if len(animations) > 1 else scene.animations.index(animations[0])
         view = replace(view, animation=chosen, time=options.time or 0.0)
     if options.cast or options.no_cast:
         view = view.choose_casters(scene.select(options.cast, options.no_cast), len(scene.parts))
@@ -81,7 +81,7 @@ def begin_view(
         view = view.choose_method(options.method)
     names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter", "detail")
     given = {name: getattr(options, name) for name in names}
-    return replace(view, **{name: one for name, one in given.items() if one is not None})
+    return replace(view, **{name: value for name, value in given.items() if value is not None})
 
 
 def _find_minutes(options: ViewOptions, site: Site | None) -> float | None:
@@ -106,7 +106,7 @@ def draw_view(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     scene, height = stand_scene(options, scene)
     view = begin_view(options, scene, site, options.size)
     sizes = [
-        view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
+        view.lamp_radius if light.is_point else view.sun_radius for light in view.shining().values()
     ]
     soft = None if view.soft == "none" else view.soft
     drawing = RenderOptions(

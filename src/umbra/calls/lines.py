@@ -52,18 +52,18 @@ class LineFinder:
     ) -> NDArray[np.float32]:
         """Compare each pixel with its right and its lower neighbour."""
         ink = np.zeros(face.shape, np.float32)
-        for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-            at = np.nonzero(face[one] != face[two])
-            gap = np.abs(away[one][at] - away[two][at])
-            is_bare = bare[one][at] & bare[two][at]
-            is_outline = bare[one][at] != bare[two][at]
-            is_outline |= gap > _GAP * (step[one][at] + step[two][at])
-            bend = np.abs(np.einsum("ij,ij->i", normal[one][at], normal[two][at]))
+        for first, second in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+            at = np.nonzero(face[first] != face[second])
+            gap = np.abs(away[first][at] - away[second][at])
+            is_bare = bare[first][at] & bare[second][at]
+            is_outline = bare[first][at] != bare[second][at]
+            is_outline |= gap > _GAP * (step[first][at] + step[second][at])
+            bend = np.abs(np.einsum("ij,ij->i", normal[first][at], normal[second][at]))
             strength = np.where(is_outline, 1.0, np.where(bend < _BEND, _CREASE, 0.0))
             strength[is_bare] = 0.0  # the horizon is no line
             # A line lies on the nearer surface.
-            is_other = away[two][at] < away[one][at]
-            for side, chosen in ((one, ~is_other), (two, is_other)):
+            is_other = away[second][at] < away[first][at]
+            for side, chosen in ((first, ~is_other), (second, is_other)):
                 places = at[0][chosen], at[1][chosen]
                 ink[side][places] = np.maximum(ink[side][places], strength[chosen])
         return ink

@@ -91,7 +91,7 @@ def find_removed(scene: Scene, options: ViewOptions) -> list[int]:
 
 
 def _tell_shadows(scene: Scene, study: Study | None, land: Horizon | None) -> list[str]:
-    """Say what the page's shadows leave out: light through glass and through canopies."""
+    """Describe what the page's shadows leave out: light through glass and through canopies."""
     notes = []
     glass = [part.name for part in scene.parts if part.material.opacity < 1]
     if glass:

@@ -92,11 +92,11 @@ class EnvelopeOptions(HeightOptions):
         "length", "Side of a cell of the plot [m].", default=1.0, unit="m", metavar="M"
     )
     keep: Sequence[str] = _plot(
-        "patterns", "Parts on the plot that stay; all others there make way.", default=()
+        "patterns", "Parts on the plot that stay; all others there are removed.", default=()
     )
-    replace: Sequence[str] = _plot("patterns", "Parts elsewhere that make way, too.", default=())
+    replace: Sequence[str] = _plot("patterns", "Parts elsewhere to remove, too.", default=())
     replace_in: str | Path | Sequence[Any] | None = _plot(
-        "path", "Polygons: parts with half of their plan or more inside them make way.",
+        "path", "Polygons: parts with half of their plan or more inside them are removed.",
         more="Or shapely's polygons.", metavar="FILE",
     )  # fmt: skip
     progress: Callable[[str], object] = option(

@@ -54,8 +54,8 @@ def find_openness(
         shadows = counter.count(view, camera, directional_light(toward), "auto")
         whole += cosine
         reached += np.where(shadows == 0, cosine, np.float32(0))
-    found = np.where(whole > 0, reached / np.maximum(whole, np.float32(1e-9)), np.float32(1))
-    return smooth_openness(found, frame.position, normal)
+    share = np.where(whole > 0, reached / np.maximum(whole, np.float32(1e-9)), np.float32(1))
+    return smooth_openness(share, frame.position, normal)
 
 
 def smooth_openness(
@@ -67,11 +67,11 @@ def smooth_openness(
     The à-trous wavelets of Dammertz et al. (2010), rows and columns in turn, with binomial
     weights: steps of 1, 2, 4 and so on pixels, up to a share of the picture.
     """
-    place = (position - np.nan_to_num(position).mean((0, 1))).astype(np.float32)
+    centred = (position - np.nan_to_num(position).mean((0, 1))).astype(np.float32)
     step = 1
     while step <= max(values.shape) * _WIDEST:
         for axis in (0, 1):
-            values = _smooth_along(axis, step, values, place, normal)
+            values = _smooth_along(axis, step, values, centred, normal)
         step *= 2
     return values
 
@@ -80,22 +80,22 @@ def _smooth_along(
     axis: int,
     step: int,
     values: NDArray[np.float32],
-    place: NDArray[np.float32],
+    position: NDArray[np.float32],
     normal: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Average values with those ``step`` and twice ``step`` pixels away on the same surface."""
     total, weights = values * np.float32(6), np.full_like(values, 6)
     for apart, weight in ((step, np.float32(4)), (2 * step, np.float32(1))):
-        one = np.s_[:-apart] if axis == 0 else np.s_[:, :-apart]
-        two = np.s_[apart:] if axis == 0 else np.s_[:, apart:]
-        way = place[two] - place[one]
+        first = np.s_[:-apart] if axis == 0 else np.s_[:, :-apart]
+        second = np.s_[apart:] if axis == 0 else np.s_[:, apart:]
+        way = position[second] - position[first]
         least = _BEND * np.sqrt(np.einsum("ijk,ijk->ij", way, way))
-        is_same = np.einsum("ijk,ijk->ij", normal[one], normal[two]) > 1 - _BEND
-        for side in (one, two):
+        is_same = np.einsum("ijk,ijk->ij", normal[first], normal[second]) > 1 - _BEND
+        for side in (first, second):
             is_same &= np.abs(np.einsum("ijk,ijk->ij", normal[side], way)) <= least
-        is_same &= np.abs(values[two] - values[one]) <= _UNLIKE
+        is_same &= np.abs(values[second] - values[first]) <= _UNLIKE
         shared = weight * is_same
-        for here, there in ((one, two), (two, one)):
+        for here, there in ((first, second), (second, first)):
             total[here] += shared * values[there]
             weights[here] += shared
     return total / weights
@@ -109,12 +109,12 @@ def follow_openness(
 
     A pixel that sees another face there takes the value of a neighbour that sees this face.
     """
-    found = openness.copy()
+    followed = openness.copy()
     row, col = np.nonzero((other.face != view.face) & (other.face != NOTHING))
     last = openness.shape[0] - 1, openness.shape[1] - 1
     for down, right in _AROUND:
         near = np.clip(row + down, 0, last[0]), np.clip(col + right, 0, last[1])
         is_same = view.face[near] == other.face[row, col]
-        found[row[is_same], col[is_same]] = openness[near][is_same]
+        followed[row[is_same], col[is_same]] = openness[near][is_same]
         row, col = row[~is_same], col[~is_same]
-    return found
+    return followed

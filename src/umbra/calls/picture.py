@@ -82,8 +82,8 @@ class Picture:
     def arrays(self) -> dict[str, NDArray]:
         """Return the arrays by name, as ``umbra render`` writes them."""
         names = ("position", "normal", "count", "lit", "visibility", "transmission")
-        found = {name: getattr(self, name) for name in names}
-        return {name: array for name, array in found.items() if array is not None}
+        arrays = {name: getattr(self, name) for name in names}
+        return {name: array for name, array in arrays.items() if array is not None}
 
     def sum_up(self) -> dict[str, Any]:
         """Return its numbers, for ``--json``."""
@@ -276,8 +276,8 @@ def draw_picture(
         tell_moved_parts(tell, counter.moved, options.detail)
 
     def draw() -> NDArray[np.uint8]:
-        found = averages or average_colors(shown, camera, shadows, layers)
-        return finish(found, style, options)
+        image = averages or average_colors(shown, camera, shadows, layers)
+        return finish(image, style, options)
 
     seen = layers[0].seen
     hidden = np.zeros((), np.int32) if seen.hidden is None else np.stack(seen.hidden)

@@ -78,17 +78,17 @@ _mask_filter = partial(
 )  # fmt: skip
 _detail = partial(
     _counting, "number",
-    "With gl: pixels by which hard shadows may be off, cast from coarser meshes where that "
-    "suffices; 0: all are exact.",
+    "With gl: largest error of hard shadows [pixels], which are cast from coarser meshes where "
+    "it allows; 0: all are exact.",
     default=0.0, metavar="PIXELS",
 )  # fmt: skip
 _length = partial(
     _lights, "number",
-    "With layers after Weng: how far the widest goes, in tenths of the silhouette's radius.",
+    "With layers after Weng: reach of the widest, in tenths of the silhouette's radius.",
     default=Softness.length, metavar="N",
 )  # fmt: skip
 _gap = partial(
-    _lights, "number", "With layers after Weng: from each to the next, in the same unit.",
+    _lights, "number", "With layers after Weng: distance between neighbours, in the same unit.",
     default=Softness.gap, metavar="N",
 )  # fmt: skip
 
@@ -105,7 +105,7 @@ class DrawingOptions(Options):
     )  # fmt: skip
     style: str = _looks(
         "choice",
-        "architectural: pale, with lines, a ground, and corners that the sky darkens; material: "
+        "architectural: pale, with lines, a ground, and ambient occlusion; material: "
         "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
         "models with textures or gloss, plain with arrays.",
         default="auto", choices=("auto", "architectural", "material", "plain"),

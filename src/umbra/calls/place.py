@@ -61,9 +61,9 @@ def place(scene: Scene, layer: str, at: Sequence[float], azimuth: float = 0) -> 
     parts = move_parts_by(scene.parts, shift)
     chosen = [k for k, part in enumerate(parts) if part.layer == name]
     others = [part for part in parts if part.layer != name]
-    files = [one for one in scene.sources if one.layer == name]
-    frame = next((np.reshape(one.frame, (4, 4)) for one in files if one.frame), np.eye(4))
-    own_ground = next((one.ground for one in files if one.ground is not None), None)
+    files = [source for source in scene.sources if source.layer == name]
+    frame = next((np.reshape(source.frame, (4, 4)) for source in files if source.frame), np.eye(4))
+    own_ground = next((source.ground for source in files if source.ground is not None), None)
     placed = place_parts(
         [parts[k] for k in chosen], others, scene.crs, Placing(name, numbers, turn), frame,
         own_ground=None if own_ground is None else own_ground + float(frame[2, 3]),
@@ -72,8 +72,10 @@ def place(scene: Scene, layer: str, at: Sequence[float], azimuth: float = 0) -> 
     for k, part in zip(chosen, placed.parts, strict=True):
         moved[k] = part
     sources = [
-        replace(one, frame=_move_frame(one.frame, placed.matrix)) if one.layer == name else one
-        for one in scene.sources
+        replace(source, frame=_move_frame(source.frame, placed.matrix))
+        if source.layer == name
+        else source
+        for source in scene.sources
     ]
     made = make_scene(moved)
     return replace(

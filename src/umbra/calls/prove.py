@@ -51,7 +51,7 @@ class Proof:
     @property
     def verdict(self) -> str:
         """``fail`` if a rule fails, else ``unknown`` if one is, else ``pass``."""
-        words = [one.verdict for one in self.verdicts]
+        words = [verdict.verdict for verdict in self.verdicts]
         return next((word for word in ("fail", "unknown") if word in words), "pass")
 
     def sum_up(self) -> dict[str, Any]:
@@ -70,7 +70,7 @@ class Proof:
         """Return a sentence for each rule."""
         from umbra.writers.proof.rows import tell_rule  # noqa: PLC0415
 
-        return [tell_rule(one) for one in self.verdicts]
+        return [tell_rule(verdict) for verdict in self.verdicts]
 
     def write(self, folder: str | Path) -> list[Path]:
         """
@@ -175,7 +175,7 @@ def make_proof(
     study = settle_land(take_study_options(options), scene.model_bounds(), site)
     land = () if study.horizon is None else study.horizon.told
     ground = settle_ground(scene, study)
-    told = tell_proposal(scene, study) if options.proposed else []
+    remarks = tell_proposal(scene, study) if options.proposed else []
     if ground.scene.replaced:  # on the ground of what stood there, too
         scene = ground.scene
     model = Model(
@@ -187,7 +187,7 @@ def make_proof(
         areas_on=options.areas_on, reveal=options.reveal,
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
-    notes = tuple(dict.fromkeys(map(spell, (*told, *gathered.notes, *ground.notes, *land))))
+    notes = tuple(dict.fromkeys(map(spell, (*remarks, *gathered.notes, *ground.notes, *land))))
     return Proof(verdicts, gathered, options, notes, spell, logo)
 
 
@@ -279,7 +279,7 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
     """Return the names and digests of the model's files, and of those named beside it."""
     import hashlib  # noqa: PLC0415
 
-    found = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
+    files = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
     options = proof.options
     named = [
         options.areas,
@@ -290,13 +290,13 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
         options.horizon,
         *options.rules,
     ]
-    for one in named:
-        path = Path(str(one)) if isinstance(one, (str, Path)) else None
+    for item in named:
+        path = Path(str(item)) if isinstance(item, (str, Path)) else None
         if path is not None and path.is_file():
             with path.open("rb") as file:
-                found.append((path.name, hashlib.file_digest(file, "sha256").hexdigest()))
-    return list(dict.fromkeys(found))
+                files.append((path.name, hashlib.file_digest(file, "sha256").hexdigest()))
+    return list(dict.fromkeys(files))
 
 
 def _list_sources(proof: Proof) -> list[tuple[str, str]]:
-    return [(one.name, one.sha256) for one in proof.gathered.model.scene.sources]
+    return [(source.name, source.sha256) for source in proof.gathered.model.scene.sources]

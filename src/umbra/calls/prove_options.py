@@ -56,7 +56,7 @@ class JudgedOptions(Options):
         metavar="FILE",
     )  # fmt: skip
     reveal: Any = _judged(
-        "any", "Depth of panes behind the wall's outer face where none is told [m].", metavar="M"
+        "any", "Depth of panes behind the wall's outer face where none is given [m].", metavar="M"
     )
     plot: Any = _judged(
         "table", "The plot's boundary, a file of one polygon, for rules of bands beside it.",

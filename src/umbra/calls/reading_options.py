@@ -91,7 +91,7 @@ class ReadingOptions(Options):
     )
     geometric_error: float | None = _reading(
         "number",
-        "3D Tiles: the coarsest detail that will do, as an error [m]; default: the finest.",
+        "3D Tiles: largest geometric error of the tiles that are read [m]; default: the finest.",
         unit="m", metavar="M",
     )  # fmt: skip
     place: tuple[str, ...] = _reading(
@@ -142,6 +142,6 @@ class CanopyOptions(Options):
         metavar="SHARE|FILE",
     )
     canopy_heights: str | None = _canopy(
-        "choice", "What heights in a canopy raster count from; default: the ground below.",
+        "choice", "Datum of the heights in a canopy raster; default: the ground below.",
         choices=("above-ground", "absolute"),
     )  # fmt: skip

@@ -93,14 +93,14 @@ def sky_view(
     27.31
     """
     check_type("scene", scene, Scene)
-    place = np.asarray(point, np.float64).ravel()
+    position = np.asarray(point, np.float64).ravel()
     toward = np.array([0.0, 0.0, 1.0] if normal is None else normal, np.float64).ravel()
-    if place.shape != (3,) or toward.shape != (3,):
+    if position.shape != (3,) or toward.shape != (3,):
         msg = "a point and its normal are three numbers each, such as point=(3, 4, 1.6)"
         raise InputError(msg, point=point)
     known = find_known_site(scene) if site is None else site
     land = find_land(scene, known, horizon, horizon_from)
-    return view_skies(scene, np.hstack([place, toward])[None], known, cast, no_cast, land)[0]
+    return view_skies(scene, np.hstack([position, toward])[None], known, cast, no_cast, land)[0]
 
 
 def view_skies(

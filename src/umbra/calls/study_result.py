@@ -127,7 +127,7 @@ class ShadowStudy:
         if name in _MEANT:
             return [_MEANT[name]]
         variables = list(self.result.variables())
-        ending = [one for one in variables if one.endswith(f"_{name}")]
+        ending = [variable for variable in variables if variable.endswith(f"_{name}")]
         return sorted(ending, reverse=True) or find_similar(name, [*variables, *dir(type(self))])
 
     def __getitem__(self, key: Any) -> Any:
@@ -222,7 +222,7 @@ class ShadowStudy:
 
         with TemporaryDirectory() as folder, replace_file(Path(path)) as beside:
             written = self.write(folder, report=True, **picture)
-            page = next(one for one in written if one.name == "report.html")
+            page = next(path for path in written if path.name == "report.html")
             beside.write_bytes(page.read_bytes())
         return Path(path)
 

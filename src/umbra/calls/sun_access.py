@@ -120,7 +120,7 @@ def sun_access(
     skies = measure_sky(casters, local, normals, threads)
     open_ = find_open(normals)[0]
     share = np.divide(skies.sky_view_factor, open_, out=np.zeros_like(open_), where=open_ > 0)
-    found = {
+    columns = {
         "shaded_fraction": shaded.astype(np.float64).ravel(),
         "horizon_elevation": _find_horizons(casters, local, sun.direction).ravel(),
         "sky_diffuse_fraction": np.tile(np.minimum(share, 1.0), len(index)),
@@ -129,7 +129,7 @@ def sun_access(
     }
     if not is_one:
         index = pd.MultiIndex.from_product([index, range(len(given))], names=["time", "point"])
-    return pd.DataFrame(found, index=index.rename(["time", "point"] if not is_one else "time"))
+    return pd.DataFrame(columns, index=index.rename(["time", "point"] if not is_one else "time"))
 
 
 def _read_times(times: Any) -> Any:
@@ -155,7 +155,7 @@ def _find_horizons(
 ) -> NDArray[np.float64]:
     """Return the lowest free elevation above points in directions' azimuths (m, n) [degrees]."""
     level = toward[:, :2] / np.linalg.norm(toward[:, :2], axis=1, keepdims=True)
-    found = np.zeros((len(toward), len(points)))
+    heights = np.zeros((len(toward), len(points)))
     for k, point in enumerate(points):
-        found[:, k] = find_heights(find_seen(casters, point, _LEVEL), level)
-    return np.degrees(found)
+        heights[:, k] = find_heights(find_seen(casters, point, _LEVEL), level)
+    return np.degrees(heights)

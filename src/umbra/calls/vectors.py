@@ -76,7 +76,7 @@ class VectorDrawing:
     def sum_up(self) -> dict[str, int]:
         """Return its numbers, for ``--json``."""
         surfaces = self.seen.surfaces
-        shadows = sum(len(one.shadows) for one in surfaces)
+        shadows = sum(len(surface.shadows) for surface in surfaces)
         return {"faces": len(surfaces), "shadows": shadows, "lines": len(self.seen.lines.segments)}
 
     def _repr_svg_(self) -> str:
@@ -188,7 +188,7 @@ def draw_seen(
     sky = DAY if shadows == "hatched" else find_sky(shining, style, tell)
     page = color_page(scene, camera, shining, seen, style, options, shadows, ground, sky)
     notes = tell_near_cut(scene, camera, options.threads or 1) + list_losses(scene, shining)
-    if not any(one.region < len(seen.regions) for one in seen.surfaces):
+    if not any(surface.region < len(seen.regions) for surface in seen.surfaces):
         notes.insert(0, "nothing of the model is seen; leave out eye= and target= to see all of it")
     return VectorDrawing(seen, page, notes)
 
@@ -210,7 +210,9 @@ def _check(scene: Scene, options: DrawingOptions) -> None:
 
 def _check_cones(lights: Sequence[Light]) -> None:
     """Refuse lights whose reach ends in curves."""
-    wrong = [k for k, one in enumerate(lights, 1) if one.axis is not None or one.range < np.inf]
+    wrong = [
+        k for k, light in enumerate(lights, 1) if light.axis is not None or light.range < np.inf
+    ]
     if wrong:
         msg = (
             f"{len(wrong)} of {len(lights)} lights are spots or end at a range (first: light "

@@ -152,5 +152,5 @@ def _is_notebook() -> bool:
 def _is_live(options: ViewOptions) -> bool:
     """Return whether a notebook can show a view as a widget that moves."""
     poses = (options.animation, options.time, options.out)
-    has_own = options.list_own() or any(one is not None for one in poses)
+    has_own = options.list_own() or any(pose is not None for pose in poses)
     return not has_own and importlib.util.find_spec("anywidget") is not None

@@ -122,13 +122,13 @@ class Canopy:
                     "remove a no_cast= pattern"
                 )
                 raise InputError(msg, option="canopy", pattern=pattern)
-        mine = set(whole.select(patterns))
+        chosen = set(whole.select(patterns))
         return cls(
-            tuple(sorted(part for part in mine if part < count)),
-            tuple(part for part in casters if part in mine),
-            tuple(part for part in casters if part not in mine),
+            tuple(sorted(part for part in chosen if part < count)),
+            tuple(part for part in casters if part in chosen),
+            tuple(part for part in casters if part not in chosen),
             season,
-            tuple(sorted(part for part in mine if part >= count)),
+            tuple(sorted(part for part in chosen if part >= count)),
         )
 
     @property
@@ -171,7 +171,7 @@ def describe_opaque(
     """
     solid = casters if canopy is None else canopy.solid
     parts = [scene.whole.parts[index] for index in solid]
-    found = [
+    names = [
         part.name
         for part in parts
         if part.material.opacity < 1
@@ -180,11 +180,11 @@ def describe_opaque(
             and (part.material.image is not None or part.mesh.alpha is not None)
         )
     ]
-    if not found:
+    if not names:
         return None
-    what = "1 part is" if len(found) == 1 else f"{len(found):,} parts are"
+    what = "1 part is" if len(names) == 1 else f"{len(names):,} parts are"
     return (
-        f"{what} transparent or may have holes in the texture (first: '{found[0]}'), and cast "
+        f"{what} transparent or may have holes in the texture (first: '{names[0]}'), and cast "
         "shadows as opaque ones do; canopy= lets a share of the light through"
     )
 
@@ -233,11 +233,11 @@ def _read_share(word: str | float) -> float:
 
 def _read_dates(text: str) -> list[tuple[int, int]]:
     """Read two days of the year."""
-    found = [_DAY.fullmatch(word.strip()) for word in text.split("..")]
-    if len(found) != 2 or None in found:
+    matches = [_DAY.fullmatch(word.strip()) for word in text.split("..")]
+    if len(matches) != 2 or None in matches:
         msg = f"'{text}' does not say when leaves are on; write MM-DD..MM-DD, as 04-15..10-31"
         raise InputError(msg, leaf_on=text)
-    days = [(int(match[1]), int(match[2])) for match in found if match]
+    days = [(int(match[1]), int(match[2])) for match in matches if match]
     for month, day in days:
         try:
             dt.date(_LEAP, month, day)

@@ -49,9 +49,9 @@ class Casting:
 
         def make() -> FaceTree:
             caster = self.caster  # it does not say which parts it is of: equal corners do
-            mine, theirs = (_name_corners(one.vertices[one.faces]) for one in (caster, soup))
-            kept = ~np.isin(mine, theirs)
-            rest = make_caster(caster.vertices, caster.faces[kept], caster.component[kept])
+            own, theirs = (_name_corners(mesh.vertices[mesh.faces]) for mesh in (caster, soup))
+            is_left = ~np.isin(own, theirs)
+            rest = make_caster(caster.vertices, caster.faces[is_left], caster.component[is_left])
             return self._make_tree(rest)
 
         return derive(self.caster, "tree without", (id(scene), *left), make)

@@ -194,7 +194,12 @@ class HeadedOption(click.Option):
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
         """Convert a value, unless it is the name of an option: then its own was left out."""
-        taken = {name for one in ctx.command.params for name in one.opts if one is not self}
+        taken = {
+            name
+            for parameter in ctx.command.params
+            for name in parameter.opts
+            if parameter is not self
+        }
         for given in value if isinstance(value, (list, tuple)) else (value,):
             if isinstance(given, str) and given in taken:
                 name, what = max(self.opts, key=len), self.make_metavar(ctx)

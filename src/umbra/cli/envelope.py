@@ -99,18 +99,18 @@ def command(
             stages.begin("trying heights")
             _find_part(scene, site, part, given, out, say, as_json=as_json)
             return
-        found = envelope(scene, site, plot=plot, progress=stages.begin, **given)
+        result = envelope(scene, site, plot=plot, progress=stages.begin, **given)
         written: list[Path] = []
         if out is not None:
             stages.begin("drawing and writing")
-            written = write_envelope(out, found, formats, say)
-    for note in found.notes:
+            written = write_envelope(out, result, formats, say)
+    for note in result.notes:
         say(f"note: {note}")
     if as_json:
-        echo_json({**found.sum_up(), "files": [str(path) for path in written]})
+        echo_json({**result.sum_up(), "files": [str(path) for path in written]})
         return
     if not quiet:
-        _tell(found)
+        _tell(result)
         for path in written:
             echo_path(path)
 
@@ -125,26 +125,26 @@ def _find_part(
 
     for name in ("cell", "keep", "replace", "replace_in"):
         del given[name]
-    found = part_height(scene, site, part, **given)
-    written = [] if out is None else write_part_height(out, found, say)
+    result = part_height(scene, site, part, **given)
+    written = [] if out is None else write_part_height(out, result, say)
     if as_json:
-        echo_json({**found.sum_up(), "files": [str(path) for path in written]})
+        echo_json({**result.sum_up(), "files": [str(path) for path in written]})
         return
-    what = "the cap; --max sets another" if found.is_capped else "a centimetre more breaks "
-    echo(f"{part} may be {found.height_m:.2f} m high: {what}{', '.join(found.binding[:3])}")
-    for name in found.broken[:5]:
+    what = "the cap; --max sets another" if result.is_capped else "a centimetre more breaks "
+    echo(f"{part} may be {result.height_m:.2f} m high: {what}{', '.join(result.binding[:3])}")
+    for name in result.broken[:5]:
         echo(f"  {name} is broken without it; nothing more is taken")
     for path in written:
         echo_path(path)
 
 
-def _tell(found: "Envelope") -> None:
+def _tell(result: "Envelope") -> None:
     """Print the result for a person."""
     echo(
-        f"{found.volume_m3:,.0f} m³ may be built, up to {found.max_height_m:.2f} m high; no choice "
-        f"of hours allows more than {found.bound_m3:,.0f} m³"
+        f"{result.volume_m3:,.0f} m³ may be built, up to {result.max_height_m:.2f} m high; no "
+        f"choice of hours allows more than {result.bound_m3:,.0f} m³"
     )
-    if not found.violations:
+    if not result.violations:
         echo("an exact study with the envelope in the model finds no rule broken")
-    for broken in found.violations[:5]:
+    for broken in result.violations[:5]:
         echo(f"  {broken.name} has {broken.measured:.2f} h of {broken.wanted:.2f} h")

@@ -35,9 +35,9 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
         stages.begin(name_reading(files))
         scene = read_model(files)
         stages.begin("looking for open edges")
-        found = inspect_scene(scene)
+        inspection = inspect_scene(scene)
         windows = count_windows(scene)
-    result = {**describe_scene(scene, found), "windows": windows}
+    result = {**describe_scene(scene, inspection), "windows": windows}
     if as_json:
         echo_json(result)
         return
@@ -45,7 +45,10 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
         echo(f"{source.name}: {source.format}")
     bounds = scene.bounds()
     size = bounds[1] - bounds[0]
-    echo(f"{len(found.parts)} parts, {found.total.triangles} triangles, {found.vertices} vertices")
+    echo(
+        f"{len(inspection.parts)} parts, {inspection.total.triangles} triangles, "
+        f"{inspection.vertices} vertices"
+    )
     echo(
         f"{size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, from "
         + ", ".join(f"{v:.2f}" for v in bounds[0])
@@ -54,25 +57,25 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     )
     crs = show_crs(scene.crs or "no CRS")
     if scene.latitude is not None and scene.longitude is not None:
-        place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
+        location = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
         if scene.elevation is not None:
             datum = "ellipsoid (WGS 84), not the sea" if scene.is_ellipsoidal else "sea"
-            place += f", {scene.elevation + 0.0:g} m above the {datum}"
+            location += f", {scene.elevation + 0.0:g} m above the {datum}"
         if scene.true_north is not None:
-            place += f", true north at {scene.true_north:.2f}° from the model's y axis"
-        echo(f"{crs}: {place}")
+            location += f", true north at {scene.true_north:.2f}° from the model's y axis"
+        echo(f"{crs}: {location}")
     else:
         doubt = scene.site_doubt or "the file does not say where it is"
         echo(f"{crs}: {doubt} (--lat, --lon)")
-    for number, one in enumerate(scene.animations):
-        echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
+    for number, animation in enumerate(scene.animations):
+        echo(f"animation {number}: '{animation.name}', {animation.duration:g} s (--time poses it)")
     if scene.lights:
         echo(f"{len(scene.lights)} lights of its own")
     if windows:
         echo(f"{windows} window{'s' if windows > 1 else ''} (study --receivers windows)")
     elif any(source.format.startswith("IFC") for source in scene.sources):
         echo(f"no windows; {HOW}")
-    echo("closed" if found.total.closed else _why_open(result))
+    echo("closed" if inspection.total.closed else _why_open(result))
     for note in scene.notes:
         echo(f"note: {note}")
     most = len(scene.parts) if shows_all else _MOST
@@ -103,15 +106,15 @@ def _why_open(result: dict) -> str:
 def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict], most: int) -> None:
     """Print the layers or tags and how many parts each selects, the commonest first."""
     chosen: dict[str, list[dict]] = {}
-    for some, part in zip(words, parts, strict=True):
-        for word in filter(None, some):
+    for labels, part in zip(words, parts, strict=True):
+        for word in filter(None, labels):
             chosen.setdefault(word, []).append(part)
     # A word of one object alone, as a GlobalId is, chooses no group; one of all chooses nothing.
     every = len({part["name"] for part in parts})
     shared = [
-        (word, len(mine), sum(part["triangles"] for part in mine))
-        for word, mine in chosen.items()
-        if what == "layer" or 1 < len({part["name"] for part in mine}) < every
+        (word, len(members), sum(part["triangles"] for part in members))
+        for word, members in chosen.items()
+        if what == "layer" or 1 < len({part["name"] for part in members}) < every
     ]
     if shared:
         shared.sort(key=lambda row: -row[1])
@@ -124,8 +127,12 @@ def _list_parts(parts: list[dict], most: int) -> None:
     for part in parts:
         kinds.setdefault(part["kind"] or "-", []).append(part)
     tallies = [
-        (kind, len(mine), *(sum(part[name] for part in mine) for name in ("triangles", "closed")))
-        for kind, mine in sorted(kinds.items())
+        (
+            kind,
+            len(members),
+            *(sum(part[name] for part in members) for name in ("triangles", "closed")),
+        )
+        for kind, members in sorted(kinds.items())
     ]
     _show_table({"kind": "<24", "parts": ">7", "triangles": ">10", "closed": ">7"}, tallies, most)
     width = min(max(len(part["name"]) for part in parts), 48)

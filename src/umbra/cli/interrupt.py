@@ -61,8 +61,8 @@ def _watch(pipe: int, command: int) -> None:
         os.dup2(silence, stream)
     for first, end in ((3, pipe), (pipe + 1, os.sysconf("SC_OPEN_MAX"))):
         os.closerange(first, end)
-    while told := os.read(pipe, 64):
-        if signal.SIGINT in told and not _is_over(pipe) and os.getppid() == command:
+    while signals := os.read(pipe, 64):
+        if signal.SIGINT in signals and not _is_over(pipe) and os.getppid() == command:
             os.write(2, b"umbra: interrupted\n")
             os.kill(command, signal.SIGTERM)
 

@@ -131,18 +131,18 @@ def doctor(as_json: bool) -> None:
     echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
     echo(f"cpu  runs, {cpu['cores']} cores")
     echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
-    for name, found in gl["backends"].items():
-        if "reason" in found:
-            echo(f"     {name:8}{found['reason']}")
+    for name, backend in gl["backends"].items():
+        if "reason" in backend:
+            echo(f"     {name:8}{backend['reason']}")
             continue
-        echo(f"     {name:8}OpenGL {found['version']}, {found['renderer']}")
+        echo(f"     {name:8}OpenGL {backend['version']}, {backend['renderer']}")
         echo(
-            f"             {'software' if found['is_software'] else 'hardware'}, "
-            f"{found['stencil_bits']} stencil bits, "
-            f"depth bounds {'yes' if found['depth_bounds'] else 'no'}, "
-            f"timer queries {'yes' if found['timer_queries'] else 'no'}"
+            f"             {'software' if backend['is_software'] else 'hardware'}, "
+            f"{backend['stencil_bits']} stencil bits, "
+            f"depth bounds {'yes' if backend['depth_bounds'] else 'no'}, "
+            f"timer queries {'yes' if backend['timer_queries'] else 'no'}"
         )
-    packages = [f"{name} {found or '-'}" for name, found in report["packages"].items()]
+    packages = [f"{name} {version or '-'}" for name, version in report["packages"].items()]
     echo(f"     {', '.join(packages)}")
     cache = report["cache"]
     echo(
@@ -201,7 +201,7 @@ def _explain(error: BaseException) -> tuple[str, int]:
     elif isinstance(error, MemoryError):
         text = "out of memory; cut the model to what matters"
     elif isinstance(error, OSError) and error.filename is None and error.errno == errno.ENOSPC:
-        # Files that fill a disk are told where they are written.
+        # A full disk is reported where the file is written.
         text = (
             "the output stream takes no more (no space left on device); results in files are there"
         )
@@ -212,8 +212,8 @@ def _find_benchmarks() -> click.Command:
     """Load the command of the package umbra-benchmarks."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - only for benchmarks
 
-    for found in entry_points(group="umbra.commands", name="bench"):
-        command: click.Command = found.load()
+    for entry_point in entry_points(group="umbra.commands", name="bench"):
+        command: click.Command = entry_point.load()
         return command
     msg = (
         "the benchmarks are a package of their own, which is not installed; "

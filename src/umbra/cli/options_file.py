@@ -67,7 +67,7 @@ def _check_key(key: str, value: Any, known: Mapping[str, click.Parameter]) -> No
     msg = ""
     if isinstance(value, dict):
         msg = f"'{key}' is a table; write options one a line, without headings"
-    elif any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
+    elif any("\0" in str(item) for item in (value if isinstance(value, list) else [value])):
         msg = f"'{key}' holds a null character, which no name has; remove it"
     elif name in known and not _is_kept(known[name]):
         msg = (
@@ -178,9 +178,9 @@ def _is_file(parameter: click.Parameter, value: Any) -> bool:
 
 def _name_in_full(text: str, folder: Path) -> str:
     """Return a file, or a layer and its file, with its full path."""
-    found = _LAYER.fullmatch(text)
-    if found and not (folder / text).exists():
-        return f"{found[1]}={(folder / found[2]).resolve()}"
+    match = _LAYER.fullmatch(text)
+    if match and not (folder / text).exists():
+        return f"{match[1]}={(folder / match[2]).resolve()}"
     return str((folder / text).resolve())
 
 

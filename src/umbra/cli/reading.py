@@ -59,7 +59,7 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
 def take_reading() -> dict[str, Any]:
     """Return a command's options as ``umbra.read`` takes them."""
     others = {name for name, _, _ in list_options(SiteOptions)} | {"time", "animation"}
-    values = {name: one for name, one in read_values().items() if name not in others}
+    values = {name: value for name, value in read_values().items() if name not in others}
     return {"up": values.pop("up_axis"), "cache": not values.pop("no_cache"), **values}
 
 
@@ -100,7 +100,9 @@ def read_model(
 
 def _tell_places(scene: "Scene") -> None:
     """Say where layers were placed."""
-    begun = tuple(f"layer '{' '.join(one.layer.split())}': " for one in scene.sources if one.frame)
+    begun = tuple(
+        f"layer '{' '.join(source.layer.split())}': " for source in scene.sources if source.frame
+    )
     for note in scene.notes:
         if begun and note.startswith(begun):
             echo(f"note: {note}", err=True)
@@ -111,7 +113,7 @@ def find_model_site(scene: "Scene", say: Callable[[str], object] | None = None) 
     from umbra.sun import find_site  # noqa: PLC0415
 
     say = say or (lambda line: echo(write_for_shell(line), err=True))
-    return find_site(scene, **take_site(), tell=lambda told: say(f"note: {told}"))
+    return find_site(scene, **take_site(), tell=lambda note: say(f"note: {note}"))
 
 
 def find_any_site(
@@ -128,10 +130,10 @@ def find_any_site(
     if weather is not None:
         from umbra.sun import find_site  # noqa: PLC0415
 
-        place = {"latitude": weather.latitude, "longitude": weather.longitude}
-        site = find_site(scene, **{**take_site(), **place})
-        told = f"the model does not say its place, so that of {weather.name} counts"
-        say(f"note: {told}: {site.show()}")
+        location = {"latitude": weather.latitude, "longitude": weather.longitude}
+        site = find_site(scene, **{**take_site(), **location})
+        note = f"the model does not say its place, so that of {weather.name} counts"
+        say(f"note: {note}: {site.show()}")
         return site
     if not is_needed:
         return None

@@ -46,7 +46,10 @@ HEADINGS = ("Camera", "Lights", "Film", "Style", "Casters", "Site", "Reading", "
     help="The picture; FILE.svg or .pdf: as vectors; FILE.mp4 or .gif: a film.",
 )
 @click.option(
-    "--arrays", type=NewPath(), metavar="FILE.npz", help="What each pixel shows, as numbers."
+    "--arrays",
+    type=NewPath(),
+    metavar="FILE.npz",
+    help="Each pixel's position, normal, counts and light.",
 )
 @click.option("--quiet", is_flag=True, help="Print only errors and, with --json, the result.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

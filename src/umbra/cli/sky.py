@@ -24,7 +24,7 @@ PICTURES = ("png", "svg", "pdf")
 OUTPUTS = (*PICTURES, "csv", "horizon", "json")
 HEADINGS = ("Place", "Sun", "Casters", "Site", "Reading", "Files")
 _MOST = 1000  # places of one run
-_SHOWN = 0.001  # share that is told
+_SHOWN = 0.001  # least share that is printed
 
 
 def _option(*names: str, heading: str, **more: Any) -> Any:
@@ -45,7 +45,7 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 )  # fmt: skip
 @_option(
     "--date", "dates", heading="Sun", multiple=True, metavar="YYYY-MM-DD",
-    help="Draw the sun's path, and tell when it reaches the place; repeatable.",
+    help="Draw the sun's path, and print when it reaches the place; repeatable.",
 )  # fmt: skip
 @_option(
     "--cast", heading="Casters", multiple=True, metavar="PATTERN",
@@ -151,8 +151,8 @@ def command(
             echo_json(results[0])
         else:
             echo_json({"points": [
-                {"name": stem.removeprefix("sky-")} | one
-                for stem, one in zip(stems, results, strict=True)
+                {"name": stem.removeprefix("sky-")} | result
+                for stem, result in zip(stems, results, strict=True)
             ]})  # fmt: skip
     elif not quiet:
         _tell(views, stems, dates)
@@ -176,21 +176,21 @@ def _parse_place(text: str) -> Any:
 
 def _find_outputs(write: tuple[str, ...]) -> list[str]:
     """Return the names of what is written, the picture first."""
-    asked = [word.strip() for text in write for word in text.split(",") if word.strip()]
-    for word in asked:
+    formats = [word.strip() for text in write for word in text.split(",") if word.strip()]
+    for word in formats:
         if word not in OUTPUTS:
             near = find_similar(word, OUTPUTS)
             advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(OUTPUTS)}"
             msg = f"--write '{word}' is not known; {advice}"
             raise InputError(msg, option="write")
-    return list(dict.fromkeys(["png", *asked]))
+    return list(dict.fromkeys(["png", *formats]))
 
 
 def _find_site(scene: "Scene", dates: tuple[str, ...]) -> "Site | None":
     """Return the site where the sun, or an option, asks for it, or the file says it."""
-    place = [value for name, value in take_site().items() if name in {"latitude", "longitude"}]
+    angles = [value for name, value in take_site().items() if name in {"latitude", "longitude"}]
     is_known = scene.latitude is not None and scene.longitude is not None
-    if dates or is_known or any(value is not None for value in place):
+    if dates or is_known or any(value is not None for value in angles):
         return find_model_site(scene)
     return None
 
@@ -236,10 +236,10 @@ def _write(
 def _tell(views: "list[SkyView]", stems: list[str], dates: tuple[str, ...]) -> None:
     """Print the results for a person."""
     for view, stem in zip(views, stems, strict=True):
-        place = ", ".join(f"{value:g}" for value in view.point)
+        point = ", ".join(f"{value:g}" for value in view.point)
         echo(
             f"{stem}: sky component {view.sky_component:.2f} %, sky view factor "
-            f"{view.sky_view_factor:.4f} at {place}"
+            f"{view.sky_view_factor:.4f} at {point}"
         )
         for name, share in list(view.blocked_by.items())[:5]:
             if share >= _SHOWN:

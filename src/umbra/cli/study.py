@@ -37,6 +37,7 @@ from umbra.writers.folder import Outputs
 
 if TYPE_CHECKING:
     from umbra.calls.city import CityStudy
+    from umbra.verdicts import RuleVerdict
 
 __all__ = ["command"]
 
@@ -117,8 +118,8 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         site = find_any_site(scene, say, is_needed=options.needs_site, weather=weather)
         look = partial(stages.advance, what="reading the land", unit="blocks")
         options = settle_land(options, scene.model_bounds(), site, look)
-        told = tell_request(scene, options, site)
-        for note in (*told, *(tell_panes(scene, options) if outputs.rules else ())):
+        notes = tell_request(scene, options, site)
+        for note in (*notes, *(tell_panes(scene, options) if outputs.rules else ())):
             say(f"note: {note}")
         stages.show_scene(scene)
         stages.begin("preparing")
@@ -169,16 +170,18 @@ def study_city(
     """Run a study in tiles, and print where its results are."""
     from umbra.writers.city import (  # noqa: PLC0415
         check_city_formats,
+        check_city_rules,
         write_city_files,
         write_city_months,
     )
     from umbra.writers.folder.named_tables import write_area_table  # noqa: PLC0415
-    from umbra.writers.folder.summary import tell_areas  # noqa: PLC0415
 
     for name, _, default in list_options(outputs):
-        if name not in {"formats", "pictures"} and getattr(outputs, name) != default:
+        is_made = name in {"formats", "pictures", "rules", "report"}
+        if not is_made and getattr(outputs, name) != default:
             msg = f"{name}= is not made of a study in tiles; leave it out, or leave tiles= out"
             raise InputError(msg, option=name)
+    rules = check_city_rules(outputs.rules, options)
     check_city_formats(outputs.formats, is_plan=options.kind.is_plan)
     if read_values()["time"] is not None:
         msg = "--time poses an animated file, which is not read in tiles; leave it or --tiles out"
@@ -186,16 +189,21 @@ def study_city(
     from umbra.calls.city import run_city  # noqa: PLC0415
 
     more: list[Path] = []
+    verdicts: list[RuleVerdict] = []
     with show_progress(quiet) as stages:
 
         def write(study: "CityStudy") -> None:
             write_options(out / OPTIONS_FILE, click.get_current_context())
             more.extend(out / name for name in write_area_table(out, study.run.areas))
             names = [*outputs.formats, *["map"] * (outputs.pictures and options.kind.is_plan)]
+            if rules:
+                stages.begin("judging")
+                verdicts.extend(study.judge_rules([rules]))
             stages.begin("drawing and writing")
             more.extend(write_city_months(study.folder))
             advance = partial(stages.advance, what="drawing and writing", unit="tiles")
             more.extend(write_city_files(study.folder, names, advance, say) if names else ())
+            more.extend(study.write_told(verdicts, report=outputs.report, spell=write_for_shell))
 
         stages.begin("reading files")
         study = run_city(
@@ -204,28 +212,42 @@ def study_city(
             partial(stages.advance, what="reading files", unit="files"), write,
         )  # fmt: skip
     written = [study.job.store, out / OPTIONS_FILE, *more]
-    for note in study.notes:
-        say(f"note: {note}")
-    from umbra.sun import parse_dates  # noqa: PLC0415
-    from umbra.writers.city.store_window import list_neighbours  # noqa: PLC0415
-
-    for line in tell_areas(study.run.areas):
-        say(line)
-
-    neighbours = list_neighbours(study.folder)
-    days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
-    summed = "" if days == 1 else f", {days} dates added up"
-    for one in neighbours[:_SHOWN]:
-        say(
-            f"{one['name']} loses sun on {one['area_touched']:,.0f} m², "
-            f"at most {one['most_hours_lost']:.2f} h{summed}"
-        )
-    if len(neighbours) > _SHOWN:
-        say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
+    neighbours = _tell_city(study, verdicts, say)
     if as_json:
-        told = {"neighbours": neighbours} if options.proposed else {}
-        echo_json({**study.facts, **told, "files": [str(path) for path in written]})
+        from umbra.writers.proof.rows import sum_up  # noqa: PLC0415
+
+        result: dict[str, Any] = {"neighbours": neighbours} if options.proposed else {}
+        if verdicts:
+            result["rules"] = sum_up(verdicts, str(study.facts["time_zone"]))
+        echo_json({**study.facts, **result, "files": [str(path) for path in written]})
     elif not quiet:
         for path in written:
             if path.suffix not in {".tif", ".glb"}:  # hours.vrt and tileset.json name them
                 echo_path(path)
+
+
+def _tell_city(
+    study: "CityStudy", verdicts: "Sequence[RuleVerdict]", say: Callable[[str], object]
+) -> list[dict[str, Any]]:
+    """Tell what a study in tiles found, and return the neighbours that lose sun."""
+    from umbra.sun import parse_dates  # noqa: PLC0415
+    from umbra.writers.city.store_window import list_neighbours  # noqa: PLC0415
+    from umbra.writers.folder.summary import tell_areas  # noqa: PLC0415
+    from umbra.writers.proof.rows import tell_verdicts  # noqa: PLC0415
+
+    notes = [f"note: {note}" for note in study.notes]
+    for line in (*notes, *tell_verdicts(verdicts), *tell_areas(study.run.areas)):
+        say(line)
+    options, neighbours = study.job.options, list_neighbours(study.folder)
+    days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
+    summed = "" if days == 1 else f", {days} dates added up"
+    for neighbour in neighbours[:_SHOWN]:
+        say(
+            f"{neighbour['name']} loses sun on {neighbour['area_touched']:,.0f} m², "
+            f"at most {neighbour['most_hours_lost']:.2f} h{summed}"
+        )
+    if len(neighbours) > _SHOWN:
+        say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
+    for line in study.tell_hours():
+        say(line)
+    return neighbours

@@ -58,31 +58,31 @@ def find_appearance(
     """
     seen = frame.part != NOTHING
     part = frame.part[seen]
-    materials = [one.material for one in scene.parts] + [_GROUND]
+    materials = [part.material for part in scene.parts] + [_GROUND]
     which = np.where(part == GROUND, len(scene.parts), part)
-    found = PixelLooks(
-        albedo=np.array([one.color for one in materials])[which],
+    looks = PixelLooks(
+        albedo=np.array([part.color for part in materials])[which],
         normal=frame.normal[seen],
-        emission=np.array([one.emission for one in materials])[which],
+        emission=np.array([part.emission for part in materials])[which],
         openness=np.ones(len(part)),
-        glossy=np.flatnonzero(np.array([_is_glossy(one) for one in materials])[which])
+        glossy=np.flatnonzero(np.array([_is_glossy(part) for part in materials])[which])
         if view is not None
         else np.zeros(0, np.intp),
-        metallic=np.array([one.metallic for one in materials])[which],
-        roughness=np.array([one.roughness or 0.0 for one in materials])[which],
+        metallic=np.array([part.metallic for part in materials])[which],
+        roughness=np.array([part.roughness or 0.0 for part in materials])[which],
     )
     if view is not None:
         faces, position = view.face[seen], frame.position[seen] - scene.origin
         first = 0  # a part's first face, in the order of `Scene.triangles`
-        for index, one in enumerate(scene.parts):
-            mesh = one.mesh
-            if one.material.images or mesh.normals is not None or mesh.colors is not None:
+        for index, model_part in enumerate(scene.parts):
+            mesh = model_part.mesh
+            if model_part.material.images or mesh.normals is not None or mesh.colors is not None:
                 at = np.flatnonzero(part == index)
                 if len(at):
-                    _look_at_part(_Points(one, faces[at] - first, position[at]), at, found)
-            first += one.triangles
-    glossy = found.glossy
-    return replace(found, metallic=found.metallic[glossy], roughness=found.roughness[glossy])
+                    _look_at_part(_Points(model_part, faces[at] - first, position[at]), at, looks)
+            first += model_part.triangles
+    glossy = looks.glossy
+    return replace(looks, metallic=looks.metallic[glossy], roughness=looks.roughness[glossy])
 
 
 def _is_glossy(material: Material) -> bool:
@@ -108,29 +108,29 @@ class _Points:
         return sample(image, np.zeros((len(self.corners), 2)) if uv is None else self.mix(uv))
 
 
-def _look_at_part(points: _Points, at: NDArray[np.intp], found: PixelLooks) -> None:
+def _look_at_part(points: _Points, at: NDArray[np.intp], looks: PixelLooks) -> None:
     """Write the appearance of a part's points into the rows ``at``."""
     mesh, material = points.part.mesh, points.part.material
     if mesh.colors is not None:
-        found.albedo[at] *= points.mix(mesh.colors)
+        looks.albedo[at] *= points.mix(mesh.colors)
     if material.image is not None:
-        found.albedo[at] *= points.look_up(material.image)[:, :3]
+        looks.albedo[at] *= points.look_up(material.image)[:, :3]
     if material.emission_image is not None:
-        found.emission[at] *= points.look_up(material.emission_image)[:, :3]
+        looks.emission[at] *= points.look_up(material.emission_image)[:, :3]
     if material.occlusion_image is not None:
         red = points.look_up(material.occlusion_image)[:, 0]
-        found.openness[at] = 1.0 + material.occlusion * (red - 1.0)
+        looks.openness[at] = 1.0 + material.occlusion * (red - 1.0)
     if material.gloss_image is not None:
         gloss = points.look_up(material.gloss_image)
-        found.roughness[at] *= gloss[:, 1]
-        found.metallic[at] *= gloss[:, 2]
+        looks.roughness[at] *= gloss[:, 1]
+        looks.metallic[at] *= gloss[:, 2]
     side = np.ones(len(at))
     if mesh.normals is not None:
-        found.normal[at], side = _find_normals(points, mesh.normals, found.normal[at])
+        looks.normal[at], side = _find_normals(points, mesh.normals, looks.normal[at])
     image = material.normal_image
     uv = None if image is None else mesh.find_uv(image)
     if image is not None and uv is not None:
-        found.normal[at] = _bend_normals(points, image, uv, found.normal[at], side)
+        looks.normal[at] = _bend_normals(points, image, uv, looks.normal[at], side)
 
 
 def _find_shares(

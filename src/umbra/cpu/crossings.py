@@ -35,12 +35,12 @@ def _clip(x, y, rise, clear, rows, first, after, more, south):
     end = np.ceil(x + (rows[1] - 1.0 + clear - y) / rise)
     if rise < 0.0:
         begin, end = end, begin
-    kept = min(begin, after) if begin > first else first
+    start = min(begin, after) if begin > first else first
     stop = max(end, first) if end < after else after
-    low, high = (stop, after) if rise < 0.0 else (first, kept)
+    low, high = (stop, after) if rise < 0.0 else (first, start)
     south[np.int64(low)] += more
     south[np.int64(high)] -= more
-    return kept, stop
+    return start, stop
 
 
 @partial(inner, boundscheck=False, error_model="numpy")
@@ -107,11 +107,11 @@ def _cross(ends, weight, codes, slope_x, slope_y, corner, diff, south, loads):
                 )
             written += np.uint64(after - first)
         for i in range(written):
-            place = places[i]
-            held = flat[np.uint64(place)] + np.int64(adds[i])
-            flat[np.uint64(place)] = held
+            cell = places[i]
+            held = flat[np.uint64(cell)] + np.int64(adds[i])
+            flat[np.uint64(cell)] = held
             spill |= held + half
-            lowest, highest = min(lowest, place), max(highest, place)
+            lowest, highest = min(lowest, cell), max(highest, cell)
     return lowest // cols, highest // cols, spill < 0 or spill >= 2 * half
 
 
@@ -185,7 +185,7 @@ def _sum_along(south, level, narrow):
 
 @partial(kernel, boundscheck=False)
 def sweep(
-    sides, codes, starts, suns, which, rims, corner, kept, weights, out, counts, too_deep, taken
+    sides, codes, starts, suns, which, rims, corner, buffers, weights, out, counts, too_deep, taken
 ):
     """
     Count ``which`` suns until all are taken, in this thread's buffers.
@@ -194,13 +194,13 @@ def sweep(
     rows, cols); if there are as many ``counts`` as suns, counts are written there instead. ``suns``
     are directions, and their slopes in cells. ``sides`` are ends and weights of edges; ``rims``,
     edges in the plane: ends, weights of 2, planes of their faces, whether these are open, loads of
-    columns, first row and end row. ``kept`` holds by thread: a sun's crossings; those of the rims,
-    and south of the raster; multiplicities of the rims, and a sun's; which of them it changes;
-    whether a crossing of the rims ever overflowed.
+    columns, first row and end row. ``buffers`` holds by thread: a sun's crossings; those of the
+    rims, and south of the raster; multiplicities of the rims, and a sun's; which of them it
+    changes; whether a crossing of the rims ever overflowed.
     """
     keep = counts.shape[0] == suns.shape[0]
     rim_ends, rim_weight, planes, is_open, rim_loads, first_rim, last_rim = rims
-    diff, base, below, states, turned, wrapped = kept
+    diff, base, below, states, turned, wrapped = buffers
     t = take_next(taken[1:])
     while True:
         q = take_next(taken)

@@ -130,25 +130,25 @@ class FrameCounter:
         METHODS["cpu"].check(method)
         use_threads(self.threads)
         origin = self.scene.origin
-        place = light.local(origin)
+        lamp = light.local(origin)
         near = camera.key_range()[1]
-        casting = self.find_casting(place)
-        source, place = place, self._lift(place, camera)
-        eye = find_eye_count(casting, self.blocks, camera, origin, place)
+        casting = self.find_casting(lamp)
+        source, lamp = lamp, self._lift(lamp, camera)
+        eye = find_eye_count(casting, self.blocks, camera, origin, lamp)
         near_faces = find_faces_before(casting, self.blocks, camera, origin)
-        cut_open = find_cut_open(casting, self.blocks, near_faces, place)
+        cut_open = find_cut_open(casting, self.blocks, near_faces, lamp)
         caster = casting.opened(eye.start.enclosed | cut_open)
         start = eye.start.count(caster.is_closed)
         before: NDArray[np.int32] | np.int32 = np.int32(0)  # caps that the near plane cuts off
         if len(near_faces) and method != "z-fail":
-            caps = make_light_cap(caster, place, near_faces)
+            caps = make_light_cap(caster, lamp, near_faces)
             before = count_polygons(caps, eye.matrix, near, camera.size, nearer=True)
         if method == "z-pass":
             self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
         # Rays that start in the light end at its first surface; rays straight to the light meet no
         # sides, only faces behind.
         if (method == "z-fail" and eye.along <= 0) or (method == "auto" and eye.along < 0):
-            counts = -self._behind(caster, view, eye.matrix, place, near)
+            counts = -self._behind(caster, view, eye.matrix, lamp, near)
             if not camera.is_perspective:  # there the dark cap is a single point, or invisible
                 counts += eye.end.count(caster.is_closed)
         else:
@@ -156,7 +156,7 @@ class FrameCounter:
                 counts = np.zeros(view.key.shape, np.int16)
             else:
                 floor = self._find_floor(camera)
-                counts = self._in_front(caster, view, eye.matrix, place, floor)
+                counts = self._in_front(caster, view, eye.matrix, lamp, floor)
             if method != "z-pass" and (start or np.any(before)):
                 counts = counts + (start + before)
         if start or np.ndim(before) or eye.along < 0 or method == "z-fail":
@@ -203,18 +203,18 @@ class FrameCounter:
         the same counts, except at points on them, which lie within their caps.
         """
         use_threads(self.threads)
-        place = light.local(self.scene.origin)
-        casting = self.find_casting(place)
-        place = self._lift(place, camera)
-        eye = find_eye_count(casting, self.blocks, camera, self.scene.origin, place)
+        lamp = light.local(self.scene.origin)
+        casting = self.find_casting(lamp)
+        lamp = self._lift(lamp, camera)
+        eye = find_eye_count(casting, self.blocks, camera, self.scene.origin, lamp)
         matrix = eye.matrix
         caster = casting.opened(eye.start.enclosed)
         size = view.key.shape[::-1]
-        cap = make_light_cap(caster, place)
+        cap = make_light_cap(caster, lamp)
         counts: NDArray[np.signedinteger]
         if eye.along < 0:  # rays to the light see sides edge-on: count behind
             counts = np.zeros(view.key.shape, np.int32)
-            for faces in (make_sides(caster, place), cap, make_dark_cap(caster, place)):
+            for faces in (make_sides(caster, lamp), cap, make_dark_cap(caster, lamp)):
                 counts -= count_polygons(faces, matrix, view.key, size, nearer=False)
             if not camera.is_perspective:
                 counts += eye.end.count(caster.is_closed)
@@ -223,7 +223,7 @@ class FrameCounter:
             counts += eye.start.count(caster.is_closed)
             if eye.along == 0:
                 floor = self._find_floor(camera)
-                counts = counts + self._in_front(caster, view, matrix, place, floor)
+                counts = counts + self._in_front(caster, view, matrix, lamp, floor)
         return counts * (view.face != NOTHING)
 
     def find_casting(self, light: NDArray[np.float64]) -> Caster:
@@ -253,9 +253,9 @@ class FrameCounter:
         """Count the sides in front of the visible surface, in int16 if the counts fit."""
         if self._surface is None or self._surface[0] is not view:
             self._surface = view, SurfaceKeys.of(view)  # the same for every light
-        ((_, found),) = find_silhouettes(caster, light[None])
+        ((_, silhouettes),) = find_silhouettes(caster, light[None])
         return count_sides(
-            self._surface[1], self.ends, found.codes[: found.starts[1]],
+            self._surface[1], self.ends, silhouettes.codes[: silhouettes.starts[1]],
             caster.weight, matrix, light, floor, self.threads,
         )  # fmt: skip
 

@@ -105,7 +105,7 @@ class HeightFieldSweep(Sweep):
 
     def _run(
         self,
-        found: Silhouettes,
+        silhouettes: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
         weights: NDArray,
@@ -120,9 +120,10 @@ class HeightFieldSweep(Sweep):
         away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
         too_deep = np.zeros(len(suns), np.bool_)
         run_shared(
-            len(which), _sweep, self.ends, self.caster.weight, found.codes, found.starts, away,
-            which, self.heights, self.lowest, self.floor, (grid.row, grid.col), self.slopes.cells,
-            self.slopes.face, self._face_sun(suns), level, weights, out, counts, too_deep,
+            len(which), _sweep, self.ends, self.caster.weight, silhouettes.codes,
+            silhouettes.starts, away, which, self.heights, self.lowest, self.floor,
+            (grid.row, grid.col), self.slopes.cells, self.slopes.face,
+            self._face_sun(suns), level, weights, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -176,25 +177,25 @@ def _add_spans(listed, n, tops, held):
     unsigned, so that their sign needs no test.
     """
     for i in range(n):
-        place, rest, m = np.uint64(listed[0, i]), np.int64(listed[1, i]), np.int64(listed[5, i])
+        cell, rest, m = np.uint64(listed[0, i]), np.int64(listed[1, i]), np.int64(listed[5, i])
         x, at, slope = listed[2, i], listed[3, i], listed[4, i]
         if rest <= 1:  # also rows without cells: cheaper than a mispredicted branch
-            place = place if rest > 0 else np.uint64(0)
-            is_below = tops[place] < at + slope * x
-            held[place] += m if is_below & (rest > 0) else 0
-        elif place + np.uint64(rest + _LANES) > np.uint64(tops.size):
+            cell = cell if rest > 0 else np.uint64(0)
+            is_below = tops[cell] < at + slope * x
+            held[cell] += m if is_below & (rest > 0) else 0
+        elif cell + np.uint64(rest + _LANES) > np.uint64(tops.size):
             for t in range(rest):  # lanes would read beyond the last cell
-                is_below = tops[place + np.uint64(t)] < at + slope * (x + t)
-                held[place + np.uint64(t)] += m if is_below else 0
+                is_below = tops[cell + np.uint64(t)] < at + slope * (x + t)
+                held[cell + np.uint64(t)] += m if is_below else 0
         elif rest <= FEW_LANES:
-            add_below(tops, held, place, at, slope, x, rest, m)
+            add_below(tops, held, cell, at, slope, x, rest, m)
         else:
             for _ in range(0, rest, _LANES):
                 for t in range(_LANES):
-                    is_below = tops[place + np.uint64(t)] < at + slope * (x + t)
-                    held[place + np.uint64(t)] += m if is_below & (t < rest) else 0
+                    is_below = tops[cell + np.uint64(t)] < at + slope * (x + t)
+                    held[cell + np.uint64(t)] += m if is_below & (t < rest) else 0
                 rest -= _LANES
-                place += np.uint64(_LANES)
+                cell += np.uint64(_LANES)
                 x += _LANES
 
 
@@ -315,11 +316,11 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, lowest, floor, corner, level
             p_r0, q_r0 = (most, 0.0) if is_left else (p, k)
         if ky != 0.0:
             k = kx / ky
-            one = x0 - y0 * k
-            two = x1 - y1 * k
+            at_first = x0 - y0 * k
+            at_second = x1 - y1 * k
             is_left = (up > 0.0) == (sy > 0.0)
-            p_l1 = one if is_left else two
-            p_r1 = two if is_left else one
+            p_l1 = at_first if is_left else at_second
+            p_r1 = at_second if is_left else at_first
             q_l1 = q_r1 = k
         if y2 != y3:
             k = (x3 - x2) / (y3 - y2)

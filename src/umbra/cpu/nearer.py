@@ -54,9 +54,9 @@ def add_where_nearer(
 
         def spread(value: Any) -> Any:
             vector = ir.VectorType(value.type, n)
-            one = builder.insert_element(vector(ir.Undefined), value, _LANE(0))
+            lanes = builder.insert_element(vector(ir.Undefined), value, _LANE(0))
             zeros = ir.Constant(ir.VectorType(_LANE, n), [0] * n)
-            return builder.shuffle_vector(one, vector(ir.Undefined), zeros)
+            return builder.shuffle_vector(lanes, vector(ir.Undefined), zeros)
 
         # The first ``rest`` lanes are those of a window on ones that zeros follow.
         window = ir.Constant(ir.ArrayType(m.type, 2 * n), [-1] * n + [0] * n)
@@ -71,10 +71,10 @@ def add_where_nearer(
         key = builder.load(find(keys, 1, side.type), align=8)
         near = builder.fadd(spread(side), builder.fmul(spread(slope), ahead))
         is_nearer = builder.sext(builder.fcmp_ordered("<", key, near), lanes)
-        place = find(counts, 2, m.type)
-        old = builder.load(place, align=m.type.width // 8)
+        pointer = find(counts, 2, m.type)
+        old = builder.load(pointer, align=m.type.width // 8)
         more = builder.and_(builder.and_(is_nearer, is_inside), spread(m))
-        builder.store(builder.add(old, more), place, align=m.type.width // 8)
+        builder.store(builder.add(old, more), pointer, align=m.type.width // 8)
         return context.get_dummy_value()
 
     return signature, generate

@@ -38,37 +38,37 @@ def clip_above(caster: Caster, height: float) -> Caster:
     if above.all() or not len(caster.edges):
         return caster
     above_first, above_second = above.take(caster.edges.T)
-    kept = np.flatnonzero(above_first | above_second)
+    in_part = np.flatnonzero(above_first | above_second)
     crossed = np.flatnonzero(above_first != above_second)
 
-    one, two = caster.edges.T.take(crossed, axis=1)
-    low, high = np.where(above_first[crossed], (two, one), (one, two))
+    first, second = caster.edges.T.take(crossed, axis=1)
+    low, high = np.where(above_first[crossed], (second, first), (first, second))
     bottom, top = caster.vertices.take(low, axis=0), caster.vertices.take(high, axis=0)
     along = (height - bottom[:, 2:]) / (top[:, 2:] - bottom[:, 2:])
     points = bottom + along * (top - bottom)
     points[:, 2] = height
     n = len(caster.vertices)
-    place = n + weld_vertices(points)  # edges of the same vertices share one
+    vertex = n + weld_vertices(points)  # edges of the same vertices share one
 
     edges = caster.edges.copy()
-    edges[crossed, above_first[crossed].astype(np.intp)] = place
+    edges[crossed, above_first[crossed].astype(np.intp)] = vertex
 
     # The new edge of a face runs from where its outline goes below to where it returns.
     cuts = np.full((len(caster.faces), 2), -1, np.int32)
     _find_cuts(caster.faces, above, caster.edges, caster.edge_faces, crossed, cuts)
     cut = np.flatnonzero(cuts[:, 0] >= 0)
-    cut_edges = place.take(cuts.take(cut, axis=0))
+    cut_edges = vertex.take(cuts.take(cut, axis=0))
     closed = caster.face_is_closed[cut]
     partner = np.where(closed, len(caster.faces), cut)  # the last plane is never lit
     return replace(
         caster,
         vertices=np.concatenate([caster.vertices, points]),
-        edges=np.concatenate([edges.take(kept, axis=0), cut_edges]),
+        edges=np.concatenate([edges.take(in_part, axis=0), cut_edges]),
         edge_faces=np.concatenate(
-            [caster.edge_faces.take(kept, axis=0), np.stack([cut, partner], 1).astype(np.int32)]
+            [caster.edge_faces.take(in_part, axis=0), np.stack([cut, partner], 1).astype(np.int32)]
         ),
-        turn=np.concatenate([caster.turn[kept], ~closed]),
-        weight=np.concatenate([caster.weight[kept], np.ones(len(cut), np.int8)]),
+        turn=np.concatenate([caster.turn[in_part], ~closed]),
+        weight=np.concatenate([caster.weight[in_part], np.ones(len(cut), np.int8)]),
     )
 
 
@@ -116,7 +116,7 @@ class PlaneSweep(Sweep):
 
     def _run(
         self,
-        found: Silhouettes,
+        silhouettes: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
         weights: NDArray,
@@ -128,7 +128,7 @@ class PlaneSweep(Sweep):
         shape, n = (threads, grid.rows + 1, grid.cols), len(self.rims[0])
         slope = suns[:, :2] / suns[:, 2:] / (grid.dx, grid.dy)
         too_deep = np.zeros(len(suns), np.bool_)
-        kept = (
+        buffers = (
             self._buffer("diff", shape, count_type),
             self._buffer("base", shape, count_type),
             self._buffer("below", (threads, grid.cols + 1), np.int64, count_type),
@@ -137,9 +137,9 @@ class PlaneSweep(Sweep):
             self._buffer("wrapped", (threads,), np.bool_, count_type),
         )
         run_shared(
-            len(which), sweep, (self.ends, self.asked.weight), found.codes, found.starts,
-            np.append(suns, slope, 1), which, self.rims, (grid.row, grid.col), kept, weights, out,
-            masks, too_deep,
+            len(which), sweep, (self.ends, self.asked.weight), silhouettes.codes,
+            silhouettes.starts, np.append(suns, slope, 1), which, self.rims, (grid.row, grid.col),
+            buffers, weights, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -158,10 +158,10 @@ def _part_rims(
     if n < len(ends):
         names = ("edges", "edge_faces", "turn", "weight")
         sides = replace(caster, **{name: getattr(caster, name)[:n] for name in names})
-    one, two = np.clip(np.ceil(ends[n:, [0, 3]].T) - grid.col, 0, grid.cols).astype(np.int64)
-    used = np.flatnonzero(one != two)
+    begin, stop = np.clip(np.ceil(ends[n:, [0, 3]].T) - grid.col, 0, grid.cols).astype(np.int64)
+    used = np.flatnonzero(begin != stop)
     begins, stops = (
-        np.bincount(end(one[used], two[used]), minlength=grid.cols + 1)
+        np.bincount(end(begin[used], stop[used]), minlength=grid.cols + 1)
         for end in (np.minimum, np.maximum)
     )
     rims = ends[n:][used]
@@ -218,14 +218,14 @@ def _count_winding(
     for count_type in (np.int8, np.int32):
         too_deep = np.zeros(1, np.bool_)
         shape = (1, grid.rows + 1, grid.cols)
-        kept = (
+        buffers = (
             np.zeros(shape, count_type), np.zeros(shape, count_type),
             np.zeros((1, grid.cols + 1), np.int64), np.zeros((1, 2, 0), np.int8),
             np.zeros((1, 0), np.int32), np.zeros(1, np.bool_),
         )  # fmt: skip
         run_shared(
             1, sweep, (ends, weight), codes, starts, zenith, np.zeros(1, np.int64), no_rims,
-            (grid.row, grid.col), kept, *nothing, winding, too_deep,
+            (grid.row, grid.col), buffers, *nothing, winding, too_deep,
         )  # fmt: skip
         if not too_deep[0]:
             break

@@ -43,10 +43,10 @@ def make_light_cap(
     Lit faces of closed components; all faces of open components except edge-on ones. ``among``
     limits the faces, if given.
     """
-    some = np.arange(len(caster.faces)) if among is None else among
-    side = find_sides(caster.planes[:, some], light)
-    turned = (side < 0) & ~caster.is_closed[caster.component[some]]
-    faces = np.concatenate([caster.faces[some[side > 0]], caster.faces[some[turned]][:, ::-1]])
+    chosen = np.arange(len(caster.faces)) if among is None else among
+    side = find_sides(caster.planes[:, chosen], light)
+    turned = (side < 0) & ~caster.is_closed[caster.component[chosen]]
+    faces = np.concatenate([caster.faces[chosen[side > 0]], caster.faces[chosen[turned]][:, ::-1]])
     corners = np.ones((len(faces), 3, 4))
     corners[..., :3] = caster.vertices[faces]
     return VolumePolygons(corners, np.ones(len(faces), np.int64))

@@ -89,13 +89,15 @@ class Sweep(ABC):
             weight, weights = weights[0, 0], np.ones(weights.shape, np.uint8)
         shape = (self.threads, *sums.shape)
         at_once = max(8 * self.threads, 16)
-        for which, found in self._batches(suns):
-            mine, of_mine = suns[which], np.ascontiguousarray(weights[which])
+        for which, silhouettes in self._batches(suns):
+            group, group_weights = suns[which], np.ascontiguousarray(weights[which])
             out = self._buffer("out", shape, weights.dtype.type)
-            for first in range(0, len(mine), at_once):
-                some = np.arange(first, min(first + at_once, len(mine)))
-                self._count(found, mine, some, of_mine, out, np.zeros((0, 1, 1), np.int32))
-                progress(len(some))
+            for first in range(0, len(group), at_once):
+                batch = np.arange(first, min(first + at_once, len(group)))
+                self._count(
+                    silhouettes, group, batch, group_weights, out, np.zeros((0, 1, 1), np.int32)
+                )
+                progress(len(batch))
             run_shared(sums.shape[1], _empty_into, sums, out, weight)
 
     def masks(
@@ -116,10 +118,10 @@ class Sweep(ABC):
         """
         masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
         for first in range(0, len(suns), 8):
-            some = suns[first : first + 8]
-            np.not_equal(self.counts(some), 0, out=masks[first : first + 8].view(np.bool_))
-            self._attach(some, masks[first : first + 8])
-            progress(len(some))
+            batch = suns[first : first + 8]
+            np.not_equal(self.counts(batch), 0, out=masks[first : first + 8].view(np.bool_))
+            self._attach(batch, masks[first : first + 8])
+            progress(len(batch))
         return masks
 
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -135,10 +137,10 @@ class Sweep(ABC):
         counts : (n, rows, cols) int32
         """
         counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
-        for which, found in self._batches(suns):
-            mine = suns[which]
-            none, nothing = np.zeros((len(mine), 1), np.uint8), np.zeros((1, 1, 1, 1), np.uint8)
-            self._count(found, mine, np.arange(len(mine)), none, nothing, counts[which])
+        for which, silhouettes in self._batches(suns):
+            group = suns[which]
+            none, nothing = np.zeros((len(group), 1), np.uint8), np.zeros((1, 1, 1, 1), np.uint8)
+            self._count(silhouettes, group, np.arange(len(group)), none, nothing, counts[which])
         return counts
 
     def _batches(self, suns: NDArray[np.float64]) -> Iterator[tuple[slice, Silhouettes]]:
@@ -147,7 +149,7 @@ class Sweep(ABC):
 
     def _count(
         self,
-        found: Silhouettes,
+        silhouettes: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
         weights: NDArray,
@@ -155,9 +157,9 @@ class Sweep(ABC):
         counts: NDArray,
     ) -> None:
         # Suns whose counts might overflow the narrow type are counted again in int32.
-        deep = self._run(found, suns, which, weights, out, counts, self.narrow)
+        deep = self._run(silhouettes, suns, which, weights, out, counts, self.narrow)
         if deep.any():
-            self._run(found, suns, np.flatnonzero(deep), weights, out, counts, np.int32)
+            self._run(silhouettes, suns, np.flatnonzero(deep), weights, out, counts, np.int32)
 
     def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:  # noqa: B027
         """Add attached shadow (surfaces facing away from the sun); a horizontal plane has none."""
@@ -165,7 +167,7 @@ class Sweep(ABC):
     @abstractmethod
     def _run(
         self,
-        found: Silhouettes,
+        silhouettes: Silhouettes,
         suns: NDArray[np.float64],
         which: NDArray[np.int64],
         weights: NDArray,

@@ -123,8 +123,8 @@ def _find_head_on(albedo: Vectors, metallic: NDArray[np.float64]) -> Vectors:
     return _DIELECTRIC * (1.0 - metallic[:, None]) + metallic[:, None] * albedo
 
 
-def _dot(one: Vectors, two: Vectors) -> NDArray[np.float64]:
-    return np.asarray(np.einsum("ij,ij->i", one, two))
+def _dot(first: Vectors, second: Vectors) -> NDArray[np.float64]:
+    return np.asarray(np.einsum("ij,ij->i", first, second))
 
 
 _LINEAR = 0.0031308  # below, sRGB is linear

@@ -120,15 +120,15 @@ def add_group_shares(
             continue
         n_groups = _list_groups(pieces, n_rows, membership, work)
         for c in range(start, end):
-            some = _count_hidden(bits, pieces, n_rows, c, membership.is_weak, work)
-            if some == 0:
+            hidden = _count_hidden(bits, pieces, n_rows, c, membership.is_weak, work)
+            if hidden == 0:
                 continue
             for k in range(suns.shape[0]):
                 facing = 0.0
                 for j in range(3):
                     facing += normals[c, j] * suns[k, j]
                 # Attached shadow is due to no caster; a point without a normal (NaN) has none.
-                if not facing <= 0.0 and (some >> k) & 1:
+                if not facing <= 0.0 and (hidden >> k) & 1:
                     _add_light(
                         bits, pieces, c, k, n_groups, weights, membership.is_weak, work, where[c],
                         cast, sole,
@@ -138,15 +138,15 @@ def add_group_shares(
 @inlined
 def _find_rows(bits, n, start, end, rows):
     """List the rows with a bit between two columns; return their number."""
-    found = 0
+    count = 0
     for r in range(n):
-        some = np.uint8(0)
+        union = np.uint8(0)
         for c in range(start, end):
-            some |= bits[r, c]
-        if some:
-            rows[found] = r
-            found += 1
-    return found
+            union |= bits[r, c]
+        if union:
+            rows[count] = r
+            count += 1
+    return count
 
 
 @inlined
@@ -179,15 +179,15 @@ def _count_hidden(bits, pieces, n_rows, c, is_weak, work):
     """Count the listed rows that hide a receiver from each light; return these lights."""
     hidden = work.hidden
     hidden[:] = 0
-    some = np.uint8(0)
+    hiding = np.uint8(0)
     for q in range(n_rows):
         r = work.rows[q]
         b = bits[r, c]
-        some |= b
+        hiding |= b
         if b:
             for k in range(8):
                 hidden[np.int64(is_weak[pieces[r]]), k] += (b >> k) & 1
-    return some
+    return hiding
 
 
 @inlined

@@ -21,38 +21,40 @@ def _make_vector(kind: Any) -> Any:
 def _spread(builder: Any, value: Any) -> Any:
     """Return a vector of equal numbers."""
     number = ir.IntType(32)
-    one = ir.Constant(_make_vector(value.type), ir.Undefined)
-    one = builder.insert_element(one, value, number(0))
-    return builder.shuffle_vector(one, one, ir.Constant(_make_vector(number), [0] * FEW_LANES))
+    vector = ir.Constant(_make_vector(value.type), ir.Undefined)
+    vector = builder.insert_element(vector, value, number(0))
+    return builder.shuffle_vector(
+        vector, vector, ir.Constant(_make_vector(number), [0] * FEW_LANES)
+    )
 
 
-def _find_lanes(context: Any, builder: Any, kind: Any, array: Any, place: Any) -> Any:
+def _find_lanes(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     """Return a pointer to a vector in an array, from a place on."""
     data = context.make_array(kind)(context, builder, array).data
-    start = builder.gep(data, [place])
+    start = builder.gep(data, [index])
     return builder.bitcast(start, _make_vector(data.type.pointee).as_pointer())
 
 
 @intrinsic
 def add_below(
-    _typing: Any, tops: Any, held: Any, place: Any, at: Any, slope: Any, x: Any, rest: Any, m: Any
+    _typing: Any, tops: Any, held: Any, index: Any, at: Any, slope: Any, x: Any, rest: Any, m: Any
 ) -> Any:
     """
-    Add ``m`` to the first ``rest`` of eight cells from ``place`` on, where they are below a side.
+    Add ``m`` to the first ``rest`` of eight cells from ``index`` on, where they are below a side.
 
     ``tops`` (n,) float64 are the cells' heights and ``held`` (n,) their counts; the side is
-    ``at + slope * x`` high in the first cell, and x grows by 1 from cell to cell. ``place`` is
+    ``at + slope * x`` high in the first cell, and x grows by 1 from cell to cell. ``index`` is
     unsigned, ``rest`` and ``m`` int64, the others float64.
     """
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        tops, held, place, at, slope, x, rest, m = values
+        tops, held, index, at, slope, x, rest, m = values
         spread = partial(_spread, builder)
         steps = ir.Constant(_make_vector(x.type), [float(t) for t in range(FEW_LANES)])
         numbers = ir.Constant(_make_vector(rest.type), list(range(FEW_LANES)))
-        tops = _find_lanes(context, builder, signature.args[0], tops, place)
+        tops = _find_lanes(context, builder, signature.args[0], tops, index)
         heights = builder.load(tops, align=8)
-        lanes = _find_lanes(context, builder, signature.args[1], held, place)
+        lanes = _find_lanes(context, builder, signature.args[1], held, index)
         size = signature.args[1].dtype.bitwidth // 8
         before = builder.load(lanes, align=size)
         side = builder.fmul(spread(slope), builder.fadd(spread(x), steps))
@@ -65,7 +67,7 @@ def add_below(
         builder.store(builder.add(before, more), lanes, align=size)
         return context.get_dummy_value()
 
-    return types.void(tops, held, place, at, slope, x, rest, m), generate
+    return types.void(tops, held, index, at, slope, x, rest, m), generate
 
 
 @intrinsic
@@ -94,11 +96,11 @@ def write_crossings(
         row = builder.select(builder.fcmp_ordered(">", row, low), row, low)
         row = builder.select(builder.fcmp_ordered("<", row, top), row, top)
         row = builder.call(ceil, [row])
-        found = builder.fmul(row, _spread(builder, cols))
-        found = builder.fadd(found, builder.fsub(column, _spread(builder, origin)))
-        found = builder.fptosi(found, _make_vector(ir.IntType(32)))
+        columns = builder.fmul(row, _spread(builder, cols))
+        columns = builder.fadd(columns, builder.fsub(column, _spread(builder, origin)))
+        columns = builder.fptosi(columns, _make_vector(ir.IntType(32)))
         more = _spread(builder, builder.trunc(m, ir.IntType(8)))
-        for k, array, vector in (0, places, found), (1, adds, more):
+        for k, array, vector in (0, places, columns), (1, adds, more):
             start = _find_lanes(context, builder, signature.args[k], array, to)
             builder.store(vector, start, align=vector.type.element.width // 8)
         return context.get_dummy_value()

@@ -323,24 +323,24 @@ def _fill(quads, spans, places, listed, keys, counts, taken):
             return
         top = stripe * STRIPE
         counts[top : top + STRIPE] = 0
-        mine = listed[places[stripe] : places[stripe + 1]]
+        sides = listed[places[stripe] : places[stripe + 1]]
         first = np.empty((_BATCH, STRIPE), np.int32)
         wide, near = np.empty_like(first), np.empty((_BATCH, STRIPE))
         members = np.empty((4, _BATCH), np.int64)
         start, width = np.uint64(top * keys.shape[1]), np.uint64(keys.shape[1])
         surface, sums = keys.reshape(-1), counts.reshape(-1)
         _fill_stripe(
-            quads, spans, mine, top, first, wide, near, members, start, width, surface, sums
+            quads, spans, sides, top, first, wide, near, members, start, width, surface, sums
         )
 
 
 @partial(borrowing, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill_stripe(quads, spans, mine, top, first, wide, near, members, start, width, surface, sums):
+def _fill_stripe(quads, spans, sides, top, first, wide, near, members, start, width, surface, sums):
     """Add the sides of a stripe in batches: rows of known width mispredict few branches."""
-    for begin in range(0, mine.size, _BATCH):
-        few = few_more = some = many = 0
-        for p in range(min(mine.size - begin, _BATCH)):
-            i = np.uint64(mine[begin + p])
+    for begin in range(0, sides.size, _BATCH):
+        few = few_more = several = many = 0
+        for p in range(min(sides.size - begin, _BATCH)):
+            i = np.uint64(sides[begin + p])
             widest = np.int32(0)
             # First column, width and first key of each row of the stripe, all at once.
             for j in range(STRIPE):
@@ -359,29 +359,29 @@ def _fill_stripe(quads, spans, mine, top, first, wide, near, members, start, wid
                 wide[p, j] = pixels
                 widest = max(widest, pixels)
                 near[p, j] = quads[i, 17] * y + quads[i, 18] + quads[i, 16] * column
-            members[0, few] = members[1, few_more] = members[2, some] = members[3, many] = p
+            members[0, few] = members[1, few_more] = members[2, several] = members[3, many] = p
             few += 0 < widest <= 8
             few_more += 8 < widest <= 16
-            some += 16 < widest <= LANES
+            several += 16 < widest <= LANES
             many += widest > LANES
-        batch = mine, np.uint64(begin), members
+        batch = sides, np.uint64(begin), members
         runs = first, wide, near
         picture = start, width, surface, sums
         _add_rows(8, 0, few, batch, quads, spans, top, runs, picture)
         _add_rows(16, 1, few_more, batch, quads, spans, top, runs, picture)
-        _add_rows(LANES, 2, some, batch, quads, spans, top, runs, picture)
+        _add_rows(LANES, 2, several, batch, quads, spans, top, runs, picture)
         _add_rows(LANES, 3, many, batch, quads, spans, top, runs, picture)
 
 
 @partial(kernel, boundscheck=False, inline="always")
 def _add_rows(lanes, kind, n, batch, quads, spans, top, runs, picture):
     """Add the n sides of a batch that are of one kind by width, ``lanes`` pixels at once."""
-    mine, begin, members = batch
+    sides, begin, members = batch
     first, wide, near = runs
     start, width, surface, sums = picture
     for k in range(n):
         p = np.uint64(members[kind, k])
-        i = np.uint64(mine[begin + p])
+        i = np.uint64(sides[begin + p])
         slope = quads[i, 16]
         m = sums.dtype.type(spans[i, 2])
         end = np.uint64(min(spans[i, 1] - top, STRIPE))

@@ -164,13 +164,13 @@ class StudyCounters:
         """Time a few suns on both devices, after a first run that compiles; return the faster."""
         import numpy as np  # noqa: PLC0415 - the command's help needs no NumPy
 
-        some = self._suns[:_TRIED]
-        once, sums = np.ones((len(some), 1), np.int32), np.zeros((1, *tile.shape), np.int32)
+        trial = self._suns[:_TRIED]
+        once, sums = np.ones((len(trial), 1), np.int32), np.zeros((1, *tile.shape), np.int32)
         seconds = {}
         for name in (DEFAULT, self._rival):
             counter = self._open(name).make(tile)
-            counter.add_weights(some[:2], once[:2], sums)
+            counter.add_weights(trial[:2], once[:2], sums)
             begun = time.perf_counter()
-            counter.add_weights(some, once, sums)
+            counter.add_weights(trial, once, sums)
             seconds[name] = time.perf_counter() - begun
         return min(seconds, key=lambda name: seconds[name])

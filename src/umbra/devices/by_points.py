@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["PointDevice"]
 
 _POINTS = 1 << 18
-"""Points that are handed over at a time, so that work arrays stay small."""
+"""Points passed to the device at a time, so that work arrays stay small."""
 
 
 class PointDevice(CountingDevice):
@@ -71,17 +71,17 @@ class PointDevice(CountingDevice):
 
         unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         try:
-            found = np.asarray(self.find_hidden(triangles, points, unit, lights))
+            masks = np.asarray(self.find_hidden(triangles, points, unit, lights))
         except UmbraError:
             raise
         except Exception as error:
             raise blame(self.name, error) from error
         wanted = len(lights), len(points)
-        if found.shape != wanted:
+        if masks.shape != wanted:
             raise blame(
-                self.name, ValueError(f"its masks have the shape {found.shape}, not {wanted}")
+                self.name, ValueError(f"its masks have the shape {masks.shape}, not {wanted}")
             )
-        return (found != 0).astype(np.uint8)
+        return (masks != 0).astype(np.uint8)
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
         """Start a study; tiles hold their casters."""
@@ -136,9 +136,9 @@ class PointCounter:
         whole[:, : lights.shape[1]] = lights
         masks = np.zeros((len(lights), len(where.points)), np.uint8)
         for first in range(0, len(where.points), _POINTS):
-            some = slice(first, first + _POINTS)
-            masks[:, some] = self._device.ask(
-                self._triangles, where.points[some], where.normals[some], whole
+            batch = slice(first, first + _POINTS)
+            masks[:, batch] = self._device.ask(
+                self._triangles, where.points[batch], where.normals[batch], whole
             )
         return masks.reshape(-1, *self._tile.shape)
 

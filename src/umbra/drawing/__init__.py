@@ -90,9 +90,9 @@ def see_model(
     covers = finder.make_casters((casts[regions.part] & ~is_clear)[regions.owner])
     places = [light.local(origin) for light in lights]
     surfaces = []
-    for number, one in enumerate(seen):
-        dark = [finder.find_shadow(one, place, covers) for place in places]
-        surfaces.append(replace(one, shadows=_combine(dark)))
+    for number, region in enumerate(seen):
+        dark = [finder.find_shadow(region, light, covers) for light in places]
+        surfaces.append(replace(region, shadows=_combine(dark)))
         if number % 64 == 0:
             advance(number, len(seen), "finding shadows", "surfaces")
     advance(0, 1, "finding lines", "views")
@@ -102,20 +102,20 @@ def see_model(
 
 def _combine(dark: Sequence[list[Ring]]) -> Shadows:
     """Divide the shadows of several lights into parts that the same lights reach."""
-    found: Shadows = []
+    shadows: Shadows = []
     for number, rings in enumerate(dark):
         if not rings:
             continue
         mask = tuple(k != number for k in range(len(dark)))
         new: Shadows = []
         rest = rings
-        for other, held in found:
+        for other, held in shadows:
             both = tuple(a and b for a, b in zip(mask, other, strict=True))
             shared = intersect(held, rings)
             new += [(both, shared), (other, subtract(held, rings) if shared else held)]
             rest = subtract(rest, held) if shared else rest
-        found = [(one, held) for one, held in [*new, (mask, rest)] if held]
-    return found
+        shadows = [(bits, held) for bits, held in [*new, (mask, rest)] if held]
+    return shadows
 
 
 def _sort(
@@ -128,9 +128,11 @@ def _sort(
     clear = np.append(is_clear, False)
     forward = camera.axes()[2]
 
-    def find_depth(one: VisibleRegion) -> float:
-        corners = regions.corners[regions.starts[one.region] : regions.starts[one.region + 1]]
+    def find_depth(region: VisibleRegion) -> float:
+        corners = regions.corners[regions.starts[region.region] : regions.starts[region.region + 1]]
         return float(corners.reshape(-1, 3).mean(0) @ forward)
 
-    through = sorted((one for one in surfaces if clear[one.region]), key=find_depth, reverse=True)
-    return [one for one in surfaces if not clear[one.region]] + through
+    through = sorted(
+        (surface for surface in surfaces if clear[surface.region]), key=find_depth, reverse=True
+    )
+    return [surface for surface in surfaces if not clear[surface.region]] + through

@@ -81,7 +81,7 @@ _INCH, _UNITS = 0.0254, 96  # metres, and units of a drawing to the inch
 
 
 def list_losses(scene: Scene, lights: Sequence[Light]) -> list[str]:
-    """Say what a drawing leaves out of the picture of a scene."""
+    """Describe what a drawing leaves out of the picture of a scene."""
     parts: dict[str, int] = {}
     for part in scene.parts:
         material, mesh = part.material, part.mesh

@@ -49,8 +49,8 @@ def _overlay(subject: Sequence[Ring], others: Sequence[Ring], kind: str) -> list
     clipper.addPaths(list(subject), pyclipr.Subject, False)
     if len(others):
         clipper.addPaths(list(others), pyclipr.Clip, False)
-    found = clipper.execute(getattr(pyclipr, kind), pyclipr.FillRule.NonZero)
-    return [ring for ring in found if not _is_thin(ring)]
+    rings = clipper.execute(getattr(pyclipr, kind), pyclipr.FillRule.NonZero)
+    return [ring for ring in rings if not _is_thin(ring)]
 
 
 @kernel

@@ -66,15 +66,15 @@ def find_regions(soup: Triangles) -> PlanarRegions:
     normals = np.cross(b - a, c - a)
     area = np.linalg.norm(normals, axis=1)
     longest = np.max([((p - q) ** 2).sum(1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    kept = np.flatnonzero(area > _FLAT * longest)
-    normals = normals[kept] / area[kept, None]
-    planes = np.column_stack([normals, -np.einsum("ij,ij->i", normals, corners[kept].mean(1))])
-    welded = weld_vertices(soup.vertices)[soup.faces[kept]]
-    first, second, _ = pair_edges(welded, soup.part[kept])
-    starts, others = _list_neighbours(first, second, len(kept))
-    order = np.argsort(-area[kept], kind="stable")
-    owner = np.full(len(kept), -1, np.intp)
-    _grow(order, starts, others, corners[kept], planes, _EVEN * size, owner)
+    faces = np.flatnonzero(area > _FLAT * longest)
+    normals = normals[faces] / area[faces, None]
+    planes = np.column_stack([normals, -np.einsum("ij,ij->i", normals, corners[faces].mean(1))])
+    welded = weld_vertices(soup.vertices)[soup.faces[faces]]
+    first, second, _ = pair_edges(welded, soup.part[faces])
+    starts, others = _list_neighbours(first, second, len(faces))
+    order = np.argsort(-area[faces], kind="stable")
+    owner = np.full(len(faces), -1, np.intp)
+    _grow(order, starts, others, corners[faces], planes, _EVEN * size, owner)
     # Regions in the order of their lowest face: of coplanar ones the lower is in front.
     seeds, lowest, owner = np.unique(owner, return_index=True, return_inverse=True)
     rank = np.empty_like(lowest)
@@ -83,11 +83,11 @@ def find_regions(soup: Triangles) -> PlanarRegions:
     seeds = seeds[np.argsort(lowest)]
     sort = np.argsort(owner, kind="stable")
     starts = np.searchsorted(owner[sort], np.arange(len(seeds) + 1))
-    corners, planes = corners[kept][sort], planes[seeds]
-    sheet = _find_sheets(corners, starts, planes, np.argsort(-area[kept][seeds]), _SAME * size)
+    corners, planes = corners[faces][sort], planes[seeds]
+    sheet = _find_sheets(corners, starts, planes, np.argsort(-area[faces][seeds]), _SAME * size)
     return PlanarRegions(
-        corners, kept[sort], owner[sort], starts, planes, sheet,
-        soup.part[kept][seeds].astype(np.intp), _SAME * size,
+        corners, faces[sort], owner[sort], starts, planes, sheet,
+        soup.part[faces][seeds].astype(np.intp), _SAME * size,
     )  # fmt: skip
 
 
@@ -132,9 +132,9 @@ def _list_neighbours(
     first: NDArray[np.intp], second: NDArray[np.intp], count: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """List each face's neighbours, one face after the other."""
-    one, two = np.concatenate([first, second]), np.concatenate([second, first])
-    order = np.argsort(one, kind="stable")
-    return np.searchsorted(one[order], np.arange(count + 1)), two[order]
+    sources, targets = np.concatenate([first, second]), np.concatenate([second, first])
+    order = np.argsort(sources, kind="stable")
+    return np.searchsorted(sources[order], np.arange(count + 1)), targets[order]
 
 
 @kernel
@@ -153,38 +153,38 @@ def _spread(corners, starts, planes, order, away, ascending, tolerance, sheet):
             region = queue[done]
             done += 1
             middle = abs(planes[region, 3])
-            place = np.searchsorted(away, middle - _APART * tolerance)
+            position = np.searchsorted(away, middle - _APART * tolerance)
             end = np.searchsorted(away, middle + _APART * tolerance)
             while True:
-                place = _find_left(left, place)
-                if place >= end:
+                position = _find_left(left, position)
+                if position >= end:
                     break
-                other = ascending[place]
+                other = ascending[position]
                 if sheet[other] >= 0:
-                    left[place] = place + 1
+                    left[position] = position + 1
                     continue
                 turn = 0.0
                 for j in range(3):
                     turn += planes[region, j] * planes[other, j]
-                one, two = starts[region], starts[other]
+                first, second = starts[region], starts[other]
                 if abs(turn) > _ALIKE and (
-                    _is_in_plane(corners, two, starts[other + 1], planes[region], tolerance)
-                    or _is_in_plane(corners, one, starts[region + 1], planes[other], tolerance)
+                    _is_in_plane(corners, second, starts[other + 1], planes[region], tolerance)
+                    or _is_in_plane(corners, first, starts[region + 1], planes[other], tolerance)
                 ):
                     sheet[other] = seed
                     queue[known] = other
                     known += 1
-                place += 1
+                position += 1
 
 
 @kernel
-def _find_left(left, place):
+def _find_left(left, position):
     """Follow the places to one that is left, and shorten the way."""
-    end = place
+    end = position
     while left[end] != end:
         end = left[end]
-    while left[place] != end:
-        left[place], place = end, left[place]
+    while left[position] != end:
+        left[position], position = end, left[position]
     return end
 
 

@@ -110,7 +110,7 @@ class SurfaceFinder:
 
         ``advance`` is called with how many regions are done, and of how many.
         """
-        r, found = self.regions, {}
+        r, visible = self.regions, {}
         count = len(r)
         limits = np.concatenate([self._walls, find_limits(self._matrix[:3], self._frame)])
         for number, region in enumerate(self._order()):
@@ -123,13 +123,13 @@ class SurfaceFinder:
             subject = cut_triangles(corners, self._matrix[:3], limits)
             rings = self._find_rest(subject, plane, region)
             if rings:
-                found[region] = VisibleRegion(region, plane, rings, [])
-            else:  # what is hidden hides nothing that is not hidden anyway
+                visible[region] = VisibleRegion(region, plane, rings, [])
+            else:  # a hidden region hides nothing more
                 self._seen.is_there[region] = False
             if number % _OFTEN == 0:
                 advance(number, count)
         ground = self._find_ground() if self.ground is not None else []
-        return [found[region] for region in sorted(found)] + ground
+        return [visible[region] for region in sorted(visible)] + ground
 
     def _order(self) -> list[int]:
         """Return the regions to draw; first those that no pixel's centre sees."""
@@ -169,22 +169,22 @@ class SurfaceFinder:
         return [VisibleRegion(len(self.regions), plane, rings, [])] if rings else []
 
     def find_shadow(
-        self, one: VisibleRegion, light: NDArray[np.float64], casters: Covers
+        self, region: VisibleRegion, light: NDArray[np.float64], casters: Covers
     ) -> list[Ring]:
         """Return the part of a visible region that a light (4,) does not reach."""
-        height = one.plane @ light
+        height = region.plane @ light
         if height <= (self.regions.tolerance if light[3] else 0.0):
-            return one.rings
-        shadow = height * np.eye(4) - np.outer(light, one.plane)
+            return region.rings
+        shadow = height * np.eye(4) - np.outer(light, region.plane)
         above = shadow[3:] if light[3] else np.zeros((0, 4))
-        walls = np.vstack([one.plane, above])
-        across = _Crossing(casters, self._matrix[:3] @ shadow, walls, one.region)
-        return self._divide(one.rings, across, hides_below=False)
+        walls = np.vstack([region.plane, above])
+        across = _Crossing(casters, self._matrix[:3] @ shadow, walls, region.region)
+        return self._divide(region.rings, across, hides_below=False)
 
     def find_lines(self, visible: Sequence[VisibleRegion]) -> VisibleLines:
         """Find the visible outlines and creases of visible regions."""
         is_visible = np.zeros(len(self.regions) + 1, np.bool_)
-        is_visible[[one.region for one in visible]] = True
+        is_visible[[region.region for region in visible]] = True
         edges = find_edges(self.regions, self._apex, is_visible[:-1])
         return find_lines(
             edges, self._every, self._sheet, self._seen.is_there, self._matrix, self._apex,
@@ -214,7 +214,7 @@ class SurfaceFinder:
         if len(covers) <= _MOST or high[axis] - low[axis] < _SMALLEST:
             return _leave(subject, covers, areas) if hides_below else intersect(subject, covers)
         middle = np.round((low[axis] + high[axis]) / 2)
-        found: list[Ring] = []
+        rings: list[Ring] = []
         for side in (0, 1):
             box = np.array([low - 1, high + 1])
             box[1 - side, axis] = middle
@@ -222,8 +222,8 @@ class SurfaceFinder:
             half = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
             part = intersect(subject, [half])
             if part:
-                found += self._divide(part, across, hides_below=hides_below)
-        return unite(found)
+                rings += self._divide(part, across, hides_below=hides_below)
+        return unite(rings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,11 +250,11 @@ def _leave(subject: list[Ring], covers: list[Ring], areas: NDArray[np.float64]) 
 def _cut_ring(ring: Ring, limit: NDArray[np.floating]) -> Ring:
     """Cut a ring to the half plane limit . (x, y, 1) >= 0."""
     values = ring @ limit[:2] + limit[2]
-    found = []
+    corners = []
     for k in range(len(ring)):
         a, b = values[k - 1], values[k]
         if (a < 0) != (b < 0):
-            found.append(ring[k - 1] + a / (a - b) * (ring[k] - ring[k - 1]))
+            corners.append(ring[k - 1] + a / (a - b) * (ring[k] - ring[k - 1]))
         if b >= 0:
-            found.append(ring[k])
-    return np.array(found).reshape(-1, 2)
+            corners.append(ring[k])
+    return np.array(corners).reshape(-1, 2)

@@ -104,21 +104,21 @@ def find_lines(
     those of the picture; the other parameters as in ``Covers``.
     """
     limits = np.concatenate([walls, frame])
-    ends, kept = _cut_edges(edges.ends, limits)
+    ends, is_left = _cut_edges(edges.ends, limits)
     count = np.zeros(len(ends), np.int64)
     room = max(4 * len(ends), 16)
     while True:
-        found = np.zeros((room, 2))
+        shares = np.zeros((room, 2))
         total = _find_clear(
-            ends, edges.region[kept], edges.sheet[kept],
+            ends, edges.region[is_left], edges.sheet[is_left],
             (triangles.corners, triangles.region, triangles.boxes), sheet, is_there, matrix, apex,
-            walls, tolerance, found, count,
+            walls, tolerance, shares, count,
         )  # fmt: skip
         if total <= room:
             break
         room = total
     owner = np.repeat(np.arange(len(ends)), count)
-    share = found[:total]
+    share = shares[:total]
     a, b = ends[owner, 0], ends[owner, 1]
     spots = np.stack([a + share[:, :1] * (b - a), a + share[:, 1:] * (b - a)], 1)
     homogeneous = spots @ matrix[:, :3].T + matrix[:, 3]
@@ -126,7 +126,7 @@ def find_lines(
         segments = homogeneous[..., :2] / homogeneous[..., 2:3]
         length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     long = length > _SHORT
-    chosen = np.flatnonzero(kept)[owner[long]]
+    chosen = np.flatnonzero(is_left)[owner[long]]
     return VisibleLines(segments[long], edges.region[chosen], edges.is_outline[chosen])
 
 
@@ -135,30 +135,30 @@ def _cut_edges(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Cut edges (n, 2, 3) to half spaces; return what is left, and of which edges."""
     heights = ends @ limits[:, :3].T + limits[:, 3]  # (n, 2, m)
-    one, two = heights[:, 0], heights[:, 1]
+    at_start, at_end = heights[:, 0], heights[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        at = np.where((one < 0) != (two < 0), one / (one - two), np.nan)
-    low = np.nanmax(np.where(one < 0, np.where(two < 0, 2.0, at), 0.0), axis=1)
-    high = np.nanmin(np.where(two < 0, np.where(one < 0, -1.0, at), 1.0), axis=1)
-    kept = low < high
-    a, b = ends[kept, 0], ends[kept, 1]
-    shares = low[kept, None], high[kept, None]
-    return np.stack([a + share * (b - a) for share in shares], 1), kept
+        at = np.where((at_start < 0) != (at_end < 0), at_start / (at_start - at_end), np.nan)
+    low = np.nanmax(np.where(at_start < 0, np.where(at_end < 0, 2.0, at), 0.0), axis=1)
+    high = np.nanmin(np.where(at_end < 0, np.where(at_start < 0, -1.0, at), 1.0), axis=1)
+    is_left = low < high
+    a, b = ends[is_left, 0], ends[is_left, 1]
+    shares = low[is_left, None], high[is_left, None]
+    return np.stack([a + share * (b - a) for share in shares], 1), is_left
 
 
 @borrowing
 def _narrow(a, b, limit, least, span):
     """Narrow an interval of the line from a to b to limit . p > least."""
-    one, two = limit[3] - least, limit[3] - least
+    at_start, at_end = limit[3] - least, limit[3] - least
     for j in range(3):
-        one += limit[j] * a[j]
-        two += limit[j] * b[j]
-    if one <= 0.0 and two <= 0.0:
+        at_start += limit[j] * a[j]
+        at_end += limit[j] * b[j]
+    if at_start <= 0.0 and at_end <= 0.0:
         span[1] = span[0]
-    elif one <= 0.0:
-        span[0] = max(span[0], one / (one - two))
-    elif two <= 0.0:
-        span[1] = min(span[1], one / (one - two))
+    elif at_start <= 0.0:
+        span[0] = max(span[0], at_start / (at_start - at_end))
+    elif at_end <= 0.0:
+        span[1] = min(span[1], at_start / (at_start - at_end))
 
 
 @borrowing
@@ -229,8 +229,8 @@ def _bound_line(a, b, matrix, limits):
     size = max(np.hypot(dx, dy), 1e-12)
     dx, dy = dx / size, dy / size
     for k, (u, v) in enumerate(((1.0, 0.0), (0.0, 1.0), (dx, dy))):
-        one, two = u * x0 + v * y0, u * x1 + v * y1
-        low, high = min(one, two) - _SHORT, max(one, two) + _SHORT
+        start, end = u * x0 + v * y0, u * x1 + v * y1
+        low, high = min(start, end) - _SHORT, max(start, end) + _SHORT
         for j in range(4):
             value = u * matrix[0, j] + v * matrix[1, j]
             limits[2 * k, j] = value - low * matrix[2, j]
@@ -256,7 +256,18 @@ def _misses(points, n, limits):
 
 @kernel
 def _find_clear(
-    ends, own, own_sheet, triangles, sheet, is_there, matrix, apex, walls, tolerance, found, count
+    ends,
+    own,
+    own_sheet,
+    triangles,
+    sheet,
+    is_there,
+    matrix,
+    apex,
+    walls,
+    tolerance,
+    intervals,
+    count,
 ):
     """Write the intervals of edges that nothing hides; return their number, room or not."""
     corners, region, boxes = triangles
@@ -300,8 +311,8 @@ def _find_clear(
         for k in range(n_hidden + 1):
             end = hidden[order[k], 0] if k < n_hidden else 1.0
             if end - clear > _TOUCH:
-                if total < found.shape[0]:
-                    found[total, 0], found[total, 1] = clear, end
+                if total < intervals.shape[0]:
+                    intervals[total, 0], intervals[total, 1] = clear, end
                 total += 1
                 n_clear += 1
             if k < n_hidden:

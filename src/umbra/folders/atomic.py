@@ -36,11 +36,11 @@ _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/+(.*)", re.DOTALL)
 
 def check_is_here(path: str | os.PathLike[str]) -> None:
     """Refuse the address of a store elsewhere, which would become a folder named ``s3:``."""
-    is_path = isinstance(path, (str, os.PathLike))  # a null byte is told where it is written to
-    found = _ADDRESS.fullmatch(str(path if is_path else read_path("out", path)))
-    if found:
+    is_path = isinstance(path, (str, os.PathLike))  # a null byte is reported on writing
+    address = _ADDRESS.fullmatch(str(path if is_path else read_path("out", path)))
+    if address:
         msg = (
-            f"out='{found[1]}://{found[2]}' is an address, and umbra writes to this machine's "
+            f"out='{address[1]}://{address[2]}' is an address, and umbra writes to this machine's "
             "files; name a file or folder, and copy it there afterwards"
         )
         raise InputError(msg, option="out", path=path)

@@ -65,7 +65,7 @@ class UnfinishedFolder:
 
     @classmethod
     def _make_alone(cls, target: Path) -> Self:
-        """Make the folder if no other run lives. Call with ``target`` locked."""
+        """Make the folder if no other run is active. Call with ``target`` locked."""
         path = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target))
         lock = (path / LOCK).open("wb")
         made = cls(path, lock, is_alone=take_lock(lock) is not None)
@@ -83,11 +83,11 @@ class UnfinishedFolder:
     def check_places(self) -> None:
         """Refuse a folder where a file goes, or a file where a folder goes: InputError."""
         for name in self._names():
-            place = self.path.parent / name
-            if place.is_dir() and not place.is_symlink():
-                msg = f"'{place}' is a folder where a result goes; remove or rename it"
-                raise InputError(msg, path=place)
-            for folder in place.relative_to(self.path.parent).parents[:-1]:
+            path = self.path.parent / name
+            if path.is_dir() and not path.is_symlink():
+                msg = f"'{path}' is a folder where a result goes; remove or rename it"
+                raise InputError(msg, path=path)
+            for folder in path.relative_to(self.path.parent).parents[:-1]:
                 there = self.path.parent / folder
                 if there.is_symlink() or (there.exists() and not there.is_dir()):
                     msg = f"'{there}' is not a folder, and results go into it; remove or rename it"
@@ -101,9 +101,9 @@ class UnfinishedFolder:
             unsealed.write_text(self._word(), encoding="ascii")
             unsealed.replace(seal)
         for name in self._names():
-            place = self.path.parent / name
-            place.parent.mkdir(parents=True, exist_ok=True)
-            (self.path / name).replace(place)
+            target = self.path.parent / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            (self.path / name).replace(target)
         seal.unlink()
 
     @property
@@ -134,11 +134,11 @@ class UnfinishedFolder:
         Links and other users' folders stay, and those of live runs, which are returned. Call with
         the results folder locked.
         """
-        mine, live = self.path.lstat().st_uid, []
+        user, live = self.path.lstat().st_uid, []
         for path in sorted(self.path.parent.glob(f"{PREFIX}*")):
             with suppress(FileNotFoundError):
                 is_folder = path.is_dir() and not path.is_symlink()
-                if path == self.path or not is_folder or path.lstat().st_uid != mine:
+                if path == self.path or not is_folder or path.lstat().st_uid != user:
                     continue
                 lock = _take_abandoned(path)
                 if isinstance(lock, bool):
@@ -155,11 +155,11 @@ class UnfinishedFolder:
 
     def _names(self) -> list[Path]:
         """Return the results, relative to the folder."""
-        found = []
+        paths = []
         for folder, _, names in os.walk(self.path):  # follows no links
-            found += [(Path(folder) / name).relative_to(self.path) for name in names]
+            paths += [(Path(folder) / name).relative_to(self.path) for name in names]
         own = {LOCK, SEAL, Path(SEAL).with_suffix(".part").name}
-        return sorted(name for name in found if str(name) not in own)
+        return sorted(name for name in paths if str(name) not in own)
 
     def _word(self) -> str:
         """Return the unique content of this folder's seal."""
@@ -200,7 +200,7 @@ def _take_on_windows(file: IO[bytes]) -> bool | None:
     import msvcrt  # noqa: PLC0415
 
     windows: Any = msvcrt  # other systems' type checkers know nothing of it
-    place = file.tell()
+    position = file.tell()
     try:
         file.seek(_LOCKED)
         windows.locking(file.fileno(), windows.LK_NBLCK, 1)
@@ -209,7 +209,7 @@ def _take_on_windows(file: IO[bytes]) -> bool | None:
     except OSError:
         return None
     finally:
-        file.seek(place)
+        file.seek(position)
     return True
 
 
@@ -230,9 +230,9 @@ def _describe(path: Path) -> str:
     """Name the run that holds a lock file: its process and, if another, its machine."""
     with suppress(OSError):
         with open(os.open(path, os.O_RDONLY | _BLOCKING_NOT), "rb") as file:  # noqa: PTH123
-            found = re.match(rb"(\d{1,9}) ([\w.-]{1,64})\n$", file.read(100))
-        if found:
-            number, machine = (part.decode() for part in found.groups())
+            match = re.match(rb"(\d{1,9}) ([\w.-]{1,64})\n$", file.read(100))
+        if match:
+            number, machine = (part.decode() for part in match.groups())
             return f"another run (process {number}" + (
                 ")" if machine == socket.gethostname() else f" on {machine})"
             )
@@ -240,7 +240,7 @@ def _describe(path: Path) -> str:
 
 
 def _take_abandoned(path: Path) -> IO[bytes] | bool:
-    """Return the lock of a killed run's folder; True if the run lives, False if none can tell."""
+    """Return the lock of a killed run's folder; True if the run is active, False if unknown."""
     lock = _open_lock(path)
     if lock is None:
         return False
@@ -268,5 +268,5 @@ def _open_lock(path: Path) -> IO[bytes] | None:
             path.rmdir()
             return None
         return None if (path / LOCK).exists() else (path / LOCK).open("wb")
-    except OSError:  # a link, or another hand's
+    except OSError:  # a link, or another user's
         return None

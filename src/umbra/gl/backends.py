@@ -265,15 +265,15 @@ def _load_osmesa() -> ctypes.CDLL:
     folder = (
         Path(spec.origin).parent.parent / "lavavu_osmesa.libs" if spec and spec.origin else None
     )
-    found = sorted(folder.glob("libOSMesa*.so*")) if folder else []
-    if not found:
+    libraries = sorted(folder.glob("libOSMesa*.so*")) if folder else []
+    if not libraries:
         msg = f"there is no libOSMesa; {write_install('osmesa')} brings one"
         raise UmbraError(msg)
     # The wheel's libraries resolve each other only once all are loaded.
-    left = [path for path in found[0].parent.glob("*.so*") if path != found[0]]
+    left = [path for path in libraries[0].parent.glob("*.so*") if path != libraries[0]]
     for _ in range(len(left)):
         left = [path for path in left if not _loads(path)]
-    return ctypes.CDLL(str(found[0]))
+    return ctypes.CDLL(str(libraries[0]))
 
 
 def _loads(path: Path) -> bool:

@@ -65,13 +65,13 @@ def _find_better(mesh: Mesh) -> NDArray[np.intp] | None:
 @kernel
 def count_placed(faces):
     """Count the vertices that a device with a small store places for faces (n, 3) in order."""
-    kept = np.full(_KEPT, -1, np.int64)
+    cache = np.full(_KEPT, -1, np.int64)
     placed = 0
     for face in range(faces.shape[0]):
         for corner in range(3):
             vertex = np.int64(faces[face, corner])
-            if kept[vertex % _KEPT] != vertex:
-                kept[vertex % _KEPT] = vertex
+            if cache[vertex % _KEPT] != vertex:
+                cache[vertex % _KEPT] = vertex
                 placed += 1
     return placed
 
@@ -152,15 +152,15 @@ class FaceBatches:
         for index in range(len(scene.parts)) if bent is None else bent:
             part = scene.parts[index]
             rows = slice(self._starts[index], self._starts[index + 1])
-            found = np.where(is_solid[rows], _SOLID, _OPEN).astype(np.int8)
-            if part.mesh.normals is not None and not is_mirrored(part.transform) and found.any():
+            kinds = np.where(is_solid[rows], _SOLID, _OPEN).astype(np.int8)
+            if part.mesh.normals is not None and not is_mirrored(part.transform) and kinds.any():
                 turn = b"" if part.transform is None else part.transform[:3, :3].tobytes()
                 key = (id(part.mesh), turn)
                 if key not in known:
                     known[key] = _find_sound(part)
-                found[is_solid[rows] & known[key]] = _SOUND
-            has_changed = has_changed or not np.array_equal(self._bodies[rows], found)
-            self._bodies[rows] = found
+                kinds[is_solid[rows] & known[key]] = _SOUND
+            has_changed = has_changed or not np.array_equal(self._bodies[rows], kinds)
+            self._bodies[rows] = kinds
         return has_changed
 
     def sort(self) -> tuple[NDArray[np.intp], list[Batch]]:
@@ -250,8 +250,8 @@ def find_solid_faces(
     for body in bodies:
         caster = body.caster
         for group in body.groups:
-            mine = [index for index in group.parts if index in chosen]
+            indices = [index for index in group.parts if index in chosen]
             # The caster's faces are those of the group's parts, one part after another.
-            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
+            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in indices])
             solid[faces[caster.source]] = (caster.is_closed & ~body.is_inward)[caster.component]
     return solid

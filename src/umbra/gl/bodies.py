@@ -120,8 +120,8 @@ class Body:
         self._balls = Balls.of(self.caster, self.is_ball)
         self._take(measure_shape(self.caster, self.caster.vertices, self._balls))
         self.first = np.array([group.first for group in self.groups], np.int64)
-        found = [group.transform for group in self.groups]
-        self.place(np.array([_STILL if t is None else t for t in found]))
+        transforms = [group.transform for group in self.groups]
+        self.place(np.array([_STILL if t is None else t for t in transforms]))
 
     def place(self, transforms: NDArray[np.float64]) -> None:
         """Move the instances (n, 4, 4), in the order of the groups."""
@@ -273,9 +273,9 @@ def make_bodies(
     names = scene.groups()
     alike: dict[tuple, list[Group]] = {}
     for group in geometry.groups:
-        mine = [place for place, index in enumerate(group.parts) if index in chosen]
-        key = (id(group.vertices), *(id(scene.parts[group.parts[p]].mesh.faces) for p in mine))
-        if mine:
+        members = [position for position, index in enumerate(group.parts) if index in chosen]
+        key = (id(group.vertices), *(id(scene.parts[group.parts[p]].mesh.faces) for p in members))
+        if members:
             alike.setdefault(key, []).append(group)
     bodies: list[Body] = []
     for groups in alike.values():
@@ -339,8 +339,8 @@ def make_level_body(
             return made, shells.astype(np.intp), merged
         bad = np.unique(np.concatenate([owner[mixed], first[caster.component][mixed]]))
         merged = np.concatenate([merged, bad])
-        kept = ~np.isin(shell, bad)
-        faces, shell = faces[kept], shell[kept]
+        is_good = ~np.isin(shell, bad)
+        faces, shell = faces[is_good], shell[is_good]
     return None, np.zeros(0, np.intp), merged
 
 
@@ -390,7 +390,7 @@ def _find_shells(caster: Caster) -> NDArray[np.intp]:
     # Faces are in the order of a space-filling curve: shells in that order are neighbours.
     first = np.full(n, len(caster.faces))
     np.minimum.at(first, shell[caster.component], np.arange(len(caster.faces)))
-    found = np.unique(shell)
+    numbers = np.unique(shell)
     rank = np.zeros(n, np.intp)
-    rank[found[np.argsort(first[found])]] = np.arange(len(found))
-    return rank[shell] // -(-len(found) // MOST_SHELLS)
+    rank[numbers[np.argsort(first[numbers])]] = np.arange(len(numbers))
+    return rank[shell] // -(-len(numbers) // MOST_SHELLS)

@@ -141,9 +141,9 @@ class CallerState:
         self._keep("ClearDepth", gl.floats(0x0B73)[0])
         self._keep("ClearStencil", gl.integers(0x0B91)[0])
         for side, (test, operations, mask) in _STENCILS.items():
-            found = [gl.integers(name)[0] for name in test]
-            self._keep("StencilFuncSeparate", side, *(n & 0xFFFFFFFF for n in found[:1]),
-                       found[1], found[2] & 0xFFFFFFFF)  # fmt: skip
+            values = [gl.integers(name)[0] for name in test]
+            self._keep("StencilFuncSeparate", side, *(n & 0xFFFFFFFF for n in values[:1]),
+                       values[1], values[2] & 0xFFFFFFFF)  # fmt: skip
             self._keep("StencilOpSeparate", side, *(gl.integers(name)[0] for name in operations))
             self._keep("StencilMaskSeparate", side, gl.integers(mask)[0] & 0xFFFFFFFF)
         self._keep("CullFace", gl.integers(0x0B45)[0])

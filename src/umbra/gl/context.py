@@ -184,15 +184,15 @@ class Device:
         """Make the context current, then restore the previous one."""
         before = _find_current()
         self.use()
-        kept = self._keep_state() if self.is_lent and not self._depth else None
+        saved = self._keep_state() if self.is_lent and not self._depth else None
         self._depth += 1
         try:
             yield
         finally:
             self._depth -= 1
-            if kept is not None and self._is_open:
+            if saved is not None and self._is_open:
                 self.use()
-                kept.restore()
+                saved.restore()
             if before is not self:
                 _leave()
                 if before is not None and before._is_open:
@@ -285,9 +285,9 @@ class _Releasable(Protocol):
 
 def release_all(*held: _Releasable | None) -> None:
     """Release device objects in this order; skip None."""
-    for each in held:
-        if each is not None:
-            each.release()
+    for resource in held:
+        if resource is not None:
+            resource.release()
 
 
 class _HasDevice(Protocol):

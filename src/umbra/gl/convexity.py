@@ -95,22 +95,22 @@ def find_convex(
     balls : Balls
         The components that may be convex.
     """
-    found = np.zeros(len(volumes), np.bool_)
-    found[balls.components] = volumes[balls.components] > 0.0
-    if found.any():
+    is_convex = np.zeros(len(volumes), np.bool_)
+    is_convex[balls.components] = volumes[balls.components] > 0.0
+    if is_convex.any():
         _check_edges(vertices, caster.faces, caster.component, caster.edges, caster.edge_faces,
-                     planes, found)  # fmt: skip
+                     planes, is_convex)  # fmt: skip
         _check_fans(vertices, caster.faces, planes, balls.components, balls.faces, balls.starts,
-                    np.zeros((len(vertices), 7)), found)  # fmt: skip
-    return found
+                    np.zeros((len(vertices), 7)), is_convex)  # fmt: skip
+    return is_convex
 
 
 @kernel
-def _check_edges(vertices, faces, component, edges, edge_faces, planes, found):
+def _check_edges(vertices, faces, component, edges, edge_faces, planes, is_convex):
     """Drop components where a neighbour rises above a face, or a face has no area."""
     for edge in range(edges.shape[0]):
         a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-        if not found[component[a]]:
+        if not is_convex[component[a]]:
             continue
         i, j = edges[edge, 0], edges[edge, 1]
         corner = faces[b, 0] + faces[b, 1] + faces[b, 2] - i - j
@@ -123,11 +123,11 @@ def _check_edges(vertices, faces, component, edges, edge_faces, planes, found):
             length += (vertices[j, axis] - vertices[i, axis]) ** 2
         limit = _DENT * np.sqrt(square) * np.sqrt(other / max(length, 1e-300))
         if square == 0.0 or other == 0.0 or height > limit:
-            found[component[a]] = False
+            is_convex[component[a]] = False
 
 
 @kernel
-def _check_fans(vertices, faces, planes, components, order, starts, sums, found):
+def _check_fans(vertices, faces, planes, components, order, starts, sums, is_convex):
     """
     Drop components where the faces around a vertex do not wind once around a line.
 
@@ -135,19 +135,19 @@ def _check_fans(vertices, faces, planes, components, order, starts, sums, found)
     each of normals and edges, and how often the fan winds.
     """
     for k in range(components.size):
-        if found[components[k]]:
-            mine = order[starts[k] : starts[k + 1]]
-            _find_lines(vertices, faces, planes, mine, sums)
-            found[components[k]] = _winds_once(vertices, faces, planes, mine, sums)
+        if is_convex[components[k]]:
+            around = order[starts[k] : starts[k + 1]]
+            _find_lines(vertices, faces, planes, around, sums)
+            is_convex[components[k]] = _winds_once(vertices, faces, planes, around, sums)
 
 
 @kernel
-def _find_lines(vertices, faces, planes, mine, sums):
+def _find_lines(vertices, faces, planes, around, sums):
     """Find a line through each corner of some faces, to whose side these look."""
-    for face in mine:
+    for face in around:
         for corner in faces[face]:
             sums[corner] = 0.0
-    for face in mine:
+    for face in around:
         for n in range(3):
             i, j = faces[face, n], faces[face, (n + 1) % 3]
             length = 0.0
@@ -159,11 +159,11 @@ def _find_lines(vertices, faces, planes, mine, sums):
                 sums[i, axis] += _find_normal(planes, face, axis)
                 sums[i, 3 + axis] -= along
                 sums[j, 3 + axis] += along
-    for face in mine:
+    for face in around:
         for i in faces[face]:
             if _look(planes, face, sums[i, :3]) <= 0.0:
                 sums[i, 6] = np.nan  # a sharp tip: its edges tell its inside
-    for face in mine:
+    for face in around:
         for i in faces[face]:
             if np.isnan(sums[i, 6]):
                 sums[i, 0], sums[i, 1], sums[i, 2] = sums[i, 3], sums[i, 4], sums[i, 5]
@@ -171,9 +171,9 @@ def _find_lines(vertices, faces, planes, mine, sums):
 
 
 @kernel
-def _winds_once(vertices, faces, planes, mine, sums):
+def _winds_once(vertices, faces, planes, around, sums):
     """Return whether some faces look along their corners' lines and wind once around each."""
-    for face in mine:
+    for face in around:
         for n in range(3):
             i = faces[face, n]
             line = sums[i, :3]
@@ -181,7 +181,7 @@ def _winds_once(vertices, faces, planes, mine, sums):
                 return False
             j, k = faces[face, (n + 1) % 3], faces[face, (n + 2) % 3]
             sums[i, 6] += _cross(line, vertices[i], vertices[j], vertices[k])
-    for face in mine:
+    for face in around:
         for corner in faces[face]:
             if sums[corner, 6] != 1.0:
                 return False
@@ -198,10 +198,10 @@ def _find_normal(planes, face, axis):
 @kernel
 def _look(planes, face, way):
     """Return the length along a face's normal of a vector."""
-    found = 0.0
+    length = 0.0
     for axis in range(3):
-        found += _find_normal(planes, face, axis) * way[axis]
-    return found
+        length += _find_normal(planes, face, axis) * way[axis]
+    return length
 
 
 @kernel
@@ -219,18 +219,18 @@ def _cross(line, corner, first, second):
         z * across[0] - x * across[2],
         x * across[1] - y * across[0],
     )
-    u, v, one, two = 0.0, 0.0, 0.0, 0.0
+    u, v, height_a, height_b = 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
         a, b = first[axis] - corner[axis], second[axis] - corner[axis]
         u += a * across[axis]
         v += b * across[axis]
-        one += a * up[axis]
-        two += b * up[axis]
-    if (one >= 0.0) == (two >= 0.0):
+        height_a += a * up[axis]
+        height_b += b * up[axis]
+    if (height_a >= 0.0) == (height_b >= 0.0):
         return 0.0
-    if two >= 0.0:
-        return 1.0 if u * two - v * one > 0.0 else 0.0
-    return -1.0 if u * two - v * one < 0.0 else 0.0
+    if height_b >= 0.0:
+        return 1.0 if u * height_b - v * height_a > 0.0 else 0.0
+    return -1.0 if u * height_b - v * height_a < 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,7 +47,7 @@ def find_face_keys(
     is_seen = np.zeros(len(triangles.faces) - GROUND, np.bool_)
     is_seen[face[y, x]] = True  # the ground's negative number makes it the last but one
     number = np.cumsum(is_seen) - 1
-    which, place = np.flatnonzero(is_seen), number[face[y, x]]
+    which, row = np.flatnonzero(is_seen), number[face[y, x]]
     which[which >= len(triangles.faces)] = GROUND
     points = np.zeros((len(which), 3, 4))
     points[..., 3] = 1.0
@@ -59,7 +59,7 @@ def find_face_keys(
     # The key of a plane is affine in the picture: three points determine it.
     corners = mapped[..., :3]
     corners[np.abs(np.linalg.det(corners)) < EDGE_ON] = np.eye(3)  # seen edge-on
-    slope = np.linalg.solve(corners, mapped[..., 3:])[place, :, 0]
+    slope = np.linalg.solve(corners, mapped[..., 3:])[row, :, 0]
     keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
     return keys
 
@@ -74,12 +74,12 @@ def settle_edge_on(
     camera: Camera,
     light: Light,
 ) -> NDArray[np.int32]:
-    """Count anew, by rays, where a light lies in the plane of the face that is seen."""
-    place, origin = light.local(scene.origin), scene.origin
-    edge_on = find_edge_on(view, triangles, place)
+    """Recount by rays the pixels whose visible face lies in the plane of a light."""
+    source, origin = light.local(scene.origin), scene.origin
+    edge_on = find_edge_on(view, triangles, source)
     if edge_on is None:
         return counts
     caster = find_caster(scene, range(len(scene.parts)) if casters is None else casters)
     frame = locate(view, camera)
-    found = recount_edge_on(counts, edge_on, frame, caster, camera, place, origin)
-    return found.astype(np.int32)
+    recounted = recount_edge_on(counts, edge_on, frame, caster, camera, source, origin)
+    return recounted.astype(np.int32)

@@ -103,11 +103,11 @@ class ForeignTarget:
 
     def _ask(self, what: int) -> int:
         """Query the depth attachment of the framebuffer in use."""
-        found = np.zeros(1, np.int32)
+        value = np.zeros(1, np.int32)
         self.device.gl.GetFramebufferAttachmentParameteriv(
-            _DRAW_FRAMEBUFFER, _DEPTH, what, found.ctypes.data
+            _DRAW_FRAMEBUFFER, _DEPTH, what, value.ctypes.data
         )
-        return int(found[0])
+        return int(value[0])
 
 
 def check_counting(device: Device, plan: VolumePlan, *, wraps: bool = False) -> None:
@@ -135,10 +135,12 @@ def check_counting(device: Device, plan: VolumePlan, *, wraps: bool = False) -> 
         raise UmbraError(msg, most=most)
 
 
-def _count_bits(device: Device, place: int, size: int) -> int:
+def _count_bits(device: Device, attachment: int, size: int) -> int:
     """Query the size of an attachment of the framebuffer in use, 0 if there is none [bits]."""
     kind, bits = np.zeros(1, np.int32), np.zeros(1, np.int32)
-    for name, found in ((0x8CD0, kind), (size, bits)):
+    for name, value in ((0x8CD0, kind), (size, bits)):
         if name == 0x8CD0 or kind[0]:
-            device.gl.GetFramebufferAttachmentParameteriv(0x8CA9, place, name, found.ctypes.data)
+            device.gl.GetFramebufferAttachmentParameteriv(
+                0x8CA9, attachment, name, value.ctypes.data
+            )
     return int(bits[0])

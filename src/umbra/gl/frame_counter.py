@@ -217,13 +217,13 @@ class GlFrameCounter(DeviceUser):
         middles = [light.light for light in lights]
         exact = replace(self.choices, detail=0.0)
         plans = self.planner.plan(projection, middles, choices=exact, warn=self.warn)
-        found = []
+        fractions = []
         soft.begin(projection, lights, plans)
         for number in range(len(lights)):
             with State(self.device) as state:
                 shares = soft.draw(state, target, number)
-            found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
-        return found
+            fractions.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
+        return fractions
 
     def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[CameraProjection, Target]:
         """Return the projection and target of a view; redraw it if another replaced it."""

@@ -158,8 +158,8 @@ class Functions:
 
     def delete(self, kind: str, number: int) -> None:
         """Delete an object of ``make``."""
-        one = ctypes.c_uint(number)
-        getattr(self, f"Delete{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(one))
+        handle = ctypes.c_uint(number)
+        getattr(self, f"Delete{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(handle))
 
     def bind_texture(self, unit: int, texture: int, kind: int = TEXTURE_2D) -> None:
         """Bind a texture to a texture unit."""

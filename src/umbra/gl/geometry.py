@@ -169,13 +169,13 @@ def pose_groups(groups: Sequence[Group], scene: Scene) -> list[Group] | None:
     posed = []
     for group in groups:
         arrays = tuple(scene.parts[index].mesh.vertices for index in group.parts)
-        found = group.offsets, group.vertices
+        pair = group.offsets, group.vertices
         if not all(map(operator.is_, arrays, group.arrays)):
             key = tuple(map(id, arrays))
             if key not in known:
                 known[key] = _combine(arrays)
-            found = known[key]
-        offsets, vertices = found
+            pair = known[key]
+        offsets, vertices = pair
         shares = became.setdefault(id(group.vertices), vertices) is vertices
         if not shares or offsets != group.offsets:
             return None
@@ -228,8 +228,8 @@ class PointTable:
 
     def _place(self, scene: Scene) -> None:
         """Store the transforms of a scene's parts."""
-        found = [part.transform for part in scene.parts]
-        self.placed = np.array([_STILL if t is None else t for t in found]).reshape(-1, 4, 4)
+        transforms = [part.transform for part in scene.parts]
+        self.placed = np.array([_STILL if t is None else t for t in transforms]).reshape(-1, 4, 4)
         self.placed[self._flat] = _STILL
         self.transforms = self.placed[self._moving]
 
@@ -362,7 +362,7 @@ def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> boo
         return False
     moving = [(a.transform, b.transform) for a, b in pairs if a.transform is not b.transform]
     if moving:
-        old, new = (np.array(found, np.float64) for found in zip(*moving, strict=True))
+        old, new = (np.array(matrices, np.float64) for matrices in zip(*moving, strict=True))
         if (find_mirrored(old) != find_mirrored(new)).any() or find_flat(new).any():
             return False
     for group in groups:

@@ -20,7 +20,7 @@ from umbra.volume.bounds import throw_box
 __all__ = ["DetailLevel", "LevelTable", "choose_levels", "make_levels"]
 
 _FIRST = 2.0  # size of the finest cells, in the median edge's lengths
-_FEWER = 0.6  # a level has at most so many of the next finer one's faces
+_FEWER = 0.6  # largest share of the next finer level's faces
 _MOST = 8
 _OUTLINE = 3.0  # triangles of a silhouette's sides, for the root of the number of faces
 NONE = -1
@@ -59,9 +59,9 @@ def make_levels(body: Body) -> list[DetailLevel]:
     ends = body.caster.vertices[body.caster.edges]
     cell = _FIRST * float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
     largest = float((body.bounds[:, 1] - body.bounds[:, 0]).max())
-    found: list[DetailLevel] = []
+    levels: list[DetailLevel] = []
     left = len(body.caster.faces)
-    while cell < 2.0 * largest and len(found) < _MOST:
+    while cell < 2.0 * largest and len(levels) < _MOST:
         faces, moves = cluster(body, shell, cell)
         whole = (faces != np.roll(faces, 1, axis=1)).all(1)
         moves[~_is_cheaper(body, np.bincount(shell[whole], minlength=body.n_shells))] = np.inf
@@ -69,10 +69,10 @@ def make_levels(body: Body) -> list[DetailLevel]:
         if np.isfinite(moves).any() and whole.sum() <= _FEWER * left:
             made, shells, merged = make_level_body(body, faces[whole], shell[whole])
             moves[merged] = np.inf
-            found.append(DetailLevel(made, shells, moves))
+            levels.append(DetailLevel(made, shells, moves))
             left = int(whole.sum())
         cell *= 2.0
-    return found
+    return levels
 
 
 def _is_cheaper(body: Body, faces: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -97,16 +97,16 @@ def cluster(
     caster = body.caster
     corners, owners = caster.faces.ravel(), np.repeat(shell, 3).astype(np.int64)
     points = caster.vertices[corners]
-    place = np.floor((points - points.min(0)) / cell).astype(np.int64)
-    size = place.max(0) + 1
-    key = ((owners * size[0] + place[:, 0]) * size[1] + place[:, 1]) * size[2] + place[:, 2]
+    cells = np.floor((points - points.min(0)) / cell).astype(np.int64)
+    size = cells.max(0) + 1
+    key = ((owners * size[0] + cells[:, 0]) * size[1] + cells[:, 1]) * size[2] + cells[:, 2]
     _, which, counts = np.unique(key, return_inverse=True, return_counts=True)
     which = which.ravel()
     means = np.stack([np.bincount(which, points[:, k]) / counts for k in range(3)], 1)
     apart = ((points - means[which]) ** 2).sum(1)
     order = np.lexsort((corners, apart, which))
-    kept = corners[order[np.cumsum(counts) - counts]]
-    moved = kept[which]
+    nearest = corners[order[np.cumsum(counts) - counts]]
+    moved = nearest[which]
     moves = np.zeros(body.n_shells)
     np.maximum.at(moves, owners, np.linalg.norm(caster.vertices[moved] - points, axis=1))
     return moved.reshape(-1, 3).astype(np.int32), moves
@@ -141,15 +141,15 @@ class LevelTable:
         next; bodies without any shell are left out.
         """
         counts = [body.n_shells * len(body.groups) for body in bodies]
-        depth = max((len(each) for each in levels), default=0)
+        depth = max((len(details) for details in levels), default=0)
         fine, total = sum(counts), sum(counts)
         chain = np.full((depth, fine), NONE, np.intp)
         moves = np.full((depth, fine), np.inf)
         first = 0
-        for body, count, mine in zip(bodies, counts, levels, strict=True):
+        for body, count, details in zip(bodies, counts, levels, strict=True):
             n = len(body.groups)
             stretches = np.linalg.norm(body.transforms[:, :3, :3], 2, axis=(1, 2))
-            for row, level in enumerate(mine):
+            for row, level in enumerate(details):
                 moves[row, first : first + count] = np.outer(stretches, level.moves).ravel()
                 places = first + np.arange(n)[:, None] * body.n_shells + level.shells
                 chain[row, places.ravel()] = total + np.arange(places.size)

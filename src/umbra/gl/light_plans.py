@@ -117,7 +117,9 @@ class KeptLight(Sequence[BodyVolumes]):
         """The points near the light, of all shells near it, drawn or not."""
         if not self.near:
             return None
-        return find_nearby([(self[index], mine) for index, mine in self.near.items()], self.source)
+        return find_nearby(
+            [(self[index], shells) for index, shells in self.near.items()], self.source
+        )
 
     @cached_property
     def is_special(self) -> bool:
@@ -132,8 +134,8 @@ class KeptLight(Sequence[BodyVolumes]):
             opened = self[index].opened
             if opened.any():
                 most = most.copy()
-                mine = slice(starts[index], starts[index + 1])
-                most[mine] = find_most(self.casting.bodies[index], opened)
+                span = slice(starts[index], starts[index + 1])
+                most[span] = find_most(self.casting.bodies[index], opened)
         self._bounded, bound = bound_nearby(
             self, self.casting.bounds, most, self.source, selection.sides, self._bounded,
             _STEPS * self._step,
@@ -201,16 +203,16 @@ class LightPlans:
         pixel, grows = find_pixel(projection.camera)
         slack = _BEHIND * choices.detail * pixel, _BEHIND * choices.detail * grows
         find_sides_together(self._kept, selections, casting.starts)
-        touched = [kept.nearby for kept in self._kept]
+        touched = [light.nearby for light in self._kept]
         points = [near.points for near in touched if near is not None]
         # Points near a light are numbered beyond all others, which may take wider numbers.
-        self._list.begin(self.indices.widen(sum(len(some) for some in points)))
+        self._list.begin(self.indices.widen(sum(len(group) for group in points)))
         plans, first = [], casting.n_points
         places = sources.copy()  # relative to the eye
         places[:, :3] -= sources[:, 3:] * projection.eye
-        for each in zip(self._kept, selections, touched, ranges, places, strict=True):
-            plans.append(self._plan(request, *each, first, slack))
-            first += 0 if each[2] is None else len(each[2].points)
+        for arguments in zip(self._kept, selections, touched, ranges, places, strict=True):
+            plans.append(self._plan(request, *arguments, first, slack))
+            first += 0 if arguments[2] is None else len(arguments[2].points)
         self.indices.write(self._list.numbers, nearby=np.concatenate(points) if points else None)
         return plans
 
@@ -218,17 +220,17 @@ class LightPlans:
         """Keep each light's volumes, those of the last frame where nothing moved."""
         casting, camera = request.casting, request.projection.asked
         near = find_near_shells(casting.bodies, casting.starts, casting.tree, sources)
-        found = []
-        for number, (source, mine) in enumerate(zip(sources, near, strict=True)):
+        lights = []
+        for number, (source, shells) in enumerate(zip(sources, near, strict=True)):
             old = self._kept[number] if number < len(self._kept) else None
             if old is not None and old.is_of(casting, source, camera):
-                found.append(old)
+                lights.append(old)
                 continue
-            kept = KeptLight(casting, source, mine, camera)
+            light = KeptLight(casting, source, shells, camera)
             if old is not None:
-                kept.follow(old)
-            found.append(kept)
-        self._kept = found
+                light.follow(old)
+            lights.append(light)
+        self._kept = lights
 
     def _shorten(
         self, request: FrameRequest, selections: Sequence[VolumeSelection]
@@ -240,14 +242,14 @@ class LightPlans:
             return list(selections)
         pairs = zip(self._kept, selections, strict=True)
         return [
-            selection if kept.is_special else casting.isolated.shorten(selection, kept.source)
-            for kept, selection in pairs
+            selection if light.is_special else casting.isolated.shorten(selection, light.source)
+            for light, selection in pairs
         ]
 
     def _plan(
         self,
         request: FrameRequest,
-        kept: KeptLight,
+        light: KeptLight,
         selection: VolumeSelection,
         touched: Nearby | None,
         clip_range: tuple[Rectangle | None, tuple[float, float] | None],
@@ -257,22 +259,22 @@ class LightPlans:
     ) -> VolumePlan:
         """Plan one light, and list its triangles; its points near it are numbered from first on."""
         casting, projection = request.casting, request.projection
-        source, (corners, depths) = kept.source, clip_range
+        source, (corners, depths) = light.source, clip_range
         draws: list[Draw] = []
         drawn: dict[str, int] = {}
         start, deepest = 0, 0
         if len(selection.shells):
-            for name, is_cut, place, count in self._list_draws(
-                request, kept, selection, touched, first
+            for name, is_cut, begin, count in self._list_draws(
+                request, light, selection, touched, first
             ):
-                draws.append(Draw.of(name, is_cut, place, count))
+                draws.append(Draw.of(name, is_cut, begin, count))
                 drawn[name] = drawn.get(name, 0) + count // 3
             if not projection.camera.is_perspective:
                 uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
-                start, tilt = find_start(kept, projection.camera, source, uncut)
+                start, tilt = find_start(light, projection.camera, source, uncut)
                 projection = projection.tilted(tilt)
             start += selection.start
-            deepest = kept.bound(selection)
+            deepest = light.bound(selection)
         size = self.indices.dtype.itemsize
         statistics = Statistics.of(selection, casting.n_shells, drawn, size, deepest)
         return VolumePlan(
@@ -288,36 +290,36 @@ class LightPlans:
             depth_bounds=depths,
             slack=slack,
             selection=selection,
-            volumes=FineVolumes(kept, casting.n_fine),
+            volumes=FineVolumes(light, casting.n_fine),
         )
 
     def _list_draws(
         self,
         request: FrameRequest,
-        kept: KeptLight,
+        light: KeptLight,
         selection: VolumeSelection,
         touched: Nearby | None,
         first: int,
     ) -> Iterator[tuple[str, bool, int, int]]:
         """List a light's triangles; yield name, cut, place and length of each of its draws."""
         casting = request.casting
-        place, is_point = self._list.end, bool(kept.source[3])
+        begin, is_point = self._list.end, bool(light.source[3])
         level = None  # the points in the ground's plane, if the light lies in it too
-        if is_level(kept.source, casting.ground):
+        if is_level(light.source, casting.ground):
             level = find_level_points(casting.fine, casting.ground, casting.n_points)
-        counts = self._list.append_light(kept, selection, casting.starts, is_point).tolist()
+        counts = self._list.append_light(light, selection, casting.starts, is_point).tolist()
         if touched is None and level is None:
             for (name, is_cut), count in zip(DRAWS, counts, strict=True):
                 if count:
-                    yield name, is_cut, place, count
-                place += count
+                    yield name, is_cut, begin, count
+                begin += count
             return
-        lists = np.split(self._list.numbers[place:].copy(), np.cumsum(counts[:-1]))
-        self._list.end = place
+        lists = np.split(self._list.numbers[begin:].copy(), np.cumsum(counts[:-1]))
+        self._list.end = begin
         if level is not None:
             lists = split_level(lists, level)
         for (name, is_cut), numbers in zip(DRAWS, lists, strict=True):
-            found = numbers if touched is None else touched.refine(numbers, first)
-            if len(found):
-                yield name, is_cut, self._list.end, len(found)
-                self._list.append(found)
+            refined = numbers if touched is None else touched.refine(numbers, first)
+            if len(refined):
+                yield name, is_cut, self._list.end, len(refined)
+                self._list.append(refined)

@@ -74,8 +74,8 @@ class TransparentLayers:
         layer, next_one = self._targets
         while True:
             layer.surface.begin(state, depth=0.0)
-            for place in (LIGHT, PLACE, FACE):
-                layer.surface.clear_color(0.0, place=place)
+            for attachment in (LIGHT, PLACE, FACE):
+                layer.surface.clear_color(0.0, attachment=attachment)
             self._device.gl.BeginQuery(_SAMPLES_PASSED, self._query)
             is_first = behind is targets.surface
             surfaces.draw_layer(state, projection, behind, ground, is_first=is_first)
@@ -173,8 +173,8 @@ class LightPasses:
         """
         middles = find_middles(shown.lights)
         exposure = find_exposure(len(middles))
-        found = [plan.scissor for plan in shown.plans if plan is not None]
-        scissors = found or find_scissors(projection.camera, origin, middles)
+        planned = [plan.scissor for plan in shown.plans if plan is not None]
+        scissors = planned or find_scissors(projection.camera, origin, middles)
         lamps = {
             number: self._lamps.make(light, projection, origin, exposure)
             for number, (light, scissor) in enumerate(zip(middles, scissors, strict=True))
@@ -182,13 +182,13 @@ class LightPasses:
         }
         alike, is_ready = self._find_alike(shown, lamps, scissors), False
         for group in alike:
-            some = [(number, lamps[number]) for number in group]
-            is_ready = self._add_group(state, targets, projection, shown, some, is_ready=is_ready)
+            batch = [(number, lamps[number]) for number in group]
+            is_ready = self._add_group(state, targets, projection, shown, batch, is_ready=is_ready)
         done = {number for group in alike for number in group}
         for number, lamp in lamps.items():
             if number not in done:
-                each = (number, lamp, scissors[number])
-                self._add_one(state, targets, projection, shown, *each, origin)
+                arguments = (number, lamp, scissors[number])
+                self._add_one(state, targets, projection, shown, *arguments, origin)
 
     def _find_alike(
         self, shown: ShownLights, lamps: dict[int, Lamp], scissors: Sequence[Scissor | None]
@@ -205,10 +205,10 @@ class LightPasses:
             if plan is None or not (plan.draws or plan.start):
                 unshadowed.setdefault(lamp.needs, []).append(number)
             elif plan.statistics.counts_in == "stencil":
-                mine = groups.setdefault(lamp.needs, [])
-                _join(mine, number, scissors)
-        found = [*unshadowed.values(), *(group for mine in groups.values() for group in mine)]
-        return [list(some) for group in found for some in _chop(group)]
+                alike = groups.setdefault(lamp.needs, [])
+                _join(alike, number, scissors)
+        merged = [*unshadowed.values(), *(group for alike in groups.values() for group in alike)]
+        return [list(batch) for group in merged for batch in _chop(group)]
 
     def _add_group(
         self,
@@ -277,19 +277,19 @@ class LightPasses:
 
 def _join(groups: list[list[int]], number: int, scissors: Sequence[Scissor | None]) -> None:
     """Add a light to the first group whose scissors are all apart from its own."""
-    mine = scissors[number]
+    own = scissors[number]
     for group in groups:
-        if mine is not None and all(_are_apart(mine, scissors[other]) for other in group):
+        if own is not None and all(_are_apart(own, scissors[other]) for other in group):
             group.append(number)
             return
     groups.append([number])
 
 
-def _are_apart(one: Scissor, two: Scissor | None) -> bool:
-    if two is None:
+def _are_apart(first: Scissor, second: Scissor | None) -> bool:
+    if second is None:
         return False
-    left, bottom, cols, rows = one
-    x, y, width, height = two
+    left, bottom, cols, rows = first
+    x, y, width, height = second
     return left >= x + width or x >= left + cols or bottom >= y + height or y >= bottom + rows
 
 

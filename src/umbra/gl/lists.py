@@ -30,12 +30,12 @@ def find_level_points(
     bodies: Sequence[Body], ground: float | None, n_points: int
 ) -> NDArray[np.bool_]:
     """Find the points (n_points,) of the geometry that lie in the plane z = ``ground``."""
-    found = np.zeros(n_points, np.bool_)
+    is_level = np.zeros(n_points, np.bool_)
     for body in bodies:
         for first, transform in zip(body.first, body.transforms, strict=True):
             heights = transform_points(transform, body.caster.vertices)[:, 2]
-            found[first : first + len(heights)] = heights == ground
-    return found
+            is_level[first : first + len(heights)] = heights == ground
+    return is_level
 
 
 def split_level(
@@ -46,15 +46,15 @@ def split_level(
 
     Those counted behind the visible surface go to the light caps, which are always behind it.
     """
-    found = list(lists)
-    for place, (name, _) in enumerate(DRAWS):
+    split = list(lists)
+    for index, (name, _) in enumerate(DRAWS):
         if name.startswith("sides"):
-            triangles = found[place].reshape(-1, 3)
+            triangles = split[index].reshape(-1, 3)
             inside = is_level_point[triangles >> np.uint32(1)].all(1)
-            found[place] = triangles[~inside].ravel()
+            split[index] = triangles[~inside].ravel()
             if name == "sides_z_fail":
-                found[_LIGHT_CAP] = np.concatenate([found[_LIGHT_CAP], triangles[inside].ravel()])
-    return found
+                split[_LIGHT_CAP] = np.concatenate([split[_LIGHT_CAP], triangles[inside].ravel()])
+    return split
 
 
 _LIGHT_CAP, _COARSE, _LOW = 6, 7, 11
@@ -163,12 +163,12 @@ def count_draws(sides, shape, cap, flags, is_point, counts):
     edges, firsts, mirrored = shape
     n_shells = flags.size // firsts.size
     for shell in range(flags.size):
-        mine = flags[shell]
-        if not mine & SIDES:
+        bits = flags[shell]
+        if not bits & SIDES:
             continue
-        draw, dark, _ = _find_draw(mine)
-        counts[draw] += (6 if is_point or mine & CUT else 3) * (ends[shell] - starts[shell])
-        if _has_fan(mine):
+        draw, dark, _ = _find_draw(bits)
+        counts[draw] += (6 if is_point or bits & CUT else 3) * (ends[shell] - starts[shell])
+        if _has_fan(bits):
             hub = np.int64(-1)
             first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
             for i in range(starts[shell], ends[shell]):
@@ -177,16 +177,16 @@ def count_draws(sides, shape, cap, flags, is_point, counts):
                 counts[dark] += 3 if hub not in (a, b) else 0
     _, shells = cap
     for i in range(shells.size):
-        mine = flags[shells[i]]
-        _, dark, light = _find_draw(mine)
-        counts[light] += 3 if mine & LIGHT_CAPS else 0
-        counts[dark] += 3 if mine & DARK_CAP and not mine & FAN else 0
+        bits = flags[shells[i]]
+        _, dark, light = _find_draw(bits)
+        counts[light] += 3 if bits & LIGHT_CAPS else 0
+        counts[dark] += 3 if bits & DARK_CAP and not bits & FAN else 0
 
 
 @inlined
-def _add_triangle(numbers, place, a, b, c):
+def _add_triangle(numbers, position, a, b, c):
     """Write three vertex numbers; unsigned places need no test of their sign."""
-    numbers[place], numbers[place + np.uint64(1)], numbers[place + np.uint64(2)] = a, b, c
+    numbers[position], numbers[position + np.uint64(1)], numbers[position + np.uint64(2)] = a, b, c
 
 
 @kernel
@@ -200,41 +200,41 @@ def write_draws(sides, shape, cap, flags, is_point, places, numbers):
     edges, firsts, mirrored = shape
     n_shells = flags.size // firsts.size
     for shell in range(flags.size):
-        mine = flags[shell]
-        if not mine & SIDES:
+        bits = flags[shell]
+        if not bits & SIDES:
             continue
-        draw, dark, _ = _find_draw(mine)
+        draw, dark, _ = _find_draw(bits)
         first, is_mirrored = firsts[shell // n_shells], mirrored[shell // n_shells]
-        is_whole = is_point or mine & CUT
-        place, columns = np.uint64(places[draw]), np.uint64(6 if is_whole else 3)
+        is_whole = is_point or bits & CUT
+        position, columns = np.uint64(places[draw]), np.uint64(6 if is_whole else 3)
         for i in range(np.uint64(starts[shell]), np.uint64(ends[shell])):
             b, a = find_ends(listed[i], edges, first, is_mirrored)
-            _add_triangle(numbers, place, b, a, a + 1)
+            _add_triangle(numbers, position, b, a, a + 1)
             if is_whole:
-                _add_triangle(numbers, place + np.uint64(3), b, a + 1, b + 1)
-            place += columns
-        places[draw] = place
-        if _has_fan(mine):
+                _add_triangle(numbers, position + np.uint64(3), b, a + 1, b + 1)
+            position += columns
+        places[draw] = position
+        if _has_fan(bits):
             hub = np.int64(-1)
             for i in range(starts[shell], ends[shell]):
                 b, a = find_ends(listed[i], edges, first, is_mirrored)
                 hub = a if hub < 0 else hub
                 if hub in (a, b):
                     continue
-                if mine & LOW:  # where it begins, turned to the light
+                if bits & LOW:  # where it begins, turned to the light
                     _add_triangle(numbers, np.uint64(places[dark]), hub, a, b)
                 else:
                     _add_triangle(numbers, np.uint64(places[dark]), hub + 1, b + 1, a + 1)
                 places[dark] += 3
     faces, shells = cap
     for i in range(shells.size):
-        mine = flags[shells[i]]
-        _, dark, light = _find_draw(mine)
-        if mine & LIGHT_CAPS:
+        bits = flags[shells[i]]
+        _, dark, light = _find_draw(bits)
+        if bits & LIGHT_CAPS:
             a, b, c = faces[i]
             _add_triangle(numbers, np.uint64(places[light]), a, b, c)
             places[light] += 3
-        if mine & DARK_CAP and not mine & FAN:  # at the far end, turned around
+        if bits & DARK_CAP and not bits & FAN:  # at the far end, turned around
             a, b, c = faces[i]
             _add_triangle(numbers, np.uint64(places[dark]), c + 1, b + 1, a + 1)
             places[dark] += 3

@@ -153,8 +153,8 @@ def _find_camera(
             near=_BEFORE * depth, far=(1.0 + _BEFORE) * depth, stretch=stretch,
         )  # fmt: skip
         return camera, is_mirrored
-    kept = np.array([0, 1, 3])
-    eye = np.linalg.solve(matrix[kept, :3], -matrix[kept, 3]).astype(np.float64)
+    used = np.array([0, 1, 3])
+    eye = np.linalg.solve(matrix[used, :3], -matrix[used, 3]).astype(np.float64)
     near, far = _find_planes(deepness, float(matrix[2] @ np.append(eye, 1.0)))
     camera = Camera(
         eye, eye + forward * _away(eye), up, size, float(2.0 * np.degrees(np.arctan(1 / scale[1]))),

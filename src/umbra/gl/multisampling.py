@@ -56,13 +56,13 @@ def split_samples(
 
     ``in_one``: whether a picture may have several samples.
     """
-    each = 1
+    per_picture = 1
     if in_one:
         most = min(device.gl.integers(name)[0] for name in (_MAX_SAMPLES, _MAX_COLOR_SAMPLES))
-        while 2 * each <= min(samples, most):
-            each *= 2
-    offsets = find_offsets(-(-samples // each)) / each**0.5
-    return each, [(across, down) for across, down in offsets.tolist()]
+        while 2 * per_picture <= min(samples, most):
+            per_picture *= 2
+    offsets = find_offsets(-(-samples // per_picture)) / per_picture**0.5
+    return per_picture, [(across, down) for across, down in offsets.tolist()]
 
 
 class Averaging:

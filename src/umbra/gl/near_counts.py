@@ -39,30 +39,34 @@ class NearCounts:
     corners: NDArray[np.float64]
     _anchors: dict[tuple[int, int], Anchor | None] = field(default_factory=dict)
 
-    def find(self, each: BodyVolumes, instance: int, shell: int) -> int | None:
+    def find(self, body_volumes: BodyVolumes, instance: int, shell: int) -> int | None:
         """
         Find the count that a shell's volume adds where it ``is_apart`` (`ask_shell`).
 
         None if no place is clean.
         """
-        key = (id(each), instance)
+        key = (id(body_volumes), instance)
         if key not in self._anchors:
-            self._anchors[key] = self._find_anchor(each, instance)
+            self._anchors[key] = self._find_anchor(body_volumes, instance)
         anchor = self._anchors[key]
         if anchor is None:
             return None
-        adding = anchor.find_adding(each.is_closed[instance])
-        return int(np.count_nonzero(each.body.component_shell[adding] == shell))
+        adding = anchor.find_adding(body_volumes.is_closed[instance])
+        return int(np.count_nonzero(body_volumes.body.component_shell[adding] == shell))
 
-    def _find_anchor(self, each: BodyVolumes, instance: int) -> Anchor | None:
+    def _find_anchor(self, body_volumes: BodyVolumes, instance: int) -> Anchor | None:
         """Find a body's faces between a place in the rectangle and the light, if any is clean."""
-        body, caster, light = each.body, each.caster_of(instance), each.lights[instance]
+        body, caster, light = (
+            body_volumes.body,
+            body_volumes.caster_of(instance),
+            body_volumes.lights[instance],
+        )
         places = np.ones((len(_PLACES), 4))
         places[:, :3] = _PLACES @ self.corners
-        for place in body.to_mesh(instance, places):
-            found = find_anchor(caster, body.blocks, place, light)
-            if found.is_clean:
-                return found
+        for point in body.to_mesh(instance, places):
+            anchor = find_anchor(caster, body.blocks, point, light)
+            if anchor.is_clean:
+                return anchor
         return None
 
 

@@ -64,16 +64,16 @@ class Nearby:
 
 
 @kernel
-def _find_corners(triangles, corners, found):
+def _find_corners(triangles, corners, is_near):
     """Mark the triangles (n, 3) of vertex numbers with a corner among points in order."""
     is_any = False
     for i in range(triangles.shape[0]):
         for k in range(3):
             point = np.int64(triangles[i, k] >> np.uint32(1))
             if corners[0] <= point <= corners[-1]:
-                place = np.searchsorted(corners, point)
-                found[i] |= corners[place] == point
-        is_any |= found[i]
+                position = np.searchsorted(corners, point)
+                is_near[i] |= corners[position] == point
+        is_any |= is_near[i]
     return is_any
 
 
@@ -147,14 +147,14 @@ def find_nearby(
     ways: list[NDArray[np.float64]] = []
     places: list[NDArray[np.int64]] = []
     met: list[NDArray[np.int64]] = []
-    for each, mine in near:
-        body = each.body
+    for body_volumes, wanted in near:
+        body = body_volumes.body
         reach = REACH * body.size
-        for instance, shells in body.split(mine):
-            some = body.list_faces(shells)
-            faces = find_near_faces(body.caster, body.blocks, each.lights[instance], reach, some)[
-                :_MOST
-            ]
+        for instance, shells in body.split(wanted):
+            among = body.list_faces(shells)
+            faces = find_near_faces(
+                body.caster, body.blocks, body_volumes.lights[instance], reach, among
+            )[:_MOST]
             if not len(faces):
                 continue
             corners = body.caster.faces[faces]
@@ -162,16 +162,16 @@ def find_nearby(
             apart = body.caster.vertices[corners.ravel()]
             apart = transform_points(body.transforms[instance], apart) - light[:3]
             numbers = body.first[instance] + corners.astype(np.int64)
-            found, which = np.zeros((7 * len(faces), 3)), np.zeros((7 * len(faces), 3), np.int64)
-            n = _find_points(numbers, apart.reshape(-1, 3, 3), reach, found, which)
-            ways.append(found[:n])
+            offsets, which = np.zeros((7 * len(faces), 3)), np.zeros((7 * len(faces), 3), np.int64)
+            n = _find_points(numbers, apart.reshape(-1, 3, 3), reach, offsets, which)
+            ways.append(offsets[:n])
             places.append(which[:n])
             met.append(numbers.ravel())
-    if not any(len(some) for some in ways):
+    if not any(len(vectors) for vectors in ways):
         return None
-    found = np.concatenate(ways)
-    units = found / np.sqrt((found * found).sum(1, keepdims=True))
-    stacked = np.stack([found + light[:3], units], 1)
+    offsets = np.concatenate(ways)
+    units = offsets / np.sqrt((offsets * offsets).sum(1, keepdims=True))
+    stacked = np.stack([offsets + light[:3], units], 1)
     return Nearby(stacked, np.concatenate(places), np.unique(np.concatenate(met)))
 
 

@@ -43,17 +43,17 @@ def find_near_shells(
     for a directional light. ``tree`` holds the boxes of all shells, body k those from
     ``starts[k]`` to ``starts[k + 1]``.
     """
-    found: list[dict[int, NDArray[np.intp]]] = [{} for _ in lights]
+    near: list[dict[int, NDArray[np.intp]]] = [{} for _ in lights]
     lamps = np.flatnonzero(lights[:, 3])
     if not len(lamps) or not len(bodies):
-        return found
+        return near
     reach = REACH * max(body.size * body.stretch for body in bodies)
     rows, shells = tree.find_holding(lights[lamps, :3] / lights[lamps, 3:], reach)
     owners = np.searchsorted(starts, shells, "right") - 1
     for row, owner in sorted(set(zip(rows.tolist(), owners.tolist(), strict=True))):
-        mine = shells[(rows == row) & (owners == owner)] - starts[owner]
-        found[lamps[row]][owner] = np.stack(np.divmod(mine, bodies[owner].n_shells), 1)
-    return found
+        own = shells[(rows == row) & (owners == owner)] - starts[owner]
+        near[lamps[row]][owner] = np.stack(np.divmod(own, bodies[owner].n_shells), 1)
+    return near
 
 
 def find_held(
@@ -88,8 +88,8 @@ def find_held(
         if not body.is_still:
             transform = body.transforms[instance]
             coarse = np.abs(np.linalg.inv(transform[:3, :3])) @ (coarse + np.abs(transform[:3, 3]))
-        some = body.list_faces(shells)
-        faces = find_holders(body.caster, body.blocks, lights[instance], coarse, some)
+        among = body.list_faces(shells)
+        faces = find_holders(body.caster, body.blocks, lights[instance], coarse, among)
         if len(faces):
             held.append(np.stack([np.full(len(faces), instance), faces], 1))
     return np.concatenate([near[:0], *held]) if held else near[:0]
@@ -108,50 +108,50 @@ def find_opened(
 
     Parameters as in ``find_held``, which returns ``held``.
     """
-    found: dict[int, NDArray[np.bool_]] = {}
+    by_instance: dict[int, NDArray[np.bool_]] = {}
     inward = np.flatnonzero(body.is_inward) if body.any_inward else near[:0, 0]
     nearby = dict(body.split(near))
     for instance in range(len(lights)) if body.any_inward else nearby:
         light, shells = lights[instance], nearby.get(instance, near[:0, 1])
         shells = shells[_hold(body.bounds[shells], light[:3])]
-        mine = body.list_components(shells)
-        mine = mine[_hold(body.component_bounds[mine], light[:3])]
-        suspects = np.append(inward, mine[body.caster.is_closed[mine]])
+        components = body.list_components(shells)
+        components = components[_hold(body.component_bounds[components], light[:3])]
+        suspects = np.append(inward, components[body.caster.is_closed[components]])
         if not len(suspects):
             continue
         apex, forward = camera.apex(origin), camera.axes()[2]
         eye = body.to_mesh(instance, apex)
         eye[3] = apex[3]
         caster = body.caster.without(held[held[:, 0] == instance, 1])
-        found[instance] = _enclose(body, caster, eye, light)
+        by_instance[instance] = _enclose(body, caster, eye, light)
         # Beyond a wall cut away by the near plane the winding number is not the eye's.
         depth = np.append(forward, -forward @ (camera.eye - origin)) @ body.transforms[instance]
         cut = _reach_before(body, depth, camera.near, suspects)
         if len(cut):
             around = find_around(caster, body.blocks, light) | body.is_inward
-            found[instance][cut] |= around[cut]
-        found[instance] |= body.caster.is_closed & ~caster.is_closed
-    if not any(each.any() for each in found.values()):
+            by_instance[instance][cut] |= around[cut]
+        by_instance[instance] |= body.caster.is_closed & ~caster.is_closed
+    if not any(which.any() for which in by_instance.values()):
         return body.none_opened
     opened = np.zeros_like(body.none_opened)
-    for instance, which in found.items():
+    for instance, which in by_instance.items():
         opened[instance] = which
     return opened
 
 
 @kernel
-def _hold(bounds, place):
+def _hold(bounds, position):
     """Find the boxes (n, 2, 3) that hold a lamp, about."""
-    found = np.zeros(bounds.shape[0], np.bool_)
+    holds = np.zeros(bounds.shape[0], np.bool_)
     for i in range(bounds.shape[0]):
         size = 0.0
         for axis in range(3):
             size = max(size, bounds[i, 1, axis] - bounds[i, 0, axis])
-        margin, found[i] = 1e-6 * size, True
+        margin, holds[i] = 1e-6 * size, True
         for axis in range(3):
             low, high = bounds[i, 0, axis] - margin, bounds[i, 1, axis] + margin
-            found[i] &= low <= place[axis] <= high
-    return found
+            holds[i] &= low <= position[axis] <= high
+    return holds
 
 
 def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
@@ -173,10 +173,10 @@ def _reach_before(
     """Find the components, of the suspected, with a face in front of the near plane."""
     boxes = body.component_bounds[suspects]
     nearest = np.minimum(boxes[:, 0] * depth[:3], boxes[:, 1] * depth[:3]).sum(1) + depth[3]
-    asked = suspects[nearest < near]
-    if not len(asked):
-        return asked
-    faces = np.flatnonzero(np.isin(body.caster.component, asked))
+    before = suspects[nearest < near]
+    if not len(before):
+        return before
+    faces = np.flatnonzero(np.isin(body.caster.component, before))
     corners = body.caster.vertices[body.caster.faces[faces]]
     reaches = (corners @ depth[:3] + depth[3]).min(1) < near
     return np.unique(body.caster.component[faces[reaches]]).astype(np.intp)
@@ -229,13 +229,13 @@ def _end_rays(
 ) -> tuple[int, bool]:
     """Count the chosen volumes at the far end of a ray; return whether none begins there."""
     start, is_clean = 0, True
-    for each, instance, mine in list_drawn(volumes, chosen):
-        body, light = each.body, each.lights[instance]
+    for body_volumes, instance, is_chosen in list_drawn(volumes, chosen):
+        body, light = body_volumes.body, body_volumes.lights[instance]
         if light[3]:
             end = body.to_mesh(instance, np.append(way, 0.0))
             end[3] = 0.0
-            anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
-            adding = anchor.find_adding(each.is_closed[instance])
-            start += int(mine[body.component_shell[adding]].sum())
+            anchor = find_anchor(body_volumes.caster_of(instance), body.blocks, end, light)
+            adding = anchor.find_adding(body_volumes.is_closed[instance])
+            start += int(is_chosen[body.component_shell[adding]].sum())
             is_clean &= anchor.is_clean
     return start, is_clean

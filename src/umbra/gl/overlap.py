@@ -51,11 +51,14 @@ def bound_count(
     bound = int(weights.sum())
     if bound <= STENCIL_MOST:
         return bound
-    boxes = np.concatenate([each.body.world_bounds() for each in volumes])[drawn]
+    boxes = np.concatenate([body_volumes.body.world_bounds() for body_volumes in volumes])[drawn]
     bound = min(bound, bound_boxes(boxes, weights, light))
     if bound <= _SIGNED_MOST:
         return bound
-    if any(len(each.body.component_shell) > each.body.n_shells for each in volumes):
+    if any(
+        len(body_volumes.body.component_shell) > body_volumes.body.n_shells
+        for body_volumes in volumes
+    ):
         bound = min(bound, bound_boxes(*_find_components(volumes, drawn), light))
         if bound <= _SIGNED_MOST:
             return bound
@@ -149,12 +152,12 @@ def _find_components(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return boxes (n, 2, 3) of drawn components, and the largest count of each (n,)."""
     boxes, weights = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)]
-    for each, instance, shells in list_drawn(volumes, drawn):
-        body, mine = each.body, shells[each.body.component_shell]
-        transform, found = body.transforms[instance], body.component_bounds[mine]
-        boxes.append(found if body.is_still else move_boxes(transform[None], found)[0])
-        adds = np.where(body.is_convex & ~each.opened[instance], 1, body.n_faces)
-        weights.append(adds[mine])
+    for body_volumes, instance, shells in list_drawn(volumes, drawn):
+        body, is_drawn = body_volumes.body, shells[body_volumes.body.component_shell]
+        transform, bounds = body.transforms[instance], body.component_bounds[is_drawn]
+        boxes.append(bounds if body.is_still else move_boxes(transform[None], bounds)[0])
+        adds = np.where(body.is_convex & ~body_volumes.opened[instance], 1, body.n_faces)
+        weights.append(adds[is_drawn])
     return np.concatenate(boxes), np.concatenate(weights)
 
 
@@ -163,11 +166,11 @@ def _find_casting(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the points of all instances in the scene's frame, and the faces that cast."""
     points, faces, count = [], [], 0
-    for each, instance, mine in list_drawn(volumes, drawn):
-        body, caster = each.body, each.caster_of(instance)
-        side = find_sides(caster.planes[:, :-1], each.lights[instance])
-        casts = (side > 0) | ((side < 0) & ~each.is_closed[instance, caster.component])
-        casts &= mine[body.component_shell[caster.component]]
+    for body_volumes, instance, is_drawn in list_drawn(volumes, drawn):
+        body, caster = body_volumes.body, body_volumes.caster_of(instance)
+        side = find_sides(caster.planes[:, :-1], body_volumes.lights[instance])
+        casts = (side > 0) | ((side < 0) & ~body_volumes.is_closed[instance, caster.component])
+        casts &= is_drawn[body.component_shell[caster.component]]
         faces.append(caster.faces[casts].astype(np.int64) + count)
         points.append(transform_points(body.transforms[instance], caster.vertices))
         count += len(caster.vertices)
@@ -183,8 +186,8 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     most = np.tile(body.most, (len(opened), 1))
     if not opened.any():
         return most.ravel()
-    for row, each in zip(most, opened, strict=True):
-        of_component = np.where(body.is_convex & ~each, 1, body.n_faces)
+    for row, is_opened in zip(most, opened, strict=True):
+        of_component = np.where(body.is_convex & ~is_opened, 1, body.n_faces)
         row[:] = np.bincount(body.component_shell, of_component, body.n_shells)
     return most.ravel()
 
@@ -211,10 +214,10 @@ def _count_in_rows(
     ahead = ahead / np.linalg.norm(ahead)
     across = np.cross(ahead, AXES[np.abs(ahead).argmin()])
     lists, offset = [], 0
-    for each in volumes:
-        body = each.body
+    for body_volumes in volumes:
+        body = body_volumes.body
         n = body.n_shells * len(body.groups)
-        sides, shells = each.list_sides(drawn[offset : offset + n])
+        sides, shells = body_volumes.list_sides(drawn[offset : offset + n])
         offset += n
         heights = np.zeros((len(sides), 2))
         depth, size = _find_heights(
@@ -244,12 +247,12 @@ def _find_heights(sides, instances, first, vertices, transforms, light, ahead, a
             point = vertices[np.int64(sides[i, k] >> np.uint32(1)) - first[instance]]
             height = depth = 0.0
             for axis in range(3):
-                place = (
+                coordinate = (
                     turn[axis, 0] * point[0] + turn[axis, 1] * point[1] + turn[axis, 2] * point[2]
                 ) + (turn[axis, 3] - light[3] * light[axis])
-                largest = max(largest, abs(place))
-                height += place * across[axis]
-                depth += place * ahead[axis]
+                largest = max(largest, abs(coordinate))
+                height += coordinate * across[axis]
+                depth += coordinate * ahead[axis]
             nearest = min(nearest, depth)
             heights[i, k] = height / depth if light[3] > 0.0 and depth > 0.0 else height
     return nearest, largest
@@ -264,7 +267,7 @@ def _load_rows(heights, load):
     rows = load.size - 1
     scale = rows / max(high - low, 1e-300)
     for a, b in heights:
-        one = min(int((a - low) * scale), rows - 1)
-        two = min(int((b - low) * scale), rows - 1)
-        load[min(one, two)] += 1
-        load[max(one, two) + 1] -= 1
+        row_a = min(int((a - low) * scale), rows - 1)
+        row_b = min(int((b - low) * scale), rows - 1)
+        load[min(row_a, row_b)] += 1
+        load[max(row_a, row_b) + 1] -= 1

@@ -157,8 +157,8 @@ def list_arrays(plan: VolumePlan, table: PointTable, listed: IndexArray) -> Plan
         if key not in copies:  # ends differ: each kind has its own copy of the vertices
             copies[key] = sum(map(len, vertices))
             vertices.append(_double(places, away, plan, draw))
-        mine = listed.numbers[draw.first : draw.first + draw.count] + np.uint32(copies[key])
-        indices.append(mine)
+        numbers = listed.numbers[draw.first : draw.first + draw.count] + np.uint32(copies[key])
+        indices.append(numbers)
         passes.append(_make_pass(draw, first, plan))
         first += draw.count
     uniforms = plan.projection.uniforms

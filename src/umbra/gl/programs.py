@@ -42,16 +42,16 @@ def carry_uniforms(vertex: Lines, fragment: Lines) -> tuple[Lines, Lines]:
     """
     kinds: dict[str, str] = {}
     rewritten: list[tuple[str, str]] = []
-    for line, place in fragment:
-        found = _UNIFORM.match(line)
-        if found is None:
-            rewritten.append((line, place))
+    for line, location in fragment:
+        match = _UNIFORM.match(line)
+        if match is None:
+            rewritten.append((line, location))
             continue
-        for name in found[2].split(", "):
-            kinds[name] = found[1]
-            value = f"(flat_{name} != 0)" if found[1] == "bool" else f"flat_{name}"
-            rewritten.append((f"flat in {_find_flat(found[1])} flat_{name};", place))
-            rewritten.append((f"#define {name} {value}", place))
+        for name in match[2].split(", "):
+            kinds[name] = match[1]
+            value = f"(flat_{name} != 0)" if match[1] == "bool" else f"flat_{name}"
+            rewritten.append((f"flat in {_find_flat(match[1])} flat_{name};", location))
+            rewritten.append((f"#define {name} {value}", location))
     sent = [
         (f"uniform {kind} {PREFIX}{name}; flat out {_find_flat(kind)} flat_{name};", "carried")
         for name, kind in kinds.items()
@@ -59,7 +59,7 @@ def carry_uniforms(vertex: Lines, fragment: Lines) -> tuple[Lines, Lines]:
     copies = " ".join(
         f"flat_{name} = {_find_flat(kind)}({PREFIX}{name});" for name, kind in kinds.items()
     )
-    begun = [(_MAIN.sub(f"void main() {{ {copies}", line), place) for line, place in vertex]
+    begun = [(_MAIN.sub(f"void main() {{ {copies}", line), location) for line, location in vertex]
     return [*sent, *begun], rewritten
 
 
@@ -169,10 +169,10 @@ class Program:
             tail = " ".join(report.rsplit("=", 1)[-1].split())
             return f"{vertex} and {fragment} do not link: {tail}"
         for line in report.splitlines():
-            found = _PLACE.match(line.strip())
-            if found:
-                index = min(max(int(found[1]) - 2, 0), len(self._sources[stage]) - 1)
-                return f"{self._sources[stage][index][1]}: {found[2]}"
+            match = _PLACE.match(line.strip())
+            if match:
+                index = min(max(int(match[1]) - 2, 0), len(self._sources[stage]) - 1)
+                return f"{self._sources[stage][index][1]}: {match[2]}"
         return f"{vertex if stage == 'vertex_shader' else fragment}: {' '.join(report.split())}"
 
     def set(self, **uniforms: Any) -> None:

@@ -121,7 +121,7 @@ class CameraProjection:
         return matrix
 
     def magnified(self, x: float, y: float, times: tuple[int, int]) -> "CameraProjection":
-        """Draw only what is around a place of the picture, -1 to 1, so many times as large."""
+        """Magnify the picture about one of its points (-1 to 1)."""
         matrix = self.matrix.copy()
         for row, (at, scale) in enumerate(zip((x, y), times, strict=True)):
             matrix[row] = scale * (matrix[row] - at * matrix[3])
@@ -165,11 +165,11 @@ class CameraProjection:
     @cached_property
     def rays(self) -> dict[str, Any]:
         """The uniforms of ``picture.glsl``: the rays of pixels."""
-        found = _find_rays(self)
-        for array in found.values():
+        rays = _find_rays(self)
+        for array in rays.values():
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
-        return found
+        return rays
 
 
 def make_projection(
@@ -309,36 +309,36 @@ def find_clip_ranges(
         Rectangle, None for the whole picture; lowest and highest window depth (float, float),
         None without a range or in parallel views.
     """
-    found: list[tuple[Rectangle | None, tuple[float, float] | None]] = [(None, None)] * len(lights)
-    some = [
+    ranges: list[tuple[Rectangle | None, tuple[float, float] | None]] = [(None, None)] * len(lights)
+    limited = [
         number
         for number, light in enumerate(lights)
         if sources[number, 3] and (light.range < np.inf or light.axis is not None)
     ]
-    if not some:
-        return found
-    places = sources[some, :3]
-    reaches = np.array([lights[number].range for number in some])
+    if not limited:
+        return ranges
+    places = sources[limited, :3]
+    reaches = np.array([lights[number].range for number in limited])
     corners = find_sphere_scissors(camera, places, reaches, origin)
-    spans: list[tuple[float, float] | None] = [None] * len(some)
+    spans: list[tuple[float, float] | None] = [None] * len(limited)
     if camera.is_perspective:
         bounds = find_depth_bounds(camera, find_sphere_depths(camera, places, reaches, origin))
         spans = [(low, high) for low, high in bounds.bounds.tolist()]
         corners[bounds.is_empty & np.isfinite(reaches)] = 0
-    for row, number in enumerate(some):
-        light, mine = lights[number], corners[row]
+    for row, number in enumerate(limited):
+        light, rectangle = lights[number], corners[row]
         if light.axis is not None:
             cone = find_cone_scissor(
                 camera, places[row], light.axis, light.half_angle, light.range, origin
             )
-            mine = _meet(mine, cone)
-        found[number] = mine, spans[row] if light.range < np.inf else None
-    return found
+            rectangle = _meet(rectangle, cone)
+        ranges[number] = rectangle, spans[row] if light.range < np.inf else None
+    return ranges
 
 
-def _meet(one: NDArray[np.int64], two: NDArray[np.int64]) -> NDArray[np.int64]:
+def _meet(first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the intersection of two rectangles; all 0 if empty."""
-    met = np.concatenate([np.maximum(one[:2], two[:2]), np.minimum(one[2:], two[2:])])
+    met = np.concatenate([np.maximum(first[:2], second[:2]), np.minimum(first[2:], second[2:])])
     return met * (met[2:] > met[:2]).all()
 
 

@@ -67,11 +67,11 @@ class FrameRequest:
     @cached_property
     def key(self) -> tuple:
         """Equal for requests whose plans are the same."""
-        return tuple(find_request_key(getattr(self, each.name)) for each in fields(self))
+        return tuple(find_request_key(getattr(self, field.name)) for field in fields(self))
 
 
 _RECORDS: dict[type, Callable[[object], tuple]] = {
-    kind: attrgetter(*(each.name for each in fields(kind)))
+    kind: attrgetter(*(field.name for field in fields(kind)))
     for kind in (CameraProjection, Camera, LightShape, VolumeOptions)
 }
 _NUMBERS = (float, int, str, bytes, np.generic, type(None))

@@ -51,7 +51,7 @@ class Indices:
         self._arrays: dict[int, Any] = {}
 
     def widen(self, n_nearby: int) -> np.dtype:
-        """Return the type of numbers that also tell so many nearby points apart."""
+        """Return the type of vertex numbers that has room for n nearby points, too."""
         if self.dtype == np.uint16 and 2 * (self.first_nearby + n_nearby) > 1 << 16:
             self._free()
             self.dtype = np.dtype(np.uint32)

@@ -219,9 +219,9 @@ class SceneRenderer(DeviceUser):
         # A new counter measures the device, with its own state.
         counter, method = self.masks.choose(method, self.counter)
         in_one = counter is self.counter and not softened.areas and self._tables is None
-        each, offsets = split_samples(self.device, samples, in_one=in_one)
+        per_picture, offsets = split_samples(self.device, samples, in_one=in_one)
         held, self.targets = self.targets, None  # none, if the driver refuses the size
-        given = (self.device, camera.size, self.accumulate, each)
+        given = (self.device, camera.size, self.accumulate, per_picture)
         targets = self.targets = PictureTargets.fit(held, *given)
         at_once = len(lights) <= 1 and not (keeps_light or softened.areas or self._tables)
         at_once = at_once and self.accumulate != "rgba8"
@@ -367,8 +367,8 @@ class SceneRenderer(DeviceUser):
         surface = self.targets.surface
         self.still.is_stored = False  # the marks of smooth surfaces are cleared
         surface.begin(state)
-        for place in (LIGHT, PLACE, FACE):
-            surface.clear_color(0.0, place=place)
+        for attachment in (LIGHT, PLACE, FACE):
+            surface.clear_color(0.0, attachment=attachment)
         self.surfaces.draw(state, self.projection, self.ground, cull=self.projection.sees_all)
 
     def _spares_turned(self, counter: Counts, plan: VolumePlan) -> bool:

@@ -170,7 +170,7 @@ def select_lights(
     n, sources = len(lights.sources), lights.sources
     camera = projection.camera
     whole = np.array([0, 0, *camera.size])
-    scissors = np.array([whole if each is None else each for each in lights.scissors])
+    scissors = np.array([whole if scissor is None else scissor for scissor in lights.scissors])
     scissors = scissors.reshape(-1, 4)
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
     end = floor if choices.cut and projection.lowest > floor else None
@@ -179,12 +179,12 @@ def select_lights(
     far = np.zeros((n, 1, 4))
     far[is_shown] = find_far_plane(camera, find_view_planes(camera, origin))
     if choices.cull:
-        found = tree.find_seen(
+        is_seen = tree.find_seen(
             sources, np.concatenate([views, far], 1), floor=end, reaches=lights.reaches,
             cones=lights.cones,
         )  # fmt: skip
     else:
-        found = np.repeat(is_shown[:, None], len(tree.bounds), 1)
+        is_seen = np.repeat(is_shown[:, None], len(tree.bounds), 1)
     pyramids, clipped, rectangles = find_many_regions(
         projection.clipping, origin, sources, scissors, MARGIN
     )
@@ -193,7 +193,7 @@ def select_lights(
     is_coarse = np.zeros(shape[1], np.bool_) if levels is None else levels.is_coarse
     undecided = np.zeros(shape, np.bool_)
     _select(
-        tree.bounds, found, sources, (pyramids, clipped, views, far), lights.reaches,
+        tree.bounds, is_seen, sources, (pyramids, clipped, views, far), lights.reaches,
         is_coarse, np.nan if end is None else end,
         {"z-pass": _PASS, "z-fail": _FAIL}.get(method, _AUTO),
         (method in ("auto", "mcguire"), choices.cull, choices.fans, camera.is_perspective),
@@ -202,7 +202,9 @@ def select_lights(
     moved = 0.0
     if levels is not None:
         # A light in the ground's plane has sides there: they are told from the ground as they are.
-        detail = np.where([is_level(each, ground) for each in sources], -1.0, choices.detail or -1)
+        detail = np.where(
+            [is_level(source, ground) for source in sources], -1.0, choices.detail or -1
+        )
         moved = choose_levels(
             tree.bounds, sources, lights.reaches, np.nan if end is None else end,
             camera.eye - origin, find_pixel(camera), detail, levels.chain, levels.moves,
@@ -217,12 +219,23 @@ def select_lights(
                 volumes[k], np.flatnonzero(undecided[k]), regions, near, slacks[k],
                 method == "lengyel", flags[k], case[k],
             )  # fmt: skip
-    return [VolumeSelection(*each, moved) for each in zip(flags, case, starts, strict=True)]
+    return [VolumeSelection(*arrays, moved) for arrays in zip(flags, case, starts, strict=True)]
 
 
 @kernel
 def _select(
-    bounds, found, lights, regions, reaches, is_coarse, floor, method, rules, flags, case, undecided
+    bounds,
+    is_seen,
+    lights,
+    regions,
+    reaches,
+    is_coarse,
+    floor,
+    method,
+    rules,
+    flags,
+    case,
+    undecided,
 ):
     """Write flags, cases, and where bounds leave the case undecided, of the found shells."""
     pyramids, clipped, views, far = regions
@@ -231,7 +244,7 @@ def _select(
     for k in range(lights.shape[0]):
         light = lights[k]
         for i in range(bounds.shape[0]):
-            if not found[k, i]:
+            if not is_seen[k, i]:
                 continue
             box = bounds[i]
             bits = SIDES | COARSE | LIGHT_CAPS if is_coarse[i] else SIDES
@@ -279,32 +292,32 @@ def _ask_triangles(
     from there; with ``near`` None there are none.
     """
     left, index, first, start = _FACES_ASKED, 0, 0, 0
-    for place in shells.tolist():
-        each = volumes[index]
-        while place >= first + len(each.shells):
-            first, index = first + len(each.shells), index + 1
-            each = volumes[index]
-        body = each.body
-        instance, shell = divmod(place - first, body.n_shells)
-        is_coarse = bool(flags[place] & COARSE)
+    for number in shells.tolist():
+        body_volumes = volumes[index]
+        while number >= first + len(body_volumes.shells):
+            first, index = first + len(body_volumes.shells), index + 1
+            body_volumes = volumes[index]
+        body = body_volumes.body
+        instance, shell = divmod(number - first, body.n_shells)
+        is_coarse = bool(flags[number] & COARSE)
         left -= int(body.face_starts[shell + 1] - body.face_starts[shell])
         if left < 0:
             break
-        mine = regions if body.is_still else regions.within(body.transforms[instance])
+        local = regions if body.is_still else regions.within(body.transforms[instance])
         faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
         edges = body.edge_starts[shell], body.edge_starts[shell + 1]
         blocks, is_seen, is_apart = ask_shell(
-            each.list_arrays(instance), faces, edges, each.is_closed[instance],
-            each.lights[instance], mine.pyramid, mine.view, slack,
+            body_volumes.list_arrays(instance), faces, edges, body_volumes.is_closed[instance],
+            body_volumes.lights[instance], local.pyramid, local.view, slack,
         )  # fmt: skip
-        needs_cap = case[place] == 3 and is_seen
-        case[place] = 1 if not blocks else 3 if needs_cap else 2
+        needs_cap = case[number] == 3 and is_seen
+        case[number] = 1 if not blocks else 3 if needs_cap else 2
         count = 0 if not blocks else None
-        if is_apart and near is not None and not is_coarse and flags[place] & Z_FAILS:
-            count = near.find(each, instance, shell)
+        if is_apart and near is not None and not is_coarse and flags[number] & Z_FAILS:
+            count = near.find(body_volumes, instance, shell)
         if count is not None:
-            flags[place] &= _NOT_FAILS | (LIGHT_CAPS if is_coarse else 0)
+            flags[number] &= _NOT_FAILS | (LIGHT_CAPS if is_coarse else 0)
             start += count
         elif not needs_cap and not keeps_cap and not is_coarse:
-            flags[place] &= ~LIGHT_CAPS
+            flags[number] &= ~LIGHT_CAPS
     return start

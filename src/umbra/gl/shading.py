@@ -78,11 +78,11 @@ class Lamps:
         exposure: float,
     ) -> Lamp:
         """Make the lamp of a light; ``exposure`` multiplies its colour."""
-        place = light.local(origin)
-        place[:3] -= place[3] * projection.eye
+        source = light.local(origin)
+        source[:3] -= source[3] * projection.eye
         uniforms: dict[str, Any] = {
             "slide": _SLIDE,
-            "lamp": place,
+            "lamp": source,
             "lamp_color": exposure * np.array(light.color),
             "attenuation": np.array(light.attenuation),
             "fade": 1.0 / light.range**2,
@@ -93,7 +93,7 @@ class Lamps:
             if light.attenuation != (1.0, 0.0, 0.0) or light.range < np.inf:
                 needs.append("IS_WEAKENING")
         else:
-            place[:3] /= np.linalg.norm(place[:3])
+            source[:3] /= np.linalg.norm(source[:3])
         if light.axis is not None:
             needs.append("IS_SPOT")
             inner = light.half_angle if light.inner_angle is None else light.inner_angle
@@ -207,11 +207,11 @@ class Shading:
         rows = np.zeros((MOST_LAMPS, 4, 4), np.float32)
         boxes = np.zeros((MOST_LAMPS, 4), np.float32)
         boxes[:, 2:] = surface.size
-        for place, (lamp, scissor) in enumerate(zip(lamps, scissors, strict=True)):
-            lamp.pack(rows[place])
+        for index, (lamp, scissor) in enumerate(zip(lamps, scissors, strict=True)):
+            lamp.pack(rows[index])
             if scissor is not None:
                 left, bottom, cols, height = scissor
-                boxes[place] = left, bottom, left + cols, bottom + height
+                boxes[index] = left, bottom, left + cols, bottom + height
         boxes *= 2.0 / np.array(surface.size * 2, np.float32)
         boxes -= 1.0
         how = (_ADD_ONCE if is_turned else _ADD_LIT) if is_counted else _ADD
@@ -295,8 +295,8 @@ class Shading:
         needs: tuple[str, ...],
         **uniforms: Any,
     ) -> None:
-        for unit, place in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO), (_FACES, FACE)):
-            surface.bind(unit, place)
+        for unit, attachment in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO), (_FACES, FACE)):
+            surface.bind(unit, attachment)
         draw_samples(
             state, how, self._light, (*needs, *self._needs), surface.samples,
             places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, befores=_SHARES,

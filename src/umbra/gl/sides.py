@@ -86,12 +86,12 @@ class ShellSides:
 
 
 @kernel
-def _gather(sides, starts, lengths, found):
+def _gather(sides, starts, lengths, gathered):
     """Copy the first sides of each shell, one shell after another."""
     n = 0
     for shell in range(starts.size):
         for i in range(starts[shell], starts[shell] + lengths[shell]):
-            found[n] = sides[i]
+            gathered[n] = sides[i]
             n += 1
 
 
@@ -103,9 +103,9 @@ def find_ends(side, edges, first, is_mirrored):
     The instance's ``first`` point is given, and whether it is mirrored.
     """
     edge = np.uint64(side >> 1)
-    one, two = 2 * (first + edges[edge, 0]), 2 * (first + edges[edge, 1])
+    tail, head = 2 * (first + edges[edge, 0]), 2 * (first + edges[edge, 1])
     is_ahead = ((side & 1) != 0) != is_mirrored
-    return (two, one) if is_ahead else (one, two)
+    return (head, tail) if is_ahead else (tail, head)
 
 
 @kernel
@@ -125,24 +125,26 @@ def _list_corners(sides, starts, lengths, shape, corners):
 def make_shell_sides(volumes: "BodyVolumes", wanted: NDArray[np.bool_]) -> ShellSides:
     """Find the sides of wanted shells."""
     body, opened, held = volumes.body, volumes.opened, volumes.held
-    found = ShellSides.none(len(wanted))
+    shell_sides = ShellSides.none(len(wanted))
     rows = wanted.reshape(-1, body.n_shells)
-    asked = rows.any(1)
+    is_wanted = rows.any(1)
     # Nearly always no instance has open components.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
-        alike = (opened == kind).all(1) & ~apart & asked
+        alike = (opened == kind).all(1) & ~apart & is_wanted
         if alike.any():
-            mine = rows & alike[:, None]
-            more = _find_sides(body, body.caster.opened(kind), volumes.lights, mine)
-            found = found.join(more, mine.ravel())
-    for instance in np.flatnonzero(apart & asked).tolist():
-        mine = np.zeros_like(rows)
-        mine[instance] = rows[instance]
+            chosen = rows & alike[:, None]
+            more = _find_sides(body, body.caster.opened(kind), volumes.lights, chosen)
+            shell_sides = shell_sides.join(more, chosen.ravel())
+    for instance in np.flatnonzero(apart & is_wanted).tolist():
+        chosen = np.zeros_like(rows)
+        chosen[instance] = rows[instance]
         caster = volumes.caster_of(instance).opened(opened[instance])
-        found = found.join(_find_sides(body, caster, volumes.lights, mine), mine.ravel())
-    return found
+        shell_sides = shell_sides.join(
+            _find_sides(body, caster, volumes.lights, chosen), chosen.ravel()
+        )
+    return shell_sides
 
 
 def make_sides_alike(
@@ -154,14 +156,17 @@ def make_sides_alike(
     Each light has its wanted shells (n_shells,); none are opened or held.
     """
     body = alike[0][0].body
-    lights = np.concatenate([each.lights for each, _ in alike])
-    rows = np.concatenate([mine for _, mine in alike]).reshape(-1, body.n_shells)
-    found = _find_sides(body, body.caster, lights, rows)
-    spans = zip(*(each.reshape(len(alike), -1) for each in (found.starts, found.ends)), strict=True)
+    lights = np.concatenate([body_volumes.lights for body_volumes, _ in alike])
+    rows = np.concatenate([shells for _, shells in alike]).reshape(-1, body.n_shells)
+    shell_sides = _find_sides(body, body.caster, lights, rows)
+    spans = zip(
+        *(numbers.reshape(len(alike), -1) for numbers in (shell_sides.starts, shell_sides.ends)),
+        strict=True,
+    )
     # Each keeps its own: a lamp that stands still must not hold what others had long ago.
     return [
-        ShellSides(found.sides, *mine).keep(wanted)
-        for (_, wanted), mine in zip(alike, spans, strict=True)
+        ShellSides(shell_sides.sides, *span).keep(wanted)
+        for (_, wanted), span in zip(alike, spans, strict=True)
     ]
 
 
@@ -171,16 +176,25 @@ def _find_sides(
     """Find the sides of the wanted shells (n_rows, n_shells) for the lights (n_rows, 4)."""
     starts, ends = np.zeros((2, *wanted.shape), np.int64)
     lists, n = [np.zeros(0, np.int32)], 0
-    asked = np.flatnonzero(wanted.any(1))
+    active = np.flatnonzero(wanted.any(1))
     shape = body.edge_shell, body.edge_starts
-    for some, found in _find_silhouettes(body, caster, lights[asked], wanted[asked]):
-        codes = found.codes
-        if not _are_in_order(codes, found.starts):  # from a tree, or with faces seen edge-on
-            mine = np.repeat(np.arange(len(found.starts) - 1), np.diff(found.starts))
-            codes = codes[np.lexsort((codes[: len(mine)], mine))]
+    for group, silhouettes in _find_silhouettes(body, caster, lights[active], wanted[active]):
+        codes = silhouettes.codes
+        if not _are_in_order(codes, silhouettes.starts):  # from a tree, or with faces seen edge-on
+            owner = np.repeat(np.arange(len(silhouettes.starts) - 1), np.diff(silhouettes.starts))
+            codes = codes[np.lexsort((codes[: len(owner)], owner))]
         sides = codes if caster.most == 1 else np.zeros(caster.most * len(codes), np.int32)
         more = _pack_sides(
-            codes, found.starts, caster.weight, asked[some], shape, wanted, n, starts, ends, sides
+            codes,
+            silhouettes.starts,
+            caster.weight,
+            active[group],
+            shape,
+            wanted,
+            n,
+            starts,
+            ends,
+            sides,
         )
         lists.append(sides[:more])
         n += more
@@ -205,8 +219,8 @@ def _find_silhouettes(
     yield slice(0, len(lights)), Silhouettes(codes, starts)
     flat = np.flatnonzero(is_flat)
     if len(flat):
-        for which, found in find_silhouettes(caster, lights[flat]):
-            yield flat[which], found
+        for which, silhouettes in find_silhouettes(caster, lights[flat]):
+            yield flat[which], silhouettes
 
 
 @kernel
@@ -234,9 +248,9 @@ def _list_codes(
                 lit[face] = side > 0.0
                 is_flat[k] |= side == 0.0 and not all_closed
             for edge in range(edge_starts[shell], edge_starts[shell + 1]):
-                one, two = lit[edge_faces[edge, 0]], lit[edge_faces[edge, 1]]
-                codes[n] = np.int32(edge) << 2 | one
-                n += one ^ two ^ turn[edge]
+                first, second = lit[edge_faces[edge, 0]], lit[edge_faces[edge, 1]]
+                codes[n] = np.int32(edge) << 2 | first
+                n += first ^ second ^ turn[edge]
         if is_flat[k]:
             n = starts[k]
         starts[k + 1] = n

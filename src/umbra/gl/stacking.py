@@ -44,7 +44,7 @@ def _find_sun_frame(light: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _count_cells(shapes: int) -> int:
-    """Return how many cells a side of the grid has for so many shapes."""
+    """Return the number of cells on a side of the grid for n shapes."""
     return int(np.clip(4 * np.sqrt(shapes), 64, 1024))
 
 

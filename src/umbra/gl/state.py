@@ -360,5 +360,7 @@ class State:
 def one_sided(stencil: Stencil, side: str) -> Stencil:
     """Keep one side's operations, to draw fronts and backs in two passes."""
     other = {"front": "back", "back": "front"}[side]
-    kept: dict[str, Any] = dict.fromkeys((f"{other}_depth_fail", f"{other}_depth_pass"), "keep")
-    return replace(stencil, **kept)
+    operations: dict[str, Any] = dict.fromkeys(
+        (f"{other}_depth_fail", f"{other}_depth_pass"), "keep"
+    )
+    return replace(stencil, **operations)

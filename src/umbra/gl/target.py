@@ -107,8 +107,10 @@ class Target:
             if shows is None
             else [shows[0].textures[shows[1]]]
         )
-        for place, texture in enumerate(self.textures):
-            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, self._texture_kind, texture, 0)
+        for attachment, texture in enumerate(self.textures):
+            gl.FramebufferTexture2D(
+                _FRAMEBUFFER, _COLOR + attachment, self._texture_kind, texture, 0
+            )
         self._depth: int = self._add_depth() if depth_of is None else depth_of._depth
         gl.FramebufferRenderbuffer(
             _FRAMEBUFFER, _DEPTH_STENCIL_ATTACHMENT, _RENDERBUFFER, self._depth
@@ -174,13 +176,13 @@ class Target:
         gl = self._device.gl
         gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
         gl.Viewport(0, 0, *self.size)
-        places = [_COLOR + place for place in range(len(self.colors))] or [0]
+        places = [_COLOR + attachment for attachment in range(len(self.colors))] or [0]
         array = (ctypes.c_uint * len(places))(*places)
         gl.DrawBuffers(len(places), ctypes.addressof(array))
 
-    def bind(self, unit: int, place: int = 0) -> None:
+    def bind(self, unit: int, attachment: int = 0) -> None:
         """Bind a colour attachment to a texture unit."""
-        self._device.gl.bind_texture(unit, self.textures[place], self._texture_kind)
+        self._device.gl.bind_texture(unit, self.textures[attachment], self._texture_kind)
 
     def begin(self, state: State, *values: float, depth: float = 1.0) -> None:
         """Use the target; clear depth and stencil, and fill the first attachment with values."""
@@ -204,27 +206,27 @@ class Target:
         self._device.gl.BlitFramebuffer(0, 0, *self.size, 0, 0, *self.size, 0x4000, 0x2600)
         self._device.gl.BindFramebuffer(_READ_FRAMEBUFFER, self.framebuffer)
 
-    def clear_color(self, *values: float, place: int = 0) -> None:
+    def clear_color(self, *values: float, attachment: int = 0) -> None:
         """
         Fill a colour attachment, whatever its type; the target must be in use.
 
         Colour writes must be on (``Pass.color_write``); the pass's scissor applies.
         """
-        kind = FORMATS[self.colors[place]][2]
+        kind = FORMATS[self.colors[attachment]][2]
         if kind == _INT:
             whole = np.resize(np.array(values, np.int32), 4)
-            self._device.gl.ClearBufferiv(0x1800, place, whole.ctypes.data)
+            self._device.gl.ClearBufferiv(0x1800, attachment, whole.ctypes.data)
         else:
             filled = np.resize(np.array(values, np.float32), 4)
-            self._device.gl.ClearBufferfv(0x1800, place, filled.ctypes.data)
+            self._device.gl.ClearBufferfv(0x1800, attachment, filled.ctypes.data)
 
-    def read(self, place: int = 0) -> NDArray:
+    def read(self, attachment: int = 0) -> NDArray:
         """Read a colour attachment, (rows, cols) or (rows, cols, 4); row 0 is the top."""
-        _, layout, kind, dtype, channels = FORMATS[self.colors[place]]
+        _, layout, kind, dtype, channels = FORMATS[self.colors[attachment]]
         cols, rows = self.size
         values: NDArray = np.zeros((rows, cols, channels), dtype)
         self._device.gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
-        self._device.gl.ReadBuffer(_COLOR + place)
+        self._device.gl.ReadBuffer(_COLOR + attachment)
         self._device.gl.read_pixels(self.size, layout, kind, values)
         self._device.check("a picture was read back")
         return values[::-1, :, 0] if channels == 1 else values[::-1]

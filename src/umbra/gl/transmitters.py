@@ -48,8 +48,12 @@ class TransmitterTables:
                 f"texels of their textures are too many for {device.renderer}; use device='cpu'"
             )
             raise InputError(msg, option="device")
-        arrays = (one if len(one) else np.zeros((1, 4)) for one in (t.nodes, t.rows, t.materials))
-        self._buffers = [TextureBuffer(device, one.astype(np.float32), "rgba32f") for one in arrays]
+        arrays = (
+            table if len(table) else np.zeros((1, 4)) for table in (t.nodes, t.rows, t.materials)
+        )
+        self._buffers = [
+            TextureBuffer(device, table.astype(np.float32), "rgba32f") for table in arrays
+        ]
         self._buffers.append(TextureBuffer(device, t.texels, "rgba8"))
 
     @classmethod
@@ -178,8 +182,8 @@ class SheerSurfaces:
             self._tables.bind()
             self._light.set(places=0, lamp=lamp, **self._tables.uniforms(projection))
             self._light.draw(3)
-            found = target.read()
-        return np.ascontiguousarray(found[..., :3]), found[..., 3].astype(np.int32)
+            pixels = target.read()
+        return np.ascontiguousarray(pixels[..., :3]), pixels[..., 3].astype(np.int32)
 
     def release(self) -> None:
         """Free the device objects."""

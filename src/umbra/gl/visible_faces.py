@@ -92,7 +92,7 @@ class VisibleFaces:
         origin, ray = _find_ray(projection.camera, x, y)
         if face == GROUND:
             assert self._ground is not None
-            name, place = "ground", np.array([0.0, 0.0, self._ground])
+            name, point = "ground", np.array([0.0, 0.0, self._ground])
             normal = np.array([0.0, 0.0, 1.0])
         else:
             index = int(np.searchsorted(self._starts, face, "right") - 1)
@@ -100,13 +100,13 @@ class VisibleFaces:
             corners = part.mesh.vertices[part.mesh.faces[face - self._starts[index]]]
             if part.transform is not None:
                 corners = transform_points(part.transform, corners)
-            name, place = part.name, corners[0]
-            normal = np.cross(corners[1] - place, corners[2] - place)
+            name, point = part.name, corners[0]
+            normal = np.cross(corners[1] - point, corners[2] - point)
             normal /= np.linalg.norm(normal)
         steep = float(normal @ ray)
         eye = origin - scene.origin
-        along = float(normal @ (place - eye)) / steep if steep else 0.0
-        position = origin + along * ray if steep else place + scene.origin
+        along = float(normal @ (point - eye)) / steep if steep else 0.0
+        position = origin + along * ray if steep else point + scene.origin
         return PickedPoint(name, position, normal * (-1.0 if steep > 0 else 1.0))
 
     def _find_face(self, projection: CameraProjection, x: int, y: int) -> int:

@@ -200,7 +200,7 @@ class VolumeCounter:
         program = find(programs, plans[0])
         draws = [(draw, plan) for plan in plans for draw in plan.draws]
         if len(plans) > 1:
-            draws.sort(key=lambda each: (each[0].kind, each[0].is_cut))
+            draws.sort(key=lambda entry: (entry[0].kind, entry[0].is_cut))
         last = None if is_ready else plans[0]
         for draw, plan in draws:
             if plan is not last:

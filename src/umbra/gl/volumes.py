@@ -73,10 +73,10 @@ class BodyVolumes:
         """Return the shells, of the wanted ones, whose sides are not found yet."""
         return wanted & ~self._found
 
-    def add(self, sides: ShellSides, found: NDArray[np.bool_]) -> None:
+    def add(self, sides: ShellSides, is_new: NDArray[np.bool_]) -> None:
         """Add the sides of newly found shells."""
-        self._sides = self._sides.join(sides, found)
-        self._found = self._found | found
+        self._sides = self._sides.join(sides, is_new)
+        self._found = self._found | is_new
 
     def list_sides(
         self, wanted: NDArray[np.bool_] | None = None
@@ -94,9 +94,9 @@ class BodyVolumes:
         """Reuse the sides of instances that have not moved relative to their light."""
         same = (self.lights == old.lights).all(1) & (self.opened == old.opened).all(1)
         same[self.held[:, 0]] = same[old.held[:, 0]] = False
-        kept = old._found & np.repeat(same, self.body.n_shells)
-        if self._pose == old._pose and kept.any():
-            self._sides, self._found = old._sides.keep(kept), kept
+        is_reused = old._found & np.repeat(same, self.body.n_shells)
+        if self._pose == old._pose and is_reused.any():
+            self._sides, self._found = old._sides.keep(is_reused), is_reused
 
     @cached_property
     def is_closed(self) -> NDArray[np.bool_]:
@@ -164,12 +164,12 @@ def list_drawn(
 ) -> Iterator[tuple[BodyVolumes, int, NDArray[np.bool_]]]:
     """Yield the volumes, number and drawn shells (n_shells,) of each instance that has any."""
     first = 0
-    for each in volumes:
-        for instance in range(len(each.lights)):
-            mine = drawn[first : first + each.body.n_shells]
-            first += each.body.n_shells
-            if mine.any():
-                yield each, instance, mine
+    for body_volumes in volumes:
+        for instance in range(len(body_volumes.lights)):
+            is_drawn = drawn[first : first + body_volumes.body.n_shells]
+            first += body_volumes.body.n_shells
+            if is_drawn.any():
+                yield body_volumes, instance, is_drawn
 
 
 def find_sides_together(
@@ -187,21 +187,24 @@ def find_sides_together(
     touched: dict[int, list[tuple[BodyVolumes, NDArray[np.bool_]]]] = {}
     for light, selection in zip(volumes, selections, strict=True):
         for index in selection.find_bodies(starts):
-            each = light[index]
-            missing = each.lacks(selection.sides[starts[index] : starts[index + 1]])
+            body_volumes = light[index]
+            missing = body_volumes.lacks(selection.sides[starts[index] : starts[index + 1]])
             if missing.any():
-                touched.setdefault(index, []).append((each, missing))
+                touched.setdefault(index, []).append((body_volumes, missing))
     for group in touched.values():
-        is_plain = [not len(each.held) and not each.opened.any() for each, _ in group]
+        is_plain = [
+            not len(body_volumes.held) and not body_volumes.opened.any()
+            for body_volumes, _ in group
+        ]
         if sum(is_plain) < 2 or len(group[0][0].body.caster.edges) >= _LARGE:
             is_plain = [False] * len(group)
         alike = list(compress(group, is_plain))
         if alike:
-            for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
-                each.add(found, mine)
-        for (each, mine), is_done in zip(group, is_plain, strict=True):
+            for (body_volumes, shells), sides in zip(alike, make_sides_alike(alike), strict=True):
+                body_volumes.add(sides, shells)
+        for (body_volumes, shells), is_done in zip(group, is_plain, strict=True):
             if not is_done:
-                each.find(mine)
+                body_volumes.find(shells)
 
 
 @dataclass(eq=False)
@@ -247,17 +250,17 @@ class IndexList:
         Returns how many numbers belong to each draw (n_draws,). Sides of volumes that end in one
         point, of a directional light at infinity, are single triangles.
         """
-        found = [
+        bodies = [
             _list_body(volumes[index], selection.flags[starts[index] : starts[index + 1]])
             for index in selection.find_bodies(starts)
         ]
         counts = np.zeros(len(DRAWS), np.int64)
-        for body in found:
+        for body in bodies:
             count_draws(*body, is_point, counts)  # type: ignore[call-arg]
         ends = self.end + np.cumsum(counts)
         room = self._reserve(int(ends[-1]) - self.end)
         places = ends - counts
-        for body in found:
+        for body in bodies:
             write_draws(*body, is_point, places, room)  # type: ignore[call-arg]
         self.end = int(ends[-1])
         return counts
@@ -271,11 +274,13 @@ class IndexList:
         return self._room
 
 
-def _list_body(each: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[tuple | NDArray, ...]:
+def _list_body(body_volumes: BodyVolumes, flags: NDArray[np.uint8]) -> tuple[tuple | NDArray, ...]:
     """Return what ``count_draws`` and ``write_draws`` need of a body's selected volumes."""
-    found = each.find((flags & SIDES) != 0)
-    body, cap = each.body, (_NO_FACES, _NO_SHELLS)
+    shell_sides = body_volumes.find((flags & SIDES) != 0)
+    body, cap = body_volumes.body, (_NO_FACES, _NO_SHELLS)
     if np.bitwise_or.reduce(flags) & (LIGHT_CAPS | DARK_CAP):
-        cap = each.find_cap((flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP))
-    sides = found.sides, found.starts, found.ends
+        cap = body_volumes.find_cap(
+            (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
+        )
+    sides = shell_sides.sides, shell_sides.starts, shell_sides.ends
     return sides, (body.caster.edges, body.first, body.mirrored), cap, flags

@@ -96,12 +96,12 @@ def add_file_ground(
     part = replace(
         part, mesh=Mesh(vertices, part.mesh.faces), material=Material(color=GROUND_COLOR)
     )
-    sources = (*scene.sources, *(replace(one, is_companion=True) for one in land.sources))
+    sources = (*scene.sources, *(replace(source, is_companion=True) for source in land.sources))
     return replace(scene, parts=(*scene.parts, part), sources=sources), notes
 
 
 def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]:
-    """Report buildings under whose middle there is none of the land."""
+    """Report buildings whose middle lies outside the land."""
     from umbra.readers.terrain import find_terrain_height  # noqa: PLC0415 (it loads all formats)
 
     boxes = boxes[find_standing(boxes)]
@@ -109,11 +109,11 @@ def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]
     if not beyond.any():
         return []
     count = f"{int(beyond.sum()):,} of {len(boxes):,}"
-    told = (
+    note = (
         f"{count} buildings stand where '{name}' has no land, and no hours are counted there; "
         "give a terrain that holds the model and its shadows, or ground='feet'"
     )
-    return [told]
+    return [note]
 
 
 def _check_place(bounds: NDArray[np.float64], part: Part, name: str) -> None:
@@ -199,20 +199,20 @@ class Ground:
 
 def tell_feet(surface: FeetSurface) -> str:
     """Return what an assumed surface goes through."""
-    some = "1 building" if surface.buildings == 1 else f"{surface.buildings:,} buildings"
-    return f"through the feet of {some}"
+    buildings = "1 building" if surface.buildings == 1 else f"{surface.buildings:,} buildings"
+    return f"through the feet of {buildings}"
 
 
 def describe_surface(surface: FeetSurface) -> dict[str, object]:
     """Return the attributes of an assumed surface, and how much rests on the assumption."""
-    told = (
+    note = (
         f"the ground is assumed, {tell_feet(surface)}, as the file brings no terrain; "
         f"{100 * surface.far_share:.2g} % of the area around the buildings lies more than "
         f"{AWAY:g} m from a foot, and 1 % of the ground between them is steeper than "
         f"{100 * surface.steepest:.2g} % (ground= takes a terrain file, 'level' or a height)"
     )
     return {
-        "assumption": told, "ground_feet": surface.buildings,
+        "assumption": note, "ground_feet": surface.buildings,
         "ground_far_share": surface.far_share, "ground_steepest_slope": surface.steepest,
     }  # fmt: skip
 
@@ -240,21 +240,21 @@ def find_ground(scene: Scene, ground: Asked = None, hanging: Sequence[int] = ())
     InputError
         If it is not finite, its file is wrong, or no building has a foot.
     """
-    asked = check_ground("ground", ground)
-    is_known = isinstance(scene.ground if asked is None else asked, float | int)
+    choice = check_ground("ground", ground)
+    is_known = isinstance(scene.ground if choice is None else choice, float | int)
     afloat = () if is_known else tuple(hanging)
 
     def find() -> Ground:
-        found = _find(scene, asked, afloat)
+        model_ground = _find(scene, choice, afloat)
         for known in {(), afloat}:
-            derive(found.scene, "ground", (asked, known), lambda: found)
-        return found
+            derive(model_ground.scene, "ground", (choice, known), lambda: model_ground)
+        return model_ground
 
-    return derive(scene, "ground", (asked, afloat), find)
+    return derive(scene, "ground", (choice, afloat), find)
 
 
 def keep_ground(
-    ground: Ground, scene: Scene, asked: Asked = None, hanging: Sequence[int] = ()
+    ground: Ground, scene: Scene, choice: Asked = None, hanging: Sequence[int] = ()
 ) -> Ground:
     """
     Return a ground under fewer parts, for which it is found again without a search.
@@ -264,43 +264,43 @@ def keep_ground(
     ground : Ground
     scene : Scene
         With the parts that are left.
-    asked : float or str, optional
+    choice : float or str, optional
     hanging : sequence of int, optional
         As of ``find_ground``; indices in this scene.
     """
-    kept = replace(ground, scene=scene)
+    reduced = replace(ground, scene=scene)
     for known in {(), tuple(hanging)}:
-        derive(scene, "ground", (check_ground("ground", asked), known), lambda: kept)
-    return kept
+        derive(scene, "ground", (check_ground("ground", choice), known), lambda: reduced)
+    return reduced
 
 
-def _find(scene: Scene, asked: Asked, hanging: tuple[int, ...]) -> Ground:
+def _find(scene: Scene, choice: Asked, hanging: tuple[int, ...]) -> Ground:
     own = [k for k, part in enumerate(scene.parts) if part.kind not in ADDED_GROUND]
     standing = [scene.parts[k] for k in own if k not in set(hanging)]
     if len(own) < len(scene.parts) or hanging:  # another scene, to keep another ground
         scene = replace(scene, parts=tuple(scene.parts[k] for k in own))
-    known = scene.ground if asked is None else asked
+    known = scene.ground if choice is None else choice
     if isinstance(known, float | int):
         return Ground(scene, float(known), is_plane=True)
-    some = scene if len(standing) in {0, len(own)} else replace(scene, parts=tuple(standing))
-    bases = measure_bases(some)
+    grounded = scene if len(standing) in {0, len(own)} else replace(scene, parts=tuple(standing))
+    bases = measure_bases(grounded)
     level = settle_level(bases)
-    if is_file(asked):
-        found, notes = add_file_ground(scene, str(asked), scene.bounds(), bases.boxes)
+    if is_file(choice):
+        with_land, notes = add_file_ground(scene, str(choice), scene.bounds(), bases.boxes)
         return Ground(
-            found, level.low, is_plane=False, assumed=level, file=Path(str(asked)).name,
+            with_land, level.low, is_plane=False, assumed=level, file=Path(str(choice)).name,
             notes=tuple(notes),
         )  # fmt: skip
-    if asked is None and has_terrain(scene):
+    if choice is None and has_terrain(scene):
         return Ground(scene, level.low, is_plane=False, assumed=level)
-    surface = choose_feet(bases, level, scene.bounds(), asked)
+    surface = choose_feet(bases, level, scene.bounds(), choice)
     if surface is None:
         return Ground(scene, level.middle, is_plane=True, assumed=level)
     settled = replace(scene, parts=(*scene.parts, *make_ground_parts(surface, scene.origin)))
     return Ground(settled, level.low, is_plane=False, assumed=level, surface=surface)
 
 
-def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSurface | None:
+def choose_feet(bases: Bases, level: Level, bounds: Any, choice: Asked) -> FeetSurface | None:
     """
     Make the surface through the feet where they are asked for, or differ by more than a storey.
 
@@ -311,7 +311,7 @@ def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSu
         Of these.
     bounds : (2, 3) float64
         Of the whole model [m].
-    asked : float or str, optional
+    choice : float or str, optional
 
     Returns
     -------
@@ -322,17 +322,17 @@ def choose_feet(bases: Bases, level: Level, bounds: Any, asked: Asked) -> FeetSu
     InputError
         If no building has a foot, and they are asked for.
     """
-    if asked == LEVEL:
+    if choice == LEVEL:
         return None
     standing, feet = find_standing(bases.boxes), bases.feet.above(level.low)
     feet = feet.without(find_cellars(feet))
-    if asked is None:
+    if choice is None:
         own = np.unique(feet.owner)
         heights = bases.boxes[own[standing[own]], 0, 2]
         if not len(heights) or np.ptp(heights) <= GAP:
             return None
     surface = make_surface(feet, bounds, standing)
-    if surface is None and asked == FEET:
+    if surface is None and choice == FEET:
         msg = "no building of the model has a foot; give ground= a height [m] or a terrain file"
         raise InputError(msg, option="ground")
     return surface

@@ -45,20 +45,20 @@ class Feet:
 
     def without(self, owners: NDArray[np.int64]) -> "Feet":
         """Return those of other buildings."""
-        kept = ~np.isin(self.owner, owners)
-        return Feet(self.corners[kept], self.owner[kept])
+        is_other = ~np.isin(self.owner, owners)
+        return Feet(self.corners[is_other], self.owner[is_other])
 
     def above(self, lowest: float) -> "Feet":
         """Return those of buildings whose lowest corner is not below a height [m]."""
         low = np.full(int(self.owner.max(initial=-1)) + 1, np.inf)
         np.minimum.at(low, self.owner, self.corners[:, :, 2].min(1))
-        kept = (low >= lowest)[self.owner]
-        return Feet(self.corners[kept], self.owner[kept])
+        is_high = (low >= lowest)[self.owner]
+        return Feet(self.corners[is_high], self.owner[is_high])
 
 
 def find_base_faces(
     corners: NDArray[np.float64],
-    thing: NDArray[np.integer],
+    group: NDArray[np.integer],
     is_floor: NDArray[np.bool_],
     foot: NDArray[np.float64],
 ) -> Feet:
@@ -73,7 +73,7 @@ def find_base_faces(
     ----------
     corners : (n_faces, 3, 3) float64
         Of the objects' triangles, counter-clockwise seen from outside [m].
-    thing : (n_faces,) int
+    group : (n_faces,) int
         Object of each.
     is_floor : (n_faces,) bool
         Whether the file calls it a building's ground.
@@ -86,42 +86,42 @@ def find_base_faces(
         Owners are numbers of objects.
     """
     corners = np.asarray(corners, np.float64).reshape(-1, 3, 3)
-    stands = np.isfinite(foot)[thing]
+    stands = np.isfinite(foot)[group]
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     up = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     is_flat = np.abs(up) > _TILT * np.linalg.norm(np.cross(u, v), axis=1)
     has_floor = np.zeros(len(foot), np.bool_)
-    has_floor[thing[is_floor & is_flat]] = True
-    candidates = np.flatnonzero(stands & is_flat & np.where(has_floor[thing], is_floor, up < 0))
-    patch = _find_patches(corners[candidates], thing[candidates])
+    has_floor[group[is_floor & is_flat]] = True
+    candidates = np.flatnonzero(stands & is_flat & np.where(has_floor[group], is_floor, up < 0))
+    patch = _find_patches(corners[candidates], group[candidates])
     lowest = np.full(int(patch.max(initial=-1)) + 1, np.inf)
     np.minimum.at(lowest, patch, corners[candidates][:, :, 2].min(1))
-    owner = thing[candidates]
+    owner = group[candidates]
     room = np.where(has_floor[owner], _FLOOR, _LOW)
     candidates = candidates[lowest[patch] <= foot[owner] + room]
-    found, owners = [corners[candidates]], [thing[candidates].astype(np.int64)]
+    bases, owners = [corners[candidates]], [group[candidates].astype(np.int64)]
     known = np.zeros(len(foot), np.bool_)
-    known[thing[candidates]] = True
-    left = np.flatnonzero(stands & ~known[thing])
-    for one in np.unique(thing[left]).tolist():
-        points = corners[left[thing[left] == one]].reshape(-1, 3)
-        hull = _make_fan(points[points[:, 2] <= foot[one] + _LOW])
-        found.append(hull)
-        owners.append(np.full(len(hull), one, np.int64))
-    return Feet(np.concatenate(found), np.concatenate(owners))
+    known[group[candidates]] = True
+    left = np.flatnonzero(stands & ~known[group])
+    for index in np.unique(group[left]).tolist():
+        points = corners[left[group[left] == index]].reshape(-1, 3)
+        hull = _make_fan(points[points[:, 2] <= foot[index] + _LOW])
+        bases.append(hull)
+        owners.append(np.full(len(hull), index, np.int64))
+    return Feet(np.concatenate(bases), np.concatenate(owners))
 
 
-def _find_patches(corners: NDArray[np.float64], thing: NDArray[np.integer]) -> NDArray[np.intp]:
+def _find_patches(corners: NDArray[np.float64], group: NDArray[np.integer]) -> NDArray[np.intp]:
     """Return the patch of each face (n, 3, 3): faces of one object that share a corner."""
     if not len(corners):
         return np.zeros(0, np.intp)
-    keys = np.column_stack([np.repeat(thing, 3), corners.reshape(-1, 3)])
-    _, place = np.unique(keys, axis=0, return_inverse=True)
-    place = place.reshape(-1, 3)
-    pairs = np.concatenate([place[:, :2], place[:, 1:]])
-    one, two = np.ascontiguousarray(pairs.T, np.int32)
-    roots = find_roots(one, two, int(place.max()) + 1)
-    return np.asarray(roots[place[:, 0]], np.intp)
+    keys = np.column_stack([np.repeat(group, 3), corners.reshape(-1, 3)])
+    _, vertex = np.unique(keys, axis=0, return_inverse=True)
+    vertex = vertex.reshape(-1, 3)
+    pairs = np.concatenate([vertex[:, :2], vertex[:, 1:]])
+    first, second = np.ascontiguousarray(pairs.T, np.int32)
+    roots = find_roots(first, second, int(vertex.max()) + 1)
+    return np.asarray(roots[vertex[:, 0]], np.intp)
 
 
 def _make_fan(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,8 +129,8 @@ def _make_fan(points: NDArray[np.float64]) -> NDArray[np.float64]:
     points = points[np.lexsort(points.T[::-1])]
     points = points[np.append(True, (np.diff(points[:, :2], axis=0) != 0).any(1))]
     rings: list[list[NDArray[np.float64]]] = [[], []]
-    for ring, some in zip(rings, (points, points[::-1]), strict=True):
-        for point in some:
+    for ring, sequence in zip(rings, (points, points[::-1]), strict=True):
+        for point in sequence:
             while len(ring) > 1 and _turn(ring[-2], ring[-1], point) <= 0:
                 ring.pop()
             ring.append(point)
@@ -180,17 +180,17 @@ def find_cellars(feet: Feet) -> NDArray[np.int64]:
     middle = sums.astype(np.float64) / number[:, None]
     reach = range(1, min(_MOST, len(corners)) + 1)
     away, near = cKDTree(corners[:, :2]).query(corners[:, :2], reach)
-    one, rank = np.nonzero(away < _NEAR)
-    pairs = np.stack([owner[one], owner[near[one, rank]]], axis=1)
+    row, rank = np.nonzero(away < _NEAR)
+    pairs = np.stack([owner[row], owner[near[row, rank]]], axis=1)
     pairs = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
     is_lower = foot[pairs[:, 1]] > foot[pairs[:, 0]] + _STOREY
     has_equal = np.zeros(count, np.bool_)
     has_equal[pairs[~is_lower, 0]] = True
     pairs = pairs[~has_equal[pairs[:, 0]]]
-    found = []
-    for mine in np.unique(pairs[:, 0]).tolist():
-        way = middle[pairs[pairs[:, 0] == mine, 1]] - middle[mine]
+    cellars = []
+    for building in np.unique(pairs[:, 0]).tolist():
+        way = middle[pairs[pairs[:, 0] == building, 1]] - middle[building]
         way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
         if (way @ way.T).min() < _OPPOSITE:
-            found.append(mine)
-    return np.array(found, np.int64)
+            cellars.append(building)
+    return np.array(cellars, np.int64)

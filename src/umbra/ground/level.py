@@ -66,17 +66,17 @@ class Level:
         """Return attributes of the objects' bases, if they are not level, nor known, nor 0."""
         is_plain = self.is_read or level == 0
         if self.high - self.low <= GAP:
-            told = (
+            note = (
                 f"the ground is assumed level at z = {level:.6g} m, the base of the model with any "
                 "foundations and cellars (ground= sets it)"
             )
-            return {} if is_plain else {"assumption": told}
-        told = (
+            return {} if is_plain else {"assumption": note}
+        note = (
             f"the ground is assumed level at z = {level:.6g} m; {self.things} buildings stand at "
             f"{self.low:.6g} to {self.high:.6g} m, so one level suits few of them (ground= sets "
             "another: 'feet', a height or a terrain file)"
         )
-        return {"assumption": told}
+        return {"assumption": note}
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +106,12 @@ class Bases:
 
     def without(self, objects: NDArray[np.integer]) -> "Bases":
         """Return the bases of the other objects."""
-        kept = ~np.isin(self.objects, objects)
-        owner, own = np.cumsum(kept) - 1, kept[self.feet.owner]
+        is_left = ~np.isin(self.objects, objects)
+        owner, own = np.cumsum(is_left) - 1, is_left[self.feet.owner]
         feet = Feet(self.feet.corners[own], owner[self.feet.owner[own]])
         floors = ~np.isin(self.floor_objects, objects)
         return Bases(
-            self.boxes[kept], self.floors[floors], feet, self.objects[kept],
+            self.boxes[is_left], self.floors[floors], feet, self.objects[is_left],
             self.floor_objects[floors],
         )  # fmt: skip
 
@@ -138,11 +138,11 @@ def check_stated(scene: Scene, level: float) -> dict[str, object]:
     if low - GAP <= level < high:
         return {}
     where = "above the whole model" if level >= high else f"{low - level:.6g} m below the model"
-    told = (
+    note = (
         f"the ground at z = {level:.6g} m lies {where}, which reaches from z = {low:.6g} to "
         f"{high:.6g} m; ground= is a height in the model's own coordinates"
     )
-    return {"assumption": told}
+    return {"assumption": note}
 
 
 def measure_bases(scene: Scene) -> Bases:
@@ -158,12 +158,12 @@ def measure_bases(scene: Scene) -> Bases:
     bases : Bases
     """
     soup = scene.triangles()
-    thing = scene.groups()[soup.part]
-    count = int(thing.max(initial=-1)) + 1
-    faces, low, high = _measure(soup.vertices + scene.origin, soup.faces, thing, count)
+    group = scene.groups()[soup.part]
+    count = int(group.max(initial=-1)) + 1
+    faces, low, high = _measure(soup.vertices + scene.origin, soup.faces, group, count)
     lowest, area, flat, middle_z = faces
-    foot = _find_feet(lowest, area, thing, low[:, 2])
-    kept = np.isfinite(foot)
+    foot = _find_feet(lowest, area, group, low[:, 2])
+    has_foot = np.isfinite(foot)
     with np.errstate(invalid="ignore"):
         stands_on = np.where(high[:, 2] - foot >= _LEAST, foot, np.inf)
     low[:, 2] = high[:, 2] = foot
@@ -171,10 +171,10 @@ def measure_bases(scene: Scene) -> Bases:
     floors = np.stack([middle_z[is_floor], flat[is_floor]], axis=1)
     stands = np.array([part.kind not in _AFLOAT for part in scene.parts])[soup.part]
     corners = (soup.vertices + scene.origin)[soup.faces[stands]]
-    feet = find_base_faces(corners, thing[stands], is_floor[stands], stands_on)
-    feet = Feet(feet.corners, (np.cumsum(kept) - 1)[feet.owner])
-    boxes, objects = np.stack([low, high], axis=1)[kept], np.flatnonzero(kept)
-    return Bases(boxes, floors, feet, objects, thing[is_floor].astype(np.int64))
+    feet = find_base_faces(corners, group[stands], is_floor[stands], stands_on)
+    feet = Feet(feet.corners, (np.cumsum(has_foot) - 1)[feet.owner])
+    boxes, objects = np.stack([low, high], axis=1)[has_foot], np.flatnonzero(has_foot)
+    return Bases(boxes, floors, feet, objects, group[is_floor].astype(np.int64))
 
 
 def settle_level(bases: Bases) -> Level:
@@ -192,14 +192,14 @@ def settle_level(bases: Bases) -> Level:
 
 
 @kernel
-def _measure(vertices, faces, thing, count):
+def _measure(vertices, faces, group, count):
     """
     Measure the faces, and bound the objects that they belong to.
 
     Returns (4, n_faces): lowest z, twice the area, twice the plan area, and mean z of the
     corners; and the objects' bounds, (count, 3) twice.
     """
-    found = np.zeros((4, faces.shape[0]))
+    measures = np.zeros((4, faces.shape[0]))
     low = np.full((count, 3), np.inf)
     high = np.full((count, 3), -np.inf)
     for f in range(faces.shape[0]):
@@ -207,31 +207,31 @@ def _measure(vertices, faces, thing, count):
         ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        found[0, f] = min(a[2], b[2], c[2])
-        found[1, f] = np.sqrt(nx * nx + ny * ny + nz * nz)
-        found[2, f] = abs(nz)
-        found[3, f] = (a[2] + b[2] + c[2]) / 3.0
+        measures[0, f] = min(a[2], b[2], c[2])
+        measures[1, f] = np.sqrt(nx * nx + ny * ny + nz * nz)
+        measures[2, f] = abs(nz)
+        measures[3, f] = (a[2] + b[2] + c[2]) / 3.0
         for axis in range(3):
-            low[thing[f], axis] = min(low[thing[f], axis], a[axis], b[axis], c[axis])
-            high[thing[f], axis] = max(high[thing[f], axis], a[axis], b[axis], c[axis])
-    return found, low, high
+            low[group[f], axis] = min(low[group[f], axis], a[axis], b[axis], c[axis])
+            high[group[f], axis] = max(high[group[f], axis], a[axis], b[axis], c[axis])
+    return measures, low, high
 
 
 def _find_feet(
     lowest: NDArray[np.float64],
     area: NDArray[np.float64],
-    thing: NDArray[np.integer],
+    group: NDArray[np.integer],
     foot: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return the lowest point of each object, without strays; inf without faces."""
     foot, count = foot.copy(), len(foot)
-    whole = np.bincount(thing, area, count)
-    near = np.bincount(thing, area * (lowest <= foot[thing] + GAP), count)
-    for one in np.flatnonzero((near < STRAY * whole) & np.isfinite(foot)):
-        mine = np.flatnonzero(thing == one)
-        z, share = lowest[mine], area[mine]
+    whole = np.bincount(group, area, count)
+    near = np.bincount(group, area * (lowest <= foot[group] + GAP), count)
+    for index in np.flatnonzero((near < STRAY * whole) & np.isfinite(foot)):
+        own = np.flatnonzero(group == index)
+        z, share = lowest[own], area[own]
         order = np.argsort(z, kind="stable")
-        foot[one] = _drop_strays(z[order], share[order])[0][0]
+        foot[index] = _drop_strays(z[order], share[order])[0][0]
     return foot
 
 

@@ -93,9 +93,9 @@ def make_surface(
     most = np.full(len(whole), 0.5)
     if standing is not None:
         most[~standing[: len(most)]] = _TOUCH
-    kept = (over <= whole * most)[feet.owner]
-    if not kept.all():
-        feet = Feet(feet.corners[kept], feet.owner[kept])
+    fits = (over <= whole * most)[feet.owner]
+    if not fits.all():
+        feet = Feet(feet.corners[fits], feet.owner[fits])
         base = _Bases.of(feet, bounds)
     heights = _find_heights(base, feet.corners)
     inner = np.zeros((0, 3))
@@ -163,9 +163,9 @@ class _Bases:
         points = np.rint((corners[:, :2] - (middle - reach)) / step).astype(np.int64)
         order = np.lexsort((*corners.T[[1, 0, 2]], *points.T[::-1]))
         is_new = np.append(True, (np.diff(points[order], axis=0) != 0).any(1))
-        place = np.zeros(len(corners), np.int64)
-        place[order] = np.cumsum(is_new) - 1
-        faces = place.reshape(-1, 3)
+        index = np.zeros(len(corners), np.int64)
+        index[order] = np.cumsum(is_new) - 1
+        faces = index.reshape(-1, 3)
         plan, points = corners[order[is_new]], points[order[is_new]]
         hull, lines = _find_hull(plan[:, :2])
         ring = _make_rings(plan, lines, middle, 1.05 * radius + 1.0, reach)
@@ -226,15 +226,15 @@ def _find_hull(plan: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np
 
 def _find_crests(plan: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Find the edges of the hull that pass a corner closely: the ground there would be a fin."""
-    found = np.zeros(len(edges), np.bool_)
-    for k, (one, other) in enumerate(edges.tolist()):
-        along = plan[other] - plan[one]
+    is_crest = np.zeros(len(edges), np.bool_)
+    for k, (start, end) in enumerate(edges.tolist()):
+        along = plan[end] - plan[start]
         length = float(np.hypot(*along))
-        x, y = ((plan - plan[one]) @ np.stack([along, (-along[1], along[0])], axis=1) / length).T
+        x, y = ((plan - plan[start]) @ np.stack([along, (-along[1], along[0])], axis=1) / length).T
         inside = (x > _CLOSE * length) & (x < (1.0 - _CLOSE) * length)
         away = np.abs(y[inside])
-        found[k] = bool(((away > _LEAST_STEP) & (away < _CLOSE * length)).any())
-    return found
+        is_crest[k] = bool(((away > _LEAST_STEP) & (away < _CLOSE * length)).any())
+    return is_crest
 
 
 def _find_nearest(
@@ -257,8 +257,8 @@ def _find_heights(base: _Bases, corners: NDArray[np.float64]) -> NDArray[np.floa
     whole = ux * vy - uy * vx
     for k in range(3):
         x, y = (plan[triangles[held, k], :2] - a[:, :2]).T
-        one, other = (x * vy - y * vx) / whole, (ux * y - uy * x) / whole
-        z = a[:, 2] + one * (b[:, 2] - a[:, 2]) + other * (c[:, 2] - a[:, 2])
+        weight_b, weight_c = (x * vy - y * vx) / whole, (ux * y - uy * x) / whole
+        z = a[:, 2] + weight_b * (b[:, 2] - a[:, 2]) + weight_c * (c[:, 2] - a[:, 2])
         for m in range(3):  # its own corners exactly
             z = np.where(faces[label[held], m] == triangles[held, k], own[:, m, 2], z)
         is_level = (own[:, 1:, 2] == own[:, :1, 2]).all(1)
@@ -270,34 +270,34 @@ def _join(
     plan: NDArray[np.float64], triangles: NDArray[np.int32], heights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Return vertices, one for each place and height, and the triangles' corners among them."""
-    place, z = triangles.ravel(), heights.ravel()
-    order = np.lexsort((z, place))
-    is_new = np.append(True, (np.diff(place[order]) != 0) | (np.diff(z[order]) != 0))
-    corner = np.zeros(len(place), np.int32)
+    point, z = triangles.ravel(), heights.ravel()
+    order = np.lexsort((z, point))
+    is_new = np.append(True, (np.diff(point[order]) != 0) | (np.diff(z[order]) != 0))
+    corner = np.zeros(len(point), np.int32)
     corner[order] = np.cumsum(is_new) - 1
     first = order[is_new]
-    return np.column_stack([plan[place[first], :2], z[first]]), corner.reshape(-1, 3)
+    return np.column_stack([plan[point[first], :2], z[first]]), corner.reshape(-1, 3)
 
 
 def _find_steps(
     triangles: NDArray[np.int32], neighbours: NDArray[np.int32], corner: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Return upright faces (n, 3) between neighbours that meet at different heights."""
-    found = [np.zeros((0, 3), np.int32)]
+    steps = [np.zeros((0, 3), np.int32)]
     for k in range(3):
-        one = np.flatnonzero(neighbours[:, k] > np.arange(len(triangles)))
-        other = neighbours[one, k]
-        u, v = corner[one, (k + 1) % 3], corner[one, (k + 2) % 3]
+        own = np.flatnonzero(neighbours[:, k] > np.arange(len(triangles)))
+        other = neighbours[own, k]
+        u, v = corner[own, (k + 1) % 3], corner[own, (k + 2) % 3]
         beyond = []
-        for name in (triangles[one, (k + 1) % 3], triangles[one, (k + 2) % 3]):
+        for name in (triangles[own, (k + 1) % 3], triangles[own, (k + 2) % 3]):
             where = (triangles[other] == name[:, None]).argmax(1)
             beyond.append(corner[other, where])
         for face, is_one in (
             (np.stack([v, u, beyond[0]], 1), u != beyond[0]),
             (np.stack([v, beyond[0], beyond[1]], 1), v != beyond[1]),
         ):
-            found.append(face[is_one])
-    return np.concatenate(found).astype(np.int32)
+            steps.append(face[is_one])
+    return np.concatenate(steps).astype(np.int32)
 
 
 @kernel
@@ -336,9 +336,9 @@ def _find_bases(points, triangles, neighbours, faces, low, order):
                 i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                 x = (points[i, 0] + points[j, 0] + points[k, 0]) / 3.0
                 y = (points[i, 1] + points[j, 1] + points[k, 1]) / 3.0
-                one, two = _turn(points, a, b, x, y), _turn(points, b, c, x, y)
-                three = _turn(points, c, a, x, y)
-                if min(one, two, three) <= 0.0 <= max(one, two, three):
+                first, second = _turn(points, a, b, x, y), _turn(points, b, c, x, y)
+                third = _turn(points, c, a, x, y)
+                if min(first, second, third) <= 0.0 <= max(first, second, third):
                     continue
                 if turn == 0:
                     label[t] = f
@@ -375,10 +375,10 @@ def _find_steepest(corners: NDArray[np.float64]) -> float:
     """Return the slope that 1 % of the area of triangles (n, 3, 3) exceeds."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = normals[:, 2]
-    kept = area > 0
-    if not kept.any():
+    has_area = area > 0
+    if not has_area.any():
         return 0.0
-    slope = np.hypot(normals[kept, 0], normals[kept, 1]) / area[kept]
+    slope = np.hypot(normals[has_area, 0], normals[has_area, 1]) / area[has_area]
     order = np.argsort(slope, kind="stable")
-    total = np.cumsum(area[kept][order])
+    total = np.cumsum(area[has_area][order])
     return float(slope[order][np.searchsorted(total, 0.99 * total[-1])])

@@ -56,12 +56,12 @@ def triangulate_with_edges(
     from scipy.spatial import Delaunay, QhullError  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     try:
-        found = Delaunay(points.astype(np.float64))
+        mesh = Delaunay(points.astype(np.float64))
     except QhullError as error:
         msg = "the points have no triangulation"
         raise ValueError(msg) from error
-    triangles = found.simplices.astype(np.int32)
-    neighbours = found.neighbors.astype(np.int32)
+    triangles = mesh.simplices.astype(np.int32)
+    neighbours = mesh.neighbors.astype(np.int32)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     turns = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     if (turns == 0).any() or len(np.unique(triangles)) < len(points):
@@ -184,8 +184,8 @@ def _advance(points, triangles, neighbours, fixed, at, u, v):
             if _turn(points, u, end, p) * _turn(points, u, end, q) >= 0:
                 continue
             a, b = p, q
-        place = (head + waiting) % count
-        crossed[place, 0], crossed[place, 1] = a, b
+        slot = (head + waiting) % count
+        crossed[slot, 0], crossed[slot, 1] = a, b
         waiting += 1
     t, k = _find_edge(triangles, neighbours, at, u, end)
     _fix(neighbours, fixed, t, k)
@@ -262,9 +262,9 @@ def _holds(points, a, b, c, d):
     bx, by = float(points[b, 0] - points[d, 0]), float(points[b, 1] - points[d, 1])
     cx, cy = float(points[c, 0] - points[d, 0]), float(points[c, 1] - points[d, 1])
     aa, bb, cc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
-    one, two, three = bx * cy - by * cx, ax * cy - ay * cx, ax * by - ay * bx
-    size = aa * abs(one) + bb * abs(two) + cc * abs(three)
-    return aa * one - bb * two + cc * three > _LEAST * size
+    minor_a, minor_b, minor_c = bx * cy - by * cx, ax * cy - ay * cx, ax * by - ay * bx
+    size = aa * abs(minor_a) + bb * abs(minor_b) + cc * abs(minor_c)
+    return aa * minor_a - bb * minor_b + cc * minor_c > _LEAST * size
 
 
 _JUMP = 1.0  # height of a corner over the opposite edge, and the same in widths
@@ -352,10 +352,10 @@ def find_blades(
     is_near = tree.query(middle)[0] < _CLEAR
     crowded = blades[is_near]
     quarters = [start[crowded] + share * along[crowded] for share in (0.25, 0.75)]
-    found = np.concatenate([middle[~is_near], *quarters])
-    found = found[tree.query(found)[0] >= _CLEAR]
+    candidates = np.concatenate([middle[~is_near], *quarters])
+    candidates = candidates[tree.query(candidates)[0] >= _CLEAR]
     if len(known):
-        found = found[cKDTree(known[:, :2]).query(found)[0] >= _APART]
-    _, first = np.unique(np.rint(found / _APART), axis=0, return_index=True)
-    found = found[first]
-    return np.column_stack([found, find_mean_heights(tree, plan, found)])
+        candidates = candidates[cKDTree(known[:, :2]).query(candidates)[0] >= _APART]
+    _, first = np.unique(np.rint(candidates / _APART), axis=0, return_index=True)
+    candidates = candidates[first]
+    return np.column_stack([candidates, find_mean_heights(tree, plan, candidates)])

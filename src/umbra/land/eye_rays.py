@@ -125,17 +125,17 @@ def _view(raster: LandFile, work: LandWork) -> Iterator[Step | LandView]:
         work.longitude, work.latitude, list(work.eyes), work.nearest, reach, work.refraction,
         raster.find_cells,
     )  # fmt: skip
-    heights = np.array([raster.find_height(place) for place in rays.places])
+    heights = np.array([raster.find_height(point) for point in rays.places])
     if not math.isfinite(heights[0]):
         msg = "has no height at the site; fill it there (gdal_fillnodata.py), or give another file"
         raise InputError(msg)
     eyes = (heights + [eye.height for eye in work.eyes])[rays.eye]
     slopes = np.full(len(eyes), -np.inf)
     distances, seen, missing = np.zeros((3, len(eyes)))
-    mine = rays.eye == 0
-    peaks = np.full((int(mine.sum()) * PARTS, 3), -np.inf)
+    is_first = rays.eye == 0
+    peaks = np.full((int(is_first.sum()) * PARTS, 3), -np.inf)
     peaks[:, 1:] = 0.0
-    place = work.longitude, work.latitude
+    position = work.longitude, work.latitude
     blocks = _plan_blocks(raster, rays.nodes, site, cell)
     for k, (c0, r0, c1, r1, thin) in enumerate(blocks):
         # Centres up to the next block's first; thinned ones begin half a cell inside.
@@ -146,9 +146,11 @@ def _view(raster: LandFile, work: LandWork) -> Iterator[Step | LandView]:
             min(r1 + 1 + more, raster.rows), thin,
         )  # fmt: skip
         march(block, frame, core, rays.nodes, eyes, rays.radii, slopes, distances, seen, missing)
-        spots, side = find_spots(block.shape, frame, float(cell.max()), place, raster.find_places)
+        spots, side = find_spots(
+            block.shape, frame, float(cell.max()), position, raster.find_places
+        )
         raise_peaks(
-            block, spots, side, eyes[0], rays.radii[mine], slopes[mine],
+            block, spots, side, eyes[0], rays.radii[is_first], slopes[is_first],
             np.array([work.nearest, work.reach]), peaks,
         )  # fmt: skip
         yield Step(k + 1, len(blocks))
@@ -158,7 +160,7 @@ def _view(raster: LandFile, work: LandWork) -> Iterator[Step | LandView]:
         float(missing.sum() / max((missing + np.maximum(seen - work.nearest, 0.0)).sum(), 1.0)),
         eyes[np.searchsorted(rays.eye, np.arange(len(work.eyes)))], raster.columns, raster.rows,
         cell, raster.name, max((block[4] for block in blocks), default=1),
-        sift_peaks(peaks, np.maximum(elevation[mine], 0.0)), tuple(raster.notes),
+        sift_peaks(peaks, np.maximum(elevation[is_first], 0.0)), tuple(raster.notes),
     )  # fmt: skip
 
 
@@ -238,12 +240,12 @@ def _plan_blocks(
             "which far ones are thinned; add them (gdaladdo -r average FILE)"
         )
         raise InputError(msg, cells=count)
-    found: list[Block] = []
+    blocks: list[Block] = []
     for r0 in range(int(first[1]), int(high[1]), down):
         for c0 in range(int(first[0]), int(high[0]), across):
             c1, r1 = min(c0 + across, int(last[0])), min(r0 + down, int(last[1]))
             gap = np.maximum(np.maximum((c0, r0) - site, site - (c1, r1)), 0.0) * cell
             room = float(np.hypot(*gap)) * _SHARE / float(cell.max())
             thin = max((o for o in overviews if o <= room), default=1) if count > MOST else 1
-            found.append((c0, r0, c1, r1, thin))
-    return found
+            blocks.append((c0, r0, c1, r1, thin))
+    return blocks

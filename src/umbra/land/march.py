@@ -45,8 +45,8 @@ def clip(start, step, low, high, first, last):
     """Cut the share [first, last] of a line to where its coordinate is within bounds."""
     if step == 0.0:
         return (first, last) if low <= start <= high else (1.0, 0.0)
-    one, other = (low - start) / step, (high - start) / step
-    return max(first, min(one, other)), min(last, max(one, other))
+    enter, leave = (low - start) / step, (high - start) / step
+    return max(first, min(enter, leave)), min(last, max(enter, leave))
 
 
 @inlined

@@ -53,10 +53,10 @@ def find_spots(
     side = int(max(min(_SIDE, _LARGEST / (cell * max(frame[2], frame[3]))), 1))
     rows, cols = (np.arange(-(-(n - 1) // side) + 1) * side for n in shape)
     u, v = np.meshgrid(cols, rows)
-    place = np.column_stack([
+    points = np.column_stack([
         frame[0] + (u.ravel() + 0.5) * frame[2] - 0.5, frame[1] + (v.ravel() + 0.5) * frame[3] - 0.5
     ])  # fmt: skip
-    lon, lat = find_places(place)
+    lon, lat = find_places(points)
     same = np.full(len(lon), site[0]), np.full(len(lon), site[1])
     turn, _, away = Geod(ellps="WGS84").inv(*same, lon, lat)
     angle = np.radians(turn)
@@ -143,11 +143,8 @@ def _may_rise(spots, q, w, top, eye, radii, slopes, within):
     least = math.inf
     for k in range(first, last + 1):
         ray = k % rays
-        here = max(
-            find_land_slope(top, near, eye, radii[ray]),
-            find_land_slope(top, away + wide, eye, radii[ray]),
-        )
-        slope = max(slope, here)
+        # What is higher than the eye is steepest where it is nearest; nothing else is a peak.
+        slope = max(slope, find_land_slope(top, near, eye, radii[ray]))
         least = min(least, slopes[ray])
     return slope > least
 
@@ -171,6 +168,6 @@ def sift_peaks(peaks: NDArray[np.float64], elevation: NDArray[np.float64]) -> ND
     rays = len(elevation)
     high, at = np.degrees(np.arctan(peaks[:, 0])), peaks[:, 1]
     line = np.interp(at, np.arange(rays + 1), np.append(elevation, elevation[0]))
-    kept = (high > np.maximum(line, 0.0) + _LEAST) & (at != np.floor(at))
-    found = np.column_stack([at * 360.0 / rays, high, peaks[:, 2]])[kept]
-    return found[np.argsort(found[:, 0])]
+    is_peak = (high > np.maximum(line, 0.0) + _LEAST) & (at != np.floor(at))
+    sifted = np.column_stack([at * 360.0 / rays, high, peaks[:, 2]])[is_peak]
+    return sifted[np.argsort(sifted[:, 0])]

@@ -112,22 +112,22 @@ def _view(path: Path, work: LandWork, progress: Callable[[int, int], object]) ->
 
 def _make_horizon(path: Path, work: LandWork, view: LandView, *, is_given: bool) -> Horizon:
     """Return the horizon of what is seen, with what there is to say of it."""
-    mine = view.eye == 0
-    if not (view.seen[mine] > 0).any():
+    is_first = view.eye == 0
+    if not (view.seen[is_first] > 0).any():
         msg = (
             f"nothing of {make_printable(path.name)} is {work.nearest:,.0f} m from the model or "
             "farther; give a smaller horizon_from=, or a raster that reaches farther"
         )
         raise InputError(msg, option="horizon_from")
-    elevation = np.maximum(view.elevation[mine], 0.0)
-    distance = np.where(elevation > 0, view.distance[mine], 0.0)
+    elevation = np.maximum(view.elevation[is_first], 0.0)
+    distance = np.where(elevation > 0, view.distance[is_first], 0.0)
     azimuth = np.arange(_AZIMUTHS) * 360.0 / _AZIMUTHS
     edge = np.concatenate([np.column_stack([azimuth, elevation, distance]), view.peaks])
     azimuth, elevation, distance = edge[np.argsort(edge[:, 0], kind="stable")].T.copy()
-    told = _tell(path, work, view, edge[np.argmax(edge[:, 1])], is_given=is_given)
+    notes = _tell(path, work, view, edge[np.argmax(edge[:, 1])], is_given=is_given)
     name = make_printable(path.name)
     digest = hashlib.sha256(elevation.tobytes()).hexdigest()
-    return Horizon(name, digest, azimuth, elevation, distance, told)
+    return Horizon(name, digest, azimuth, elevation, distance, notes)
 
 
 def _tell(
@@ -144,23 +144,23 @@ def _tell(
         if top[1] > 0
         else "nowhere above the horizon"
     )
-    told = [(
+    notes = [(
         f"land of {make_printable(path.name)}: {view.columns:,} x {view.rows:,} cells of {size} m "
         f"({view.crs}), from {work.nearest:,.0f} m ({why}) to {reach}; {highest}; seen from the "
         f"ground at {view.heights[0]:.1f} m, refraction {work.refraction:g}"
     )]  # fmt: skip
     if view.missing > 0:
-        told.append(
+        notes.append(
             f"{100 * view.missing:.2g} % of the land within reach has no height in the file, and "
             "casts no shadow"
         )
     if view.thinned > 1:
-        told.append(
+        notes.append(
             f"far cells were thinned by overviews, up to {view.thinned} times: 0.01 degrees where "
             "the skyline is a slope of 45, and lone peaks as low as their overviews have them"
         )
     differs = _tell_differences(work, view)
-    return (*told, *view.notes, *([differs] if differs else []))
+    return (*notes, *view.notes, *([differs] if differs else []))
 
 
 def _tell_differences(work: LandWork, view: LandView) -> str:

@@ -92,7 +92,7 @@ def make_rays(
     count = np.array([eye.azimuths for eye in eyes])
     eye = np.repeat(np.arange(len(eyes)), count)
     azimuth = np.concatenate([np.arange(n) * 360.0 / n for n in count])
-    offset = np.array([(one.east, one.north) for one in eyes], np.float64)
+    offset = np.array([(eye.east, eye.north) for eye in eyes], np.float64)
     away = np.hypot(*offset.T)
     turn = np.degrees(np.arctan2(*offset.T))
     lon, lat = np.full(len(eyes), longitude), np.full(len(eyes), latitude)
@@ -106,7 +106,8 @@ def make_rays(
     pieces = max(int(np.ceil(reach / _STEP)), 1)
     distance = start[:, None] + (reach - start)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
     east, north, toward_end = (
-        np.repeat(each, pieces + 1) for each in (np.array(lon)[eye], np.array(lat)[eye], azimuth)
+        np.repeat(values, pieces + 1)
+        for values in (np.array(lon)[eye], np.array(lat)[eye], azimuth)
     )
     ends = geod.fwd(east, north, toward_end, distance.ravel())
     cells = find_cells(np.array(ends[0]), np.array(ends[1])).reshape(len(eye), -1, 2)

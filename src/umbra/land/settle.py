@@ -38,15 +38,15 @@ class NamedLand:
     @classmethod
     def of(cls, horizon: Any, nearest: Any = None, *, is_refracted: bool = True) -> Self:
         """Read what ``horizon=`` and ``horizon_from=`` name; InputError if it is wrong."""
-        found = None if horizon is None else read_horizon(horizon)
+        land = None if horizon is None else read_horizon(horizon)
         if isinstance(nearest, str):
             try:
                 nearest = read_length(nearest)
             except ValueError as error:
                 msg = f"horizon_from= {error}"
                 raise InputError(msg, option="horizon_from") from None
-        check_nearest(found, nearest)
-        return cls(found, nearest, is_refracted)
+        check_nearest(land, nearest)
+        return cls(land, nearest, is_refracted)
 
     def settle(
         self, bounds: NDArray[np.float64], site: Site | None,

@@ -59,9 +59,9 @@ class Horizon:
     def plain(self) -> dict[str, object]:
         """The record as JSON and literals hold it."""
         return {
-            one.name: value.tolist() if isinstance(value, np.ndarray) else value
-            for one in fields(self)
-            for value in (getattr(self, one.name),)
+            field.name: value.tolist() if isinstance(value, np.ndarray) else value
+            for field in fields(self)
+            for value in (getattr(self, field.name),)
         }
 
     @classmethod
@@ -76,9 +76,9 @@ class Horizon:
     @property
     def facts(self) -> dict[str, object]:
         """Attributes of a result that counts it."""
-        told = {"horizon_land": "; ".join(self.told)} if self.told else {}
+        land = {"horizon_land": "; ".join(self.told)} if self.told else {}
         named = f"{self.name} sha256:{self.sha256}"
-        return {"horizon": named, "horizon_highest_deg": self.highest, **told}
+        return {"horizon": named, "horizon_highest_deg": self.highest, **land}
 
     def find_edge(self, azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the land's elevation at azimuths from true north, of any shape [degrees]."""

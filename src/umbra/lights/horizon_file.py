@@ -45,7 +45,7 @@ _SRTM = ".hgt"  # has no head
 
 
 class _File:
-    """A file whose faults are told by line."""
+    """A file with line numbers, for error messages."""
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data
@@ -89,11 +89,11 @@ class _File:
     def read_numbers(self, row: tuple[int, list[str]], columns: Sequence[int]) -> list[float]:
         """Return the finite numbers of some columns of a row."""
         line, words = row
-        found = [_as_number(words[k]) if k < len(words) else math.nan for k in columns]
-        if not all(map(math.isfinite, found)):
+        numbers = [_as_number(words[k]) if k < len(words) else math.nan for k in columns]
+        if not all(map(math.isfinite, numbers)):
             shown = shorten(make_printable(",".join(words)), 40)
             self.refuse(f"line {line} ({shown}) has not the numbers it should", "correct it")
-        return found
+        return numbers
 
 
 def _as_number(word: str) -> float:
@@ -216,17 +216,17 @@ def _close(
     falls = np.flatnonzero(np.diff(azimuth) <= 0)
     if len(falls):
         k = int(falls[0])
-        told = f"line {lines[k + 1]}: azimuth {azimuth[k + 1]:g} after {azimuth[k]:g} degrees"
-        file.refuse(told, "give azimuths that ascend, each once")
+        fault = f"line {lines[k + 1]}: azimuth {azimuth[k + 1]:g} after {azimuth[k]:g} degrees"
+        file.refuse(fault, "give azimuths that ascend, each once")
     if azimuth[-1] == 360 and azimuth[0] == 0:
         if elevation[-1] != elevation[0]:
-            told = f"has {elevation[0]:g} degrees at azimuth 0 and {elevation[-1]:g} at 360"
-            file.refuse(told, "give one elevation to the north")
+            fault = f"has {elevation[0]:g} degrees at azimuth 0 and {elevation[-1]:g} at 360"
+            file.refuse(fault, "give one elevation to the north")
         azimuth, elevation = azimuth[:-1], elevation[:-1]
     gaps = np.diff(azimuth, append=azimuth[0] + 360)
     k = int(gaps.argmax())
     if gaps[k] > _WIDEST + _SLACK:
-        told = f"leaves out {gaps[k]:g} degrees after azimuth {azimuth[k]:g}"
-        file.refuse(told, f"give azimuths at most {_WIDEST:g} degrees apart, all around")
+        fault = f"leaves out {gaps[k]:g} degrees after azimuth {azimuth[k]:g}"
+        file.refuse(fault, f"give azimuths at most {_WIDEST:g} degrees apart, all around")
     name, digest = make_printable(file.path.name), hashlib.sha256(file.data).hexdigest()
     return Horizon(name, digest, azimuth, elevation)

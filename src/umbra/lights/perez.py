@@ -153,6 +153,6 @@ def sum_sky(
     """
     total = np.zeros(len(directions))
     for first in range(0, len(suns), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
-        _sum_sky(directions, angles, suns[some], shape[some], energy[some], total)
+        block = slice(first, first + _AT_ONCE)
+        _sum_sky(directions, angles, suns[block], shape[block], energy[block], total)
     return total

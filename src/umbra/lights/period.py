@@ -132,9 +132,14 @@ class Period:
 
     def pick(self, day: int) -> "Period":
         """Return the period of one day alone."""
-        mine, sun = self.day_of_step == day, self.sun
-        kept = (sun.altitude[mine], sun.azimuth[mine], sun.direction[mine], sun.is_up[mine])
-        return replace(self, days=(self.days[day],), steps=(self.steps[day],), sun=SunPath(*kept))
+        is_of_day, sun = self.day_of_step == day, self.sun
+        path = (
+            sun.altitude[is_of_day],
+            sun.azimuth[is_of_day],
+            sun.direction[is_of_day],
+            sun.is_up[is_of_day],
+        )
+        return replace(self, days=(self.days[day],), steps=(self.steps[day],), sun=SunPath(*path))
 
 
 def _join(arrays: Iterable[NDArray], dtype: np.dtype) -> NDArray:
@@ -187,5 +192,5 @@ def make_period(
         find = DayClock(site, clock).find
     check_steps(make_steps(days[0], start, end, every, site.zone, find), len(days), every)
     steps = tuple(make_steps(day, start, end, every, site.zone, find) for day in days)
-    instants = np.concatenate([each.instants for each in steps])
+    instants = np.concatenate([day.instants for day in steps])
     return Period(days, steps, find_sun(site, instants, refraction=refraction), site, refraction)

@@ -51,7 +51,7 @@ class _Read(NamedTuple):
 
 
 class _Lines:
-    """Rows of a table with their numbers, whose faults are told by line."""
+    """Rows of a table with their line numbers, for error messages."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -65,10 +65,10 @@ class _Lines:
     def find(self, start: str) -> int:
         """Return the number of the line of the head that starts with some words."""
         head = (line.lower() for line in self.lines[:100])
-        found = next((n for n, line in enumerate(head, 1) if line.startswith(start)), None)
-        if found is None:
+        number = next((n for n, line in enumerate(head, 1) if line.startswith(start)), None)
+        if number is None:
             self.refuse(f"has no line '{start.upper()}' in its head", _WHOLE)
-        return found
+        return number
 
     def split(self, first: int) -> Iterator[tuple[int, list[str]]]:
         """Yield the numbers and words of the lines from one on, counted from 1."""
@@ -80,13 +80,13 @@ class _Lines:
     def read_numbers(self, line: int, words: Sequence[str], where: Sequence[int]) -> list[float]:
         """Return the finite numbers of some columns of a line."""
         try:
-            found = [float(words[column]) for column in where]
+            numbers = [float(words[column]) for column in where]
         except (ValueError, IndexError):
-            found = [math.nan]
-        if not all(map(math.isfinite, found)):
+            numbers = [math.nan]
+        if not all(map(math.isfinite, numbers)):
             shown = shorten(make_printable(",".join(words)), 60)
             self.refuse(f"line {line} has not the numbers it should ({shown})", _WHOLE)
-        return found
+        return numbers
 
 
 _WHOLE = "give a whole year, as it was downloaded"
@@ -120,8 +120,8 @@ def read_weather(path: Any) -> Weather:
     latitude, longitude, elevation = read.place
     is_place = abs(latitude) <= 90 and abs(longitude) <= 180 and -500 <= elevation <= 9000
     if not is_place or abs(read.utc_offset) > 14:
-        told = f"{latitude:g}°, {longitude:g}°, {elevation:g} m, UTC{read.utc_offset:+g}"
-        lines.refuse(f"its place ({told}) is not on earth", "correct its head")
+        site = f"{latitude:g}°, {longitude:g}°, {elevation:g} m, UTC{read.utc_offset:+g}"
+        lines.refuse(f"its place ({site}) is not on earth", "correct its head")
     values, years = _order(lines, read.rows)
     is_leap = len(values) > 365 * 24
     year = years.pop() if len(years) == 1 else 2000 if is_leap else _TYPICAL
@@ -191,12 +191,12 @@ def _read_tmy3(lines: _Lines) -> _Read:
 
 def _read_pvgis(lines: _Lines) -> _Read:
     begin = lines.find("time(utc)")
-    place = [
+    site = [
         lines.read_numbers(n, [line.partition(":")[2]], (0,))[0]
         for n, line in enumerate(lines.lines[:3], 1)
     ]
-    told = next((found for line in lines.lines[:begin] if (found := _OFFSET.search(line))), None)
-    sun_at = 0.0 if told is None else lines.read_numbers(0, [told[1]], (0,))[0]
+    offset = next((match for line in lines.lines[:begin] if (match := _OFFSET.search(line))), None)
+    sun_at = 0.0 if offset is None else lines.read_numbers(0, [offset[1]], (0,))[0]
     if not -1 <= sun_at <= 1:
         lines.refuse(
             f"its irradiance time offset ({sun_at:g} h) is over an hour", "correct its head"
@@ -205,15 +205,15 @@ def _read_pvgis(lines: _Lines) -> _Read:
     where = _find_columns(lines, names, ("g(h)", "gb(n)", "gd(h)"))
     rows: list[_Row] = []
     for line, words in islice(lines.split(begin + 1), _MOST_ROWS + 2):
-        found = re.fullmatch(r"(\d{4})(\d{2})(\d{2}):(\d{2})(\d{2})", words[0] if words else "")
-        if found is None:  # what follows the table explains its columns
+        match = re.fullmatch(r"(\d{4})(\d{2})(\d{2}):(\d{2})(\d{2})", words[0] if words else "")
+        if match is None:  # what follows the table explains its columns
             break
-        year, month, day, hour, minute = map(int, found.groups())
+        year, month, day, hour, minute = map(int, match.groups())
         if rows and minute != 0:
             lines.refuse(f"line {line} is of minute {minute}", "give PVGIS' own hours")
         values = tuple(lines.read_numbers(line, words, where))
         rows.append(_Row(line, year, month, day, hour, values))
-    return _Read((place[0], place[1], place[2]), 0.0, sun_at, rows)
+    return _Read((site[0], site[1], site[2]), 0.0, sun_at, rows)
 
 
 def _find_columns(lines: _Lines, names: Sequence[str], wanted: Sequence[str]) -> list[int]:
@@ -244,36 +244,36 @@ def _order(lines: _Lines, rows: Sequence[_Row]) -> tuple[NDArray[np.float64], se
         lines.refuse("has no hours", _WHOLE)
     if len(rows) > _MOST_ROWS:
         lines.refuse(f"has more than the {_MOST_ROWS:,} hours of a year", "give one year")
-    found = np.full((_MOST_ROWS, 3), np.nan)
+    values = np.full((_MOST_ROWS, 3), np.nan)
     for row in rows:
         known = 1 <= row.month <= 12 and 1 <= row.day <= _DAYS[row.month - 1]
         if not known or not 0 <= row.hour < 24:
             lines.refuse(f"line {row.line} is of no hour of a year", _WHOLE)
-        place = (_FIRST[row.month - 1] + row.day - 1) * 24 + row.hour
-        if not np.isnan(found[place, 0]):
-            lines.refuse(f"line {row.line} gives {_name(place)} again", "give hours, each once")
+        index = (_FIRST[row.month - 1] + row.day - 1) * 24 + row.hour
+        if not np.isnan(values[index, 0]):
+            lines.refuse(f"line {row.line} gives {_name(index)} again", "give hours, each once")
         for what, value in zip(_ENERGY, row.values, strict=True):
             if not 0 <= value <= _MOST:
-                told = f"line {row.line} has {value:g} W/m2 of {what} irradiance"
+                fault = f"line {row.line} has {value:g} W/m2 of {what} irradiance"
                 how = "a missing value" if value >= _MOST else "no irradiance"
-                lines.refuse(f"{told}, which is {how}", "fill or correct it")
-        found[place] = row.values
+                lines.refuse(f"{fault}, which is {how}", "fill or correct it")
+        values[index] = row.values
     leap = slice((31 + 28) * 24, (31 + 29) * 24)
-    if np.isnan(found[leap, 0]).all():
+    if np.isnan(values[leap, 0]).all():
         places = np.r_[0 : leap.start, leap.stop : _MOST_ROWS]
     else:
         places = np.arange(_MOST_ROWS)
-    missing = places[np.isnan(found[places, 0])]
+    missing = places[np.isnan(values[places, 0])]
     if len(missing):
         lines.refuse(
             f"lacks {len(missing):,} of {len(places):,} hours (first: {_name(missing[0])})", _WHOLE
         )
-    return found[places], {row.year for row in rows}
+    return values[places], {row.year for row in rows}
 
 
-def _name(place: int) -> str:
+def _name(index: int) -> str:
     """Name an hour of a leap year: ``3 February, hour 5``."""
-    day, hour = divmod(int(place), 24)
+    day, hour = divmod(int(index), 24)
     month = int(np.searchsorted(_FIRST, day, side="right"))
     when = np.datetime64("2000-01-01") + np.timedelta64(day, "D")
     return f"{when.item():%B} {day - int(_FIRST[month - 1]) + 1}, {hour}:00 to {hour + 1}:00"

@@ -90,8 +90,8 @@ class Ask:
             count = IntervalCount(round(self.least * _HOUR))
             pass_lights(make_tile_run(tile, None), self.lights, [count])
             return self._pick(count.finish())
-        kept = ResultOptions(tolerance=_EXACT, min_spell=round(self.least * _HOUR), spells=True)
-        arrays = ResultArrays(self.period, tile.shape, kept, None, reads_days=True)
+        results = ResultOptions(tolerance=_EXACT, min_spell=round(self.least * _HOUR), spells=True)
+        arrays = ResultArrays(self.period, tile.shape, results, None, reads_days=True)
         exact = _ExactTable(arrays)
         pass_lights(make_tile_run(tile, None), self.lights, [exact])
         return self._pick(exact.table)
@@ -158,7 +158,7 @@ class _ExactTable(ExactIntervals):
 def measure_pieces(ask: Ask, pieces: SunPieces) -> NDArray[np.float64]:
     """Measure all pieces of an ask's receivers, (n,) [h]."""
     count = len(ask.labels)
-    some = np.arange(count)
+    indices = np.arange(count)
     start = np.searchsorted(pieces.receiver, np.arange(count + 1))
     none = RayCrossings(np.zeros(len(pieces.hours) + 1, np.int64), np.zeros(0, np.int32),
                      np.zeros(0), np.zeros(0))  # fmt: skip
@@ -167,4 +167,4 @@ def measure_pieces(ask: Ask, pieces: SunPieces) -> NDArray[np.float64]:
         np.full(count, ask.least), ask.limit, np.ones(count), np.arange(count + 1), np.ones(count),
     )  # fmt: skip
     lit = np.ones(len(pieces.hours), np.bool_)
-    return np.array([measure_lit(needs, k, lit) for k in some], np.float64)
+    return np.array([measure_lit(needs, k, lit) for k in indices], np.float64)

@@ -61,7 +61,7 @@ class PartHeight:
 
 
 def scale_part(scene: Scene, parts: Sequence[int], height: float) -> Scene:
-    """Return a scene with some parts scaled upright from their base to a height [m]."""
+    """Return a scene with some parts scaled vertically from their base to a height [m]."""
     soup = scene.triangles(parts)
     z = soup.vertices[soup.faces][..., 2]
     base, top = float(z.min()), float(z.max())
@@ -117,28 +117,31 @@ def search_part_height(
         studies += 1
         gathered = gather(scale_part(scene, parts, max(steps * _STEP, 1e-6)))
         verdicts = judge_rules(gathered, [[rule] for rule in rules])
-        found: dict[Key, Finding] = {}
-        for one in (finding for verdict in verdicts for finding in verdict.findings):
-            date = str(getattr(one.outcome, "date", ""))
-            found[one.rule.name, one.check, one.kind, one.where, date] = one
-        return found
+        findings: dict[Key, Finding] = {}
+        for result in (finding for verdict in verdicts for finding in verdict.findings):
+            date = str(getattr(result.outcome, "date", ""))
+            findings[result.rule.name, result.check, result.kind, result.where, date] = result
+        return findings
 
     before = judge(0)
-    for key, one in before.items():
-        if one.verdict == "unknown":
-            msg = f"rule '{key[0]}', {key[1]}: {one.outcome.needs}"
+    for key, finding in before.items():
+        if finding.verdict == "unknown":
+            msg = f"rule '{key[0]}', {key[1]}: {finding.outcome.needs}"
             raise InputError(msg, option="rules")
-    broken = {key for key, one in before.items() if one.verdict == "fail"}
+    broken = {key for key, finding in before.items() if finding.verdict == "fail"}
 
     def list_breaches(steps: int) -> list[str]:
         breaches = []
-        for key, one in judge(steps).items():
+        for key, finding in judge(steps).items():
             if key in broken or key not in before:
-                value, had = one.outcome.value, before[key].outcome.value if key in before else None
+                value, had = (
+                    finding.outcome.value,
+                    before[key].outcome.value if key in before else None,
+                )
                 lost = value is None or had is None or abs(value - had) > _SAME
-                fails = lost and one.verdict != "pass"
+                fails = lost and finding.verdict != "pass"
             else:
-                fails = one.verdict == "fail"
+                fails = finding.verdict == "fail"
             if fails:
                 breaches.append(f"{key[3]} ({key[1]})")
         return breaches
@@ -150,9 +153,9 @@ def search_part_height(
         low = high
     while high - low > 1:
         middle = (low + high) // 2
-        found = list_breaches(middle)
-        if found:
-            high, binding = middle, found
+        breaches = list_breaches(middle)
+        if breaches:
+            high, binding = middle, breaches
         else:
             low = middle
     height = round(low * _STEP, 2)

@@ -20,7 +20,7 @@ _SHARE = 6
 
 
 @kernel
-def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
+def keep_enough(needs, g, heights, is_kept, dear=NOT_DEAR):
     """
     Choose the needs of a group that are met, and their pieces; lower the heights by them.
 
@@ -28,9 +28,9 @@ def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
     ``dear`` (n_needs,) are factors of their costs, none if empty.
     """
     first, last = needs.group[g], needs.group[g + 1]
-    kept[needs.start[first] : needs.start[last]] = False
+    is_kept[needs.start[first] : needs.start[last]] = False
     if last - first == 1:
-        _keep(needs, first, heights, kept)
+        _keep(needs, first, heights, is_kept)
         return
     met = 0.0
     cost = np.zeros(last - first)
@@ -42,11 +42,11 @@ def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
                 continue
             local = heights.copy()
             before = local.sum()
-            can = _keep(needs, need, local, kept)
+            can = _keep(needs, need, local, is_kept)
             cost[need - first] = (before - local.sum()) / needs.weight[need] if can else np.inf
             if dear.size:
                 cost[need - first] *= dear[need]
-            kept[needs.start[need] : needs.start[need + 1]] = False
+            is_kept[needs.start[need] : needs.start[need + 1]] = False
         # Many are taken at once, as their costs change little then.
         left = last - first - taken.sum()
         most = max(1, left // _SHARE)
@@ -56,7 +56,7 @@ def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
         for k in np.argsort(cost):
             if met >= needs.wanted[g] - SLACK or cost[k] == np.inf or count >= most:
                 break
-            _keep(needs, first + k, heights, kept)
+            _keep(needs, first + k, heights, is_kept)
             taken[k] = True
             met += needs.weight[first + k]
             count += 1
@@ -65,11 +65,11 @@ def keep_enough(needs, g, heights, kept, dear=NOT_DEAR):
 
 
 @kernel
-def _keep(needs, need, heights, kept):
+def _keep(needs, need, heights, is_kept):
     """Choose a need's pieces beside given heights, and lower these; False if there are too few."""
     if needs.measure[need] == SUM:
-        return _keep_sum(needs, need, heights, kept)
-    return _keep_runs(needs, need, heights, kept)
+        return _keep_sum(needs, need, heights, is_kept)
+    return _keep_runs(needs, need, heights, is_kept)
 
 
 @kernel
@@ -89,7 +89,7 @@ def _lower(crossings, u, heights):
 
 
 @kernel
-def _keep_sum(needs, need, heights, kept):
+def _keep_sum(needs, need, heights, is_kept):
     """Choose pieces by their cost per hour, the cheapest first, until their hours are enough."""
     first, last = needs.start[need], needs.start[need + 1]
     limit = needs.limit[need] - SLACK
@@ -102,7 +102,7 @@ def _keep_sum(needs, need, heights, kept):
     while met < limit or is_all:
         for u in range(first, last):
             rate[u - first] = np.inf
-            if not kept[u]:
+            if not is_kept[u]:
                 rate[u - first] = _cost(needs.crossings, u, heights) / needs.hours[u]
         order = np.argsort(rate)
         taken = 0
@@ -115,7 +115,7 @@ def _keep_sum(needs, need, heights, kept):
                 break
             if not is_all and met >= limit:
                 break
-            kept[first + k] = True
+            is_kept[first + k] = True
             _lower(needs.crossings, first + k, heights)
             met += needs.hours[first + k]
             if rate[k] > 0.0:
@@ -126,7 +126,7 @@ def _keep_sum(needs, need, heights, kept):
 
 
 @kernel
-def _keep_runs(needs, need, heights, kept):
+def _keep_runs(needs, need, heights, is_kept):
     """
     Choose an unbroken spell of the limit's length; or spells of a least length, one by one.
 
@@ -142,19 +142,19 @@ def _keep_runs(needs, need, heights, kept):
     while met < limit:
         best, best_from, best_to, best_gain = np.inf, -1, -1, 0.0
         for s in range(first, last):
-            if kept[s] and (s + 1 >= last or kept[s + 1] or not needs.goes_on[s + 1]):
+            if is_kept[s] and (s + 1 >= last or is_kept[s + 1] or not needs.goes_on[s + 1]):
                 continue
             cost, gain, run, e = 0.0, 0.0, 0.0, s
-            beside = kept[s] or (s > first and kept[s - 1] and needs.goes_on[s])
+            beside = is_kept[s] or (s > first and is_kept[s - 1] and needs.goes_on[s])
             while e < last and (e == s or needs.goes_on[e]):
                 run += needs.hours[e]
-                if not kept[e]:
+                if not is_kept[e]:
                     gain += needs.hours[e]
                     cost += _cost(needs.crossings, e, local)
                     _lower(needs.crossings, e, local)
                 if run >= length or (gain > 0.0 and not is_one and beside):
                     break
-                is_met = e + 1 < last and kept[e + 1] and needs.goes_on[e + 1]
+                is_met = e + 1 < last and is_kept[e + 1] and needs.goes_on[e + 1]
                 if gain > 0.0 and not is_one and is_met:  # it reaches a spell ahead
                     break
                 e += 1
@@ -170,7 +170,7 @@ def _keep_runs(needs, need, heights, kept):
         if best_from < 0:
             return False
         for u in range(best_from, best_to + 1):
-            kept[u] = True
+            is_kept[u] = True
             _lower(needs.crossings, u, heights)
             _lower(needs.crossings, u, local)
         met += best_gain

@@ -131,21 +131,23 @@ def choose_pieces(
     groups, pieces = len(needs.wanted), len(needs.hours)
     none = np.zeros(pieces, np.bool_)
     if len(needs.limit) < 2 or _is_fixed(needs):
-        kept = none.copy()
-        return fill_up(needs, _take_turns(needs, top, np.arange(groups), kept, True, _ROUNDS), top)
-    found = []
+        is_kept = none.copy()
+        return fill_up(
+            needs, _take_turns(needs, top, np.arange(groups), is_kept, True, _ROUNDS), top
+        )
+    tries = []
     orders = (np.arange(groups), np.arange(groups)[::-1].copy(), chance.permutation(groups))
     for order in orders[: min(groups, 3)]:
-        kept = none.copy()
-        found.append(_take_turns(needs, top, order, kept, True, _ROUNDS))
-    kept = take_cheapest(needs, prices)
-    found.append(_take_turns(needs, top, np.arange(groups), kept, False, _ROUNDS))
-    heights = max((fill_up(needs, some, top) for some in found), key=np.sum)
-    some = min(rounds, _count_rounds(needs))
+        is_kept = none.copy()
+        tries.append(_take_turns(needs, top, order, is_kept, True, _ROUNDS))
+    is_kept = take_cheapest(needs, prices)
+    tries.append(_take_turns(needs, top, np.arange(groups), is_kept, False, _ROUNDS))
+    heights = max((fill_up(needs, left, top) for left in tries), key=np.sum)
+    n_rounds = min(rounds, _count_rounds(needs))
     for _ in range(_AGAIN):
-        kept, before = none.copy(), float(heights.sum())
-        tried = _settle_all(needs, heights.copy(), kept)
-        _exchange(needs, top, kept, tried, chance.random((some, _CHANCES)))
+        is_kept, before = none.copy(), float(heights.sum())
+        tried = _settle_all(needs, heights.copy(), is_kept)
+        _exchange(needs, top, is_kept, tried, chance.random((n_rounds, _CHANCES)))
         tried = fill_up(needs, tried, top)
         if tried.sum() <= before + 1e-6:
             break
@@ -166,17 +168,17 @@ def _is_fixed(needs: Needs) -> bool:
     if len(needs.wanted) < len(needs.limit) or (needs.measure != SUM).any():
         return False
     pieces = np.diff(needs.start)
-    some = pieces > 0
-    if not some.any():
+    has_pieces = pieces > 0
+    if not has_pieces.any():
         return True
-    first = needs.start[:-1][some]
+    first = needs.start[:-1][has_pieces]
     total = np.add.reduceat(needs.hours, first)
     least = np.minimum.reduceat(needs.hours, first)
-    return bool((total - least < needs.limit[some] - SLACK).all())
+    return bool((total - least < needs.limit[has_pieces] - SLACK).all())
 
 
 @kernel
-def find_cell_heights(needs, top, kept, without=-1):
+def find_cell_heights(needs, top, is_kept, without=-1):
     """Return the heights (n_cells,) that the kept pieces leave, without those of one group."""
     heights = top.copy()
     crossings = needs.crossings
@@ -185,7 +187,7 @@ def find_cell_heights(needs, top, kept, without=-1):
             continue
         first, last = needs.start[needs.group[g]], needs.start[needs.group[g + 1]]
         for u in range(first, last):
-            if kept[u]:
+            if is_kept[u]:
                 for i in range(crossings.start[u], crossings.start[u + 1]):
                     c = crossings.cell[i]
                     heights[c] = min(heights[c], crossings.clear[i])
@@ -193,28 +195,28 @@ def find_cell_heights(needs, top, kept, without=-1):
 
 
 @kernel
-def _settle_all(needs, heights, kept):
+def _settle_all(needs, heights, is_kept):
     """Let each group choose its pieces among what given heights leave; return these."""
     for g in range(needs.wanted.size):
-        keep_enough(needs, g, heights, kept)
+        keep_enough(needs, g, heights, is_kept)
     return heights
 
 
 @kernel
-def _take_turns(needs, top, order, kept, begin, rounds):
+def _take_turns(needs, top, order, is_kept, begin, rounds):
     """Let each group choose its pieces beside those of all others, until none improves."""
     heights = top.copy()
     if begin:
         for g in order:
-            keep_enough(needs, g, heights, kept)
+            keep_enough(needs, g, heights, is_kept)
     else:
-        heights = find_cell_heights(needs, top, kept)
+        heights = find_cell_heights(needs, top, is_kept)
     volume = heights.sum()
     for _ in range(rounds):
         for g in order:
-            others = find_cell_heights(needs, top, kept, g)
-            keep_enough(needs, g, others, kept)
-        heights = find_cell_heights(needs, top, kept)
+            others = find_cell_heights(needs, top, is_kept, g)
+            keep_enough(needs, g, others, is_kept)
+        heights = find_cell_heights(needs, top, is_kept)
         if heights.sum() <= volume + 1e-6:
             break
         volume = heights.sum()
@@ -222,7 +224,7 @@ def _take_turns(needs, top, order, kept, begin, rounds):
 
 
 @kernel
-def _exchange(needs, top, kept, heights, chances):
+def _exchange(needs, top, is_kept, heights, chances):
     """
     Take out groups that bind one place, put them back in another order; keep what is better.
 
@@ -239,36 +241,36 @@ def _exchange(needs, top, kept, heights, chances):
         most = 2 + int(chance[2] * 7)
         binding = np.zeros(groups, np.bool_)
         for g in range(groups):
-            binding[g] = _binds(needs, g, kept, at, reach)
-        some = np.flatnonzero(binding)
-        for k in range(some.size):  # a few of them, in an order of chance
-            other = k + int(chance[3 + k % (chance.size - 3)] * (some.size - k))
-            some[k], some[other] = some[other], some[k]
-        some = some[:most]
-        before = kept.copy()
-        for g in some:
-            kept[needs.start[needs.group[g]] : needs.start[needs.group[g + 1]]] = False
-        tried = find_cell_heights(needs, top, kept)
+            binding[g] = _binds(needs, g, is_kept, at, reach)
+        picked = np.flatnonzero(binding)
+        for k in range(picked.size):  # a few of them, in an order of chance
+            other = k + int(chance[3 + k % (chance.size - 3)] * (picked.size - k))
+            picked[k], picked[other] = picked[other], picked[k]
+        picked = picked[:most]
+        before = is_kept.copy()
+        for g in picked:
+            is_kept[needs.start[needs.group[g]] : needs.start[needs.group[g + 1]]] = False
+        tried = find_cell_heights(needs, top, is_kept)
         for need in range(dear.size):  # every other time members of a group are chosen by chance
             dear[need] = 1.0 + (number % 2) * 2.0 * chance[(7 * need + 3) % chance.size]
-        for g in some:
-            keep_enough(needs, g, tried, kept, dear)
-        for g in some:
-            others = find_cell_heights(needs, top, kept, g)
-            keep_enough(needs, g, others, kept, dear)
-        tried = find_cell_heights(needs, top, kept)
+        for g in picked:
+            keep_enough(needs, g, tried, is_kept, dear)
+        for g in picked:
+            others = find_cell_heights(needs, top, is_kept, g)
+            keep_enough(needs, g, others, is_kept, dear)
+        tried = find_cell_heights(needs, top, is_kept)
         if tried.sum() >= heights.sum() - 1e-9:
             heights[:] = tried
         else:
-            kept[:] = before
+            is_kept[:] = before
 
 
 @kernel
-def _binds(needs, g, kept, cell, height):
+def _binds(needs, g, is_kept, cell, height):
     """Return whether a kept piece of a group limits a cell to a height at most."""
     crossings = needs.crossings
     for u in range(needs.start[needs.group[g]], needs.start[needs.group[g + 1]]):
-        if kept[u]:
+        if is_kept[u]:
             for i in range(crossings.start[u], crossings.start[u + 1]):
                 if crossings.cell[i] == cell and crossings.clear[i] <= height:
                     return True

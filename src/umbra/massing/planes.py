@@ -142,7 +142,7 @@ def _cross(pieces, points, toward, corner, index, start, cell, clear, dark, fill
                     more = _sweep(p, toward[k], toward[k + 1], corner, index, at, z, ray, count)
                 count = more
         order = np.argsort(at[:count])
-        found = start[u] if fill else 0
+        position = start[u] if fill else 0
         i = 0
         while i < count:
             here = at[order[i]]
@@ -155,12 +155,12 @@ def _cross(pieces, points, toward, corner, index, start, cell, clear, dark, fill
                     met += 1
                 i += 1
             if fill:
-                cell[found] = here
-                clear[found] = low
-                dark[found] = high if met == rays else np.inf
-            found += 1
+                cell[position] = here
+                clear[position] = low
+                dark[position] = high if met == rays else np.inf
+            position += 1
         if not fill:
-            start[u + 1] = found
+            start[u + 1] = position
 
 
 @partial(kernel, inline="always")
@@ -168,8 +168,8 @@ def _span(at, step, low, high):
     """Return the distances at which a ray enters and leaves an interval of one axis."""
     if abs(step) < _ALONG:
         return (0.0, np.inf) if low <= at <= high else (np.inf, -np.inf)
-    one, two = (low - at) / step, (high - at) / step
-    return max(min(one, two), 0.0), max(one, two)
+    first, second = (low - at) / step, (high - at) / step
+    return max(min(first, second), 0.0), max(first, second)
 
 
 @kernel
@@ -178,8 +178,8 @@ def _follow(p, d, corner, index, at, z, ray, count, k):
     rows, cols = index.shape
     x0, y0, side = corner[0], corner[1], corner[2]
     begin, end = _span(p[0], d[0], x0 - _WIDER, x0 + cols * side + _WIDER)
-    one, two = _span(p[1], d[1], y0 - _WIDER, y0 + rows * side + _WIDER)
-    begin, end = max(begin, one), min(end, two)
+    enter, leave = _span(p[1], d[1], y0 - _WIDER, y0 + rows * side + _WIDER)
+    begin, end = max(begin, enter), min(end, leave)
     if begin > end:
         return count
     left, right = p[0] + begin * d[0], p[0] + end * d[0]
@@ -236,10 +236,10 @@ def _sweep(p, d, e, corner, index, at, z, ray, count):
         along = base + i * side - p[ahead]
         if along * d[ahead] <= 0.0:
             continue
-        one = p[beside] + along / d[ahead] * d[beside]
-        two = p[beside] + along / e[ahead] * e[beside]
-        low = max(int(np.ceil((min(one, two) - other) / side)), 0)
-        high = min(int(np.floor((max(one, two) - other) / side)), others)
+        first = p[beside] + along / d[ahead] * d[beside]
+        second = p[beside] + along / e[ahead] * e[beside]
+        low = max(int(np.ceil((min(first, second) - other) / side)), 0)
+        high = min(int(np.floor((max(first, second) - other) / side)), others)
         for j in range(low, high + 1):
             across = other + j * side - p[beside]
             x, y = (across, along) if flip else (along, across)

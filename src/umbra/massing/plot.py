@@ -66,9 +66,9 @@ class Plot:
 
     def spread(self, values: NDArray, empty: float = np.nan) -> NDArray[np.float64]:
         """Lay values of the cells out on the raster (rows, cols)."""
-        found = np.full(self.index.shape, empty)
-        found[self.places] = values
-        return found
+        raster = np.full(self.index.shape, empty)
+        raster[self.places] = values
+        return raster
 
     def find_covered(self, points: NDArray[np.float64]) -> NDArray[np.intp]:
         """Return the indices of points (n, 3), local frame, that lie in a cell."""
@@ -146,10 +146,10 @@ def _check_near(bounds: NDArray[np.float64], scene: Scene) -> None:
     gap = float(np.hypot(*np.maximum(np.maximum(low - bounds[1], bounds[0] - high), 0.0)))
     if gap > _APART:
         ends = ", ".join(f"{a:,.6g} to {b:,.6g}" for a, b in zip(low, high, strict=True))
-        mine = ", ".join(f"{a:,.6g} to {b:,.6g}" for a, b in bounds.T)
+        extent = ", ".join(f"{a:,.6g} to {b:,.6g}" for a, b in bounds.T)
         msg = (
-            f"the plot (x, y {mine}) lies {gap:,.0f} m outside the model ({ends}); give it in the "
-            "model's coordinates, or in longitude and latitude where the model has a CRS"
+            f"the plot (x, y {extent}) lies {gap:,.0f} m outside the model ({ends}); give it in "
+            "the model's coordinates, or in longitude and latitude where the model has a CRS"
         )
         raise InputError(msg, option="plot", gap=gap)
 
@@ -168,12 +168,12 @@ def _find_ground(
     soup = scene.triangles(parts)
     rows, cols = inside.shape
     below = float(soup.vertices[:, 2].min()) - 1.0
-    found = []
+    samples = []
     for dx, dy in ((0.5, 0.5), (0.01, 0.01), (0.99, 0.01), (0.01, 0.99), (0.99, 0.99)):
         grid = Grid(x0 + dx * cell, y0 + dy * cell, cell, cell, cols, rows)
         seen = find_surface(soup, grid, below, threads, has_end=True)
-        found.append(np.where(seen.face >= 0, seen.heights, np.nan)[inside])
-    heights = np.array(found)
+        samples.append(np.where(seen.face >= 0, seen.heights, np.nan)[inside])
+    heights = np.array(samples)
     bare = np.isnan(heights).all(0)
     # Beyond the terrain.
     heights[:, bare] = level if bare.all() else np.nanmedian(heights[0, ~bare])

@@ -130,7 +130,7 @@ def pose_problem(
     receiver = np.concatenate([group.receiver for group in groups]).astype(np.int64)
     of_all = [pieces for pieces, _ in cuts]
     hours, goes_on = (
-        np.concatenate([getattr(one, name) for one in of_all]) for name in ("hours", "goes_on")
+        np.concatenate([getattr(part, name) for part in of_all]) for name in ("hours", "goes_on")
     )
     first = np.cumsum([0, *(len(pieces.hours) for pieces, _ in cuts)])
     starts = [np.searchsorted(pieces.receiver, np.arange(len(ask.labels) + 1)) + at
@@ -186,11 +186,13 @@ def _pick_crossings(
     all_crossings: Sequence[RayCrossings], order: NDArray[np.int64]
 ) -> RayCrossings:
     """Return the crossings of some pieces, numbered over all asks."""
-    first = np.cumsum([0, *(len(one.cell) for one in all_crossings)])
-    begin = np.concatenate([one.start[:-1] + at for one, at in zip(all_crossings, first)])
-    end = np.concatenate([one.start[1:] + at for one, at in zip(all_crossings, first)])
-    some, start = _gather(begin[order], end[order])
+    first = np.cumsum([0, *(len(crossings.cell) for crossings in all_crossings)])
+    begin = np.concatenate(
+        [crossings.start[:-1] + at for crossings, at in zip(all_crossings, first)]
+    )
+    end = np.concatenate([crossings.start[1:] + at for crossings, at in zip(all_crossings, first)])
+    picked, start = _gather(begin[order], end[order])
     return RayCrossings(
-        start, *(np.concatenate([getattr(one, name) for one in all_crossings])[some]
+        start, *(np.concatenate([getattr(crossings, name) for crossings in all_crossings])[picked]
                  for name in ("cell", "clear", "dark"))
     )  # fmt: skip

@@ -49,8 +49,8 @@ class GatheredPoints(Gathered):
         if self.points is None or not {"areas", "windows"} & {*requirement.receivers}:
             return super().find(requirement)
         points = self.points
-        kept: SunlightOf = self._keep("points", lambda: points)
-        return [kept]
+        sunlight: SunlightOf = self._keep("points", lambda: points)
+        return [sunlight]
 
 
 _KINDS = {
@@ -111,11 +111,11 @@ class AskedRules:
 
     def _find(self, rule: Rule, requirement: Requirement) -> list[Subjects]:
         """Return the receivers of a requirement."""
-        found = self.gathered.find(requirement)
-        if isinstance(found, Lacking):
-            msg = f"rule '{rule.name}', {requirement.name}: {found.needs}"
+        receivers = self.gathered.find(requirement)
+        if isinstance(receivers, Lacking):
+            msg = f"rule '{rule.name}', {requirement.name}: {receivers.needs}"
             raise InputError(msg, option="rules", rule=rule.name)
-        return [sunlight.subjects for sunlight in found]
+        return [sunlight.subjects for sunlight in receivers]
 
     def _add_subjects(self, rule: Rule, requirement: Requirement, subjects: Subjects) -> None:
         maker = _Clauses(self, rule, requirement, subjects)
@@ -151,15 +151,15 @@ def ask_rules(gathered: Gathered, rules: Sequence[Rule], around: Casting | None)
     InputError
         If a rule has no receivers, or is of a measure that heights cannot be found for.
     """
-    asked = AskedRules(gathered, around)
+    needs = AskedRules(gathered, around)
     for rule in rules:
-        asked.add(rule)
-    if not asked.groups:
+        needs.add(rule)
+    if not needs.groups:
         names = ", ".join(rule.name for rule in rules)
         msg = f"{names}: no receiver is asked of; give areas, windows or places"
         raise InputError(msg, option="rules")
-    asked.times[:] = dict.fromkeys(asked.times)
-    return asked
+    needs.times[:] = dict.fromkeys(needs.times)
+    return needs
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,11 +177,11 @@ class _Clauses:
 
     def join(self, clauses: list[tuple[str, list[_Clause]]]) -> list[tuple[str, list[_Clause]]]:
         """Join the receivers of a flat, a room or a storey, one of which is enough."""
-        subjects, each = self.subjects, self.requirement.of_each
-        labels = {"flat": subjects.flats, "room": subjects.rooms, "storey": subjects.storeys}[each]
+        subjects, kind = self.subjects, self.requirement.of_each
+        labels = {"flat": subjects.flats, "room": subjects.rooms, "storey": subjects.storeys}[kind]
         joined: dict[str, list[list[_Clause]]] = {}
         for label, (name, own) in zip(labels, clauses, strict=True):
-            joined.setdefault(f"{each} {label}" if label else name, []).append(own)
+            joined.setdefault(f"{kind} {label}" if label else name, []).append(own)
         return [(name, self._join_any(parts)) for name, parts in joined.items()]
 
     def _make(self, condition: Condition | Alternative) -> list[list[_Clause]]:
@@ -189,10 +189,10 @@ class _Clauses:
             return self._make_one(condition)
         if condition.needs == "levels":
             return self._make(condition.conditions[0])
-        each = [self._make(one) for one in condition.conditions]
+        clauses = [self._make(part) for part in condition.conditions]
         if condition.needs == "all":
-            return [[clause for own in parts for clause in own] for parts in zip(*each)]
-        return [self._join_any(parts) for parts in zip(*each, strict=True)]
+            return [[clause for own in parts for clause in own] for parts in zip(*clauses)]
+        return [self._join_any(parts) for parts in zip(*clauses, strict=True)]
 
     def _join_any(self, parts: Sequence[list[_Clause]]) -> list[_Clause]:
         """Return the clause that one of several is met."""
@@ -223,14 +223,14 @@ class _Clauses:
         dates = [self._ask(condition, period) for period in self._list_periods(condition)]
         if not dates:
             self._refuse("has no date")
-        found: list[list[list[_Clause]]] = []
+        by_date: list[list[list[_Clause]]] = []
         for ask, before in dates:
             met = before >= self.asked.asks[ask].limit - 1e-4
-            found.append([[self._make_clause(condition, ask, met, k)]
+            by_date.append([[self._make_clause(condition, ask, met, k)]
                           for k in range(len(subjects))])  # fmt: skip
         if condition.over == "best":
-            return [self._join_any(parts) for parts in zip(*found, strict=True)]
-        return [[clause for own in parts for clause in own] for parts in zip(*found, strict=True)]
+            return [self._join_any(parts) for parts in zip(*by_date, strict=True)]
+        return [[clause for own in parts for clause in own] for parts in zip(*by_date, strict=True)]
 
     def _make_clause(
         self, condition: Condition, ask: int, met: NDArray[np.bool_], k: int

@@ -166,7 +166,7 @@ def _count(
 def _list_violations(
     problem: Problem, unmet: NDArray[np.intp], hours: list[NDArray[np.float64]]
 ) -> list[Violation]:
-    found = []
+    violations = []
     for g in unmet:
         members = range(problem.needs.group[g], problem.needs.group[g + 1])
         lacks = [
@@ -176,8 +176,8 @@ def _list_violations(
         _, worst = min(lacks)
         limit = float(problem.needs.limit[worst])
         measured = float(hours[problem.ask[worst]][problem.receiver[worst]])
-        found.append(Violation(problem.groups[g].name, limit, measured))
-    return found
+        violations.append(Violation(problem.groups[g].name, limit, measured))
+    return violations
 
 
 def _shrink(
@@ -307,8 +307,8 @@ class HeightEnvelope:
         is_broken = np.concatenate(lacks)
         order = np.argsort(~is_broken, kind="stable")
         _, first = np.unique(np.round(points[order], 3), axis=0, return_index=True)
-        kept = order[first]
-        return points[kept], is_broken[kept], [labels[k] for k in kept]
+        chosen = order[first]
+        return points[chosen], is_broken[chosen], [labels[k] for k in chosen]
 
     @property
     def capped(self) -> int:

@@ -59,9 +59,9 @@ def _build(raster, base, x0, y0, side, back):
     for r in range(rows):
         for c in range(cols):
             around = (raster[r, c], raster[r, c + 1], raster[r + 1, c], raster[r + 1, c + 1])
-            found = np.sort(np.array([base, around[0], around[1], around[2], around[3]]))
+            steps = np.sort(np.array([base, around[0], around[1], around[2], around[3]]))
             count = 0
-            for z in found:
+            for z in steps:
                 if count == 0 or z > levels[r, c, count - 1]:
                     levels[r, c, count] = z
                     count += 1
@@ -131,9 +131,9 @@ def _build(raster, base, x0, y0, side, back):
 @kernel
 def _find(levels, who, above, cols, corner, z):
     """Return the vertex of a corner at a height, as one of the cells around it has it."""
-    r, c, place = corner
+    r, c, cell = corner
     k = 0
     while levels[r, c, k] != z:
         k += 1
-    drawn = 1 if who[r, c] == place and z > above[r, c] else 0
+    drawn = 1 if who[r, c] == cell and z > above[r, c] else 0
     return ((r * cols + c) * 5 + k) * 2 + drawn

@@ -47,9 +47,9 @@ def bound_cells(needs: Needs, top: NDArray[np.float64]) -> NDArray[np.float64]:
     which, height = _pass_over(
         group[owner][order], cell[order], height[order], needs.weight[owner][order], left, SLACK
     )
-    found = top.copy()
-    np.minimum.at(found, which[1], height)
-    return found
+    bounds = top.copy()
+    np.minimum.at(bounds, which[1], height)
+    return bounds
 
 
 def _find_first(need, crossings, hours, spare, slack):
@@ -104,17 +104,17 @@ def bound_sum(
     whole = float((ceiling - floor).sum())
     crossings = needs.crossings
     excess = ceiling[crossings.cell] - np.maximum(crossings.dark, floor[crossings.cell])
-    some = np.flatnonzero(excess > SLACK)
-    if not len(some):
+    over = np.flatnonzero(excess > SLACK)
+    if not len(over):
         return whole, prices
-    some = some[np.argsort(crossings.cell[some], kind="stable")]
-    piece = np.repeat(np.arange(len(needs.hours)), np.diff(crossings.start))[some]
-    excess, cell = excess[some], crossings.cell[some]
+    over = over[np.argsort(crossings.cell[over], kind="stable")]
+    piece = np.repeat(np.arange(len(needs.hours)), np.diff(crossings.start))[over]
+    excess, cell = excess[over], crossings.cell[over]
     priced, piece = np.unique(piece, return_inverse=True)
     left = _leave_priced(needs, priced)
     is_new = np.append(True, cell[1:] != cell[:-1])
     first, run = np.flatnonzero(is_new), np.cumsum(is_new) - 1
-    power = np.zeros(len(some))
+    power = np.zeros(len(over))
     best, mean = 0.0, excess.mean()
     for step in range(steps):
         power -= np.maximum.reduceat(power, first)[run]

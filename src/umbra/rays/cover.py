@@ -1,5 +1,5 @@
 """
-Opacity of textured triangles, and the light that they let through along rays.
+Opacity of textured triangles, and the light that they transmit along rays.
 
 Rows, materials, texels and the rule are those of `umbra.rays.transmission.Transmitters`.
 """
@@ -33,22 +33,22 @@ _LINEAR = find_linear(np.arange(LEVELS) / (LEVELS - 1))
 @kernel
 def _find_texels(at, count, how):
     """Find the texels on both sides of a coordinate, and the weight of the second."""
-    place = at * count - 0.5
-    first = np.floor(place)
-    share = place - first
-    one, two = np.int64(first), np.int64(first) + 1
+    position = at * count - 0.5
+    first = np.floor(position)
+    share = position - first
+    left, right = np.int64(first), np.int64(first) + 1
     if how == 2:  # clamp
-        one = min(max(one, 0), count - 1)
-        two = min(max(two, 0), count - 1)
+        left = min(max(left, 0), count - 1)
+        right = min(max(right, 0), count - 1)
     elif how == 0:  # repeat
-        one = one % count
-        two = two % count
+        left = left % count
+        right = right % count
     else:  # mirror
-        one = one % (2 * count)
-        two = two % (2 * count)
-        one = min(one, 2 * count - 1 - one)
-        two = min(two, 2 * count - 1 - two)
-    return one, two, share
+        left = left % (2 * count)
+        right = right % (2 * count)
+        left = min(left, 2 * count - 1 - left)
+        right = min(right, 2 * count - 1 - right)
+    return left, right, share
 
 
 @kernel
@@ -188,12 +188,12 @@ def trace_light(points, light, tolerance, nodes, rows, materials, texels, left, 
 @kernel
 def find_opacities(which, places, rows, materials, texels):
     """Find the opacity of triangles at points on them; masks as if without holes."""
-    found = np.empty(which.size)
+    opacities = np.empty(which.size)
     color = np.empty(3)
     for i in range(which.size):
         row = rows[which[i]]
         look = materials[np.int64(row[7])]
-        found[i] = look[3]
+        opacities[i] = look[3]
         if look[4] != BLEND:
             continue
         u = row[4] - row[0], row[5] - row[1], row[6] - row[2]
@@ -203,7 +203,7 @@ def find_opacities(which, places, rows, materials, texels):
         square = max(dot(normal, normal), _TINY)
         second = dot(cross(p, v), normal) / square
         third = dot(cross(u, p), normal) / square
-        found[i] = find_cover(
+        opacities[i] = find_cover(
             which[i], 1.0 - second - third, second, third, rows, materials, texels, color
         )
-    return found
+    return opacities

@@ -20,11 +20,11 @@ _CROSSING = 384  # most sides that cross the disc
 def integrate_disc(sides, count):
     """Return the share of the unit disc that no polygon covers; below 0 with too many crossings."""
     lines, spans, heights = sides.lines, sides.crossings, sides.heights
-    kept = _keep_bounds(lines, count)
-    n = _list_heights(lines, kept, heights)
+    bounds = _keep_bounds(lines, count)
+    n = _list_heights(lines, bounds, heights)
     if n == 2:  # no side crosses the disc: it is covered like its middle
         around = 0.0
-        for i in range(kept):
+        for i in range(bounds):
             if (lines[i, 1] > 0.0) != (lines[i, 4] > 0.0) and _cross(lines, i, 0.0) < 0.0:
                 around += lines[i, 5]
         return 1.0 if around == 0.0 else 0.0
@@ -39,7 +39,7 @@ def integrate_disc(sides, count):
         round_ = _measure_arc(high) - _measure_arc(low)
         half = math.sqrt(max(1.0 - y * y, 0.0))
         m, around = 0, 0.0
-        for i in range(kept):
+        for i in range(bounds):
             if (lines[i, 1] > y) == (lines[i, 4] > y):
                 continue
             x = _cross(lines, i, y)
@@ -69,15 +69,15 @@ def integrate_disc(sides, count):
 @borrowing
 def _keep_bounds(lines, count):
     """Move the sides that bound something to the front; return their number."""
-    kept = 0
+    bounds = 0
     for i in range(count):
         if lines[i, 5] == 0.0:
             continue
-        if kept < i:
+        if bounds < i:
             for c in range(6):
-                lines[kept, c] = lines[i, c]
-        kept += 1
-    return kept
+                lines[bounds, c] = lines[i, c]
+        bounds += 1
+    return bounds
 
 
 @borrowing
@@ -111,15 +111,15 @@ def _list_heights(lines, count, heights):
         if root <= 0.0 or a == 0.0:
             continue
         root = math.sqrt(root)
-        one, two = (-b - root) / a, (-b + root) / a
-        if two <= 0.0 or one >= 1.0:
+        enter, leave = (-b - root) / a, (-b + root) / a
+        if leave <= 0.0 or enter >= 1.0:
             continue
-        if one > 0.0:
-            n = _add_height(heights, n, y + one * dy)
+        if enter > 0.0:
+            n = _add_height(heights, n, y + enter * dy)
         elif x * x + y * y < _IN:
             n = _add_height(heights, n, y)
-        if two < 1.0:
-            n = _add_height(heights, n, y + two * dy)
+        if leave < 1.0:
+            n = _add_height(heights, n, y + leave * dy)
         else:
             n = _add_height(heights, n, lines[i, 4])
         for k in range(6):

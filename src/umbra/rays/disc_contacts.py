@@ -73,18 +73,18 @@ def find_contacts(
     close : int
         How near to the contact the times are that are found: at these a part is seen [us].
     """
-    found = np.zeros(len(points), np.int64)
+    times = np.zeros(len(points), np.int64)
     use_threads(threads)
     slope = math.tan(math.radians(radius))
     blocks = -(-len(points) // _BLOCK)
     run_shared(
-        blocks, _solve, tree, points, normals, track, which, between, slope, close, land, found
+        blocks, _solve, tree, points, normals, track, which, between, slope, close, land, times
     )
-    return found
+    return times
 
 
 @kernel
-def _solve(tree, points, normals, track, which, between, radius, close, land, found, taken):
+def _solve(tree, points, normals, track, which, between, radius, close, land, times, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)
     sides = make_sides()
@@ -94,7 +94,7 @@ def _solve(tree, points, normals, track, which, between, radius, close, land, fo
         if block >= (n + _BLOCK - 1) // _BLOCK:
             return
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            found[i] = _solve_one(
+            times[i] = _solve_one(
                 tree, get(points, i), get(normals, i), track, which[i],
                 (between[0, i], between[1, i]), radius, close, land, faces, stack, sides,
             )  # fmt: skip

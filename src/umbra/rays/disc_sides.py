@@ -87,8 +87,8 @@ def make_land_edge(
     bends = np.stack([(azimuth[:-1] + turn) % 360.0, elevation[:-1]])
     bends = bends[:, np.argsort(bends[0])]
     around = np.concatenate([bends - [[360.0], [0.0]], bends, bends + [[360.0], [0.0]]], axis=1)
-    some = around[:, (around[0] > -_AROUND) & (around[0] < 360.0 + _AROUND)]
-    return LandEdge(np.radians(some[0]), np.tan(np.radians(some[1])))
+    edge = around[:, (around[0] > -_AROUND) & (around[0] < 360.0 + _AROUND)]
+    return LandEdge(np.radians(edge[0]), np.tan(np.radians(edge[1])))
 
 
 NO_LAND = LandEdge(np.zeros(0), np.zeros(0))
@@ -155,12 +155,12 @@ def add_plane(sides, count, frame, m):
     for k in range(4):
         x1 = -_FAR if k in (0, 1) else _FAR
         y1 = -_FAR if k in (1, 2) else _FAR
-        one, two = a + b * x0 + c * y0, a + b * x1 + c * y1
-        if one < 0.0:
+        at_start, at_end = a + b * x0 + c * y0, a + b * x1 + c * y1
+        if at_start < 0.0:
             sides.corners[n, 0], sides.corners[n, 1] = x0, y0
             n += 1
-        if (one < 0.0) != (two < 0.0):
-            share = one / (one - two)
+        if (at_start < 0.0) != (at_end < 0.0):
+            share = at_start / (at_start - at_end)
             sides.corners[n, 0] = x0 + share * (x1 - x0)
             sides.corners[n, 1] = y0 + share * (y1 - y0)
             n += 1
@@ -176,11 +176,11 @@ def add_face(sides, count, frame, tree: FaceTree, f, p):
     if abs(height) <= tree.normals[f, 3]:
         return count
     c = tree.corners
-    one = (c[f, 0] - p[0], c[f, 1] - p[1], c[f, 2] - p[2])
-    two = (c[f, 3] - p[0], c[f, 4] - p[1], c[f, 5] - p[2])
-    three = (c[f, 6] - p[0], c[f, 7] - p[1], c[f, 8] - p[2])
+    first = (c[f, 0] - p[0], c[f, 1] - p[1], c[f, 2] - p[2])
+    second = (c[f, 3] - p[0], c[f, 4] - p[1], c[f, 5] - p[2])
+    third = (c[f, 6] - p[0], c[f, 7] - p[1], c[f, 8] - p[2])
     sign = -1.0 if height > 0.0 else 1.0  # wound as in the tree, or seen from behind
-    return _add_corners(sides, count, frame, one, two, three, sign, get(tree.ids, f))
+    return _add_corners(sides, count, frame, first, second, third, sign, get(tree.ids, f))
 
 
 @borrowing
@@ -257,36 +257,42 @@ def _meets(sides, line):
 
 
 @inlined
-def _add_corners(sides, count, frame, one, two, three, sign, ids):
+def _add_corners(sides, count, frame, first, second, third, sign, ids):
     """Add a triangle by its corners from the point."""
     d, u, v, r = frame
     n = 0
     corners = sides.corners
-    depths = (dot(one, d), dot(two, d), dot(three, d))
+    depths = (dot(first, d), dot(second, d), dot(third, d))
     if depths[0] > _NEAR and depths[1] > _NEAR and depths[2] > _NEAR:
-        corners[0, 0], corners[0, 1] = dot(one, u) / (depths[0] * r), dot(one, v) / (depths[0] * r)
-        corners[1, 0], corners[1, 1] = dot(two, u) / (depths[1] * r), dot(two, v) / (depths[1] * r)
+        corners[0, 0], corners[0, 1] = (
+            dot(first, u) / (depths[0] * r),
+            dot(first, v) / (depths[0] * r),
+        )
+        corners[1, 0], corners[1, 1] = (
+            dot(second, u) / (depths[1] * r),
+            dot(second, v) / (depths[1] * r),
+        )
         corners[2, 0], corners[2, 1] = (
-            dot(three, u) / (depths[2] * r), dot(three, v) / (depths[2] * r),
+            dot(third, u) / (depths[2] * r), dot(third, v) / (depths[2] * r),
         )  # fmt: skip
         return _add_polygon(sides, count, 3, sign, ids)
-    n = _cut(corners, n, frame, one, two, depths[0], depths[1])
-    n = _cut(corners, n, frame, two, three, depths[1], depths[2])
-    n = _cut(corners, n, frame, three, one, depths[2], depths[0])
+    n = _cut(corners, n, frame, first, second, depths[0], depths[1])
+    n = _cut(corners, n, frame, second, third, depths[1], depths[2])
+    n = _cut(corners, n, frame, third, first, depths[2], depths[0])
     if n < 3:
         return count
     return _add_polygon(sides, count, n, sign, (np.int64(-1), np.int64(-1), np.int64(-1)))
 
 
 @borrowing
-def _cut(corners, n, frame, a, b, one, two):
+def _cut(corners, n, frame, a, b, depth_a, depth_b):
     """Add what a side leaves before the viewer's plane, but for its end; return the number."""
     _, u, v, r = frame
-    if one > _NEAR:
-        corners[n, 0], corners[n, 1] = dot(a, u) / (one * r), dot(a, v) / (one * r)
+    if depth_a > _NEAR:
+        corners[n, 0], corners[n, 1] = dot(a, u) / (depth_a * r), dot(a, v) / (depth_a * r)
         n += 1
-    if (one > _NEAR) != (two > _NEAR):
-        share = (_NEAR - one) / (two - one)
+    if (depth_a > _NEAR) != (depth_b > _NEAR):
+        share = (_NEAR - depth_a) / (depth_b - depth_a)
         w = (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]),
              a[2] + share * (b[2] - a[2]))  # fmt: skip
         corners[n, 0], corners[n, 1] = dot(w, u) / (_NEAR * r), dot(w, v) / (_NEAR * r)

@@ -72,9 +72,9 @@ def _bound_blocks(vertices, faces):
     for f in range(faces.shape[0]):
         for k in range(3):
             for axis in range(3):
-                place = vertices[faces[f, k], axis]
-                bounds[f // BLOCK, axis] = min(bounds[f // BLOCK, axis], place)
-                bounds[f // BLOCK, axis + 3] = max(bounds[f // BLOCK, axis + 3], place)
+                coordinate = vertices[faces[f, k], axis]
+                bounds[f // BLOCK, axis] = min(bounds[f // BLOCK, axis], coordinate)
+                bounds[f // BLOCK, axis + 3] = max(bounds[f // BLOCK, axis + 3], coordinate)
     return bounds
 
 
@@ -333,10 +333,10 @@ def find_faces_before(
     """Find the casting faces in front of the near plane, at least in part: not drawn there."""
     forward = camera.axes()[2]
     at = (camera.eye - origin) @ forward
-    some = _find_blocks_before(blocks.bounds, forward, at + camera.near)
-    if not len(some):
-        return some
-    faces = (some[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+    in_front = _find_blocks_before(blocks.bounds, forward, at + camera.near)
+    if not len(in_front):
+        return in_front
+    faces = (in_front[:, None] * BLOCK + np.arange(BLOCK)).ravel()
     faces = faces[faces < len(caster.faces)]
     depth = (caster.vertices[caster.faces[faces]] @ forward).min(1) - at
     return faces[depth < camera.near]
@@ -345,15 +345,15 @@ def find_faces_before(
 @kernel
 def _find_blocks_before(bounds, forward, limit):
     """Find the boxes whose nearest corner lies before a plane across the view."""
-    found = np.empty(bounds.shape[0], np.intp)
+    before = np.empty(bounds.shape[0], np.intp)
     n = 0
     for block in range(bounds.shape[0]):
         nearest = 0.0
         for k in range(3):
             nearest += forward[k] * bounds[block, k if forward[k] > 0.0 else k + 3]
-        found[n] = block
+        before[n] = block
         n += nearest < limit
-    return found[:n].copy()
+    return before[:n].copy()
 
 
 def find_around(

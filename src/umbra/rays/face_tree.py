@@ -66,15 +66,15 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     """
     planes = caster.planes[:3, :-1].T
     length = np.linalg.norm(planes, axis=1)
-    kept = np.flatnonzero(length > 0)
-    ids = caster.faces[kept]
+    faces = np.flatnonzero(length > 0)
+    ids = caster.faces[faces]
     corners = caster.vertices[ids]
     low, high = corners.min(1), corners.max(1)
     order, halves, children = halve_boxes(low, high)
     most = np.abs(corners).max(initial=0.0)
     tolerance = TOUCH * max(most, farthest)
     longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(1, initial=0.0)
-    tilted = np.minimum(_NEEDLE * longest**3 / length[kept], _MOST_TILTED)
+    tilted = np.minimum(_NEEDLE * longest**3 / length[faces], _MOST_TILTED)
     # A repeated ray starts above the faces on which its point lies: see ``hidden``.
     margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * tolerance)
     boxes, links = _join(halves, children, margin)
@@ -83,8 +83,8 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
         links,
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
-        kept[order],
-        np.hstack([planes[kept] / length[kept, None], np.maximum(tolerance, tilted)[:, None]])[
+        faces[order],
+        np.hstack([planes[faces] / length[faces, None], np.maximum(tolerance, tilted)[:, None]])[
             order
         ],
         float(tolerance),
@@ -207,7 +207,7 @@ def _halve(low, high, middle, order, boxes, children):
 @kernel
 def _join(halves, children, margin):
     """Collapse levels so that each node has up to LANES children, largest boxes first."""
-    some = np.zeros(LANES, np.int64)
+    members = np.zeros(LANES, np.int64)
     source = np.zeros(1 + halves.shape[0] // 2, np.int64)
     boxes = np.zeros((0, 6, LANES), np.float32)
     links = np.zeros((0, LANES), np.int32)
@@ -215,28 +215,28 @@ def _join(halves, children, margin):
         nodes, at = 1, 0
         while at < nodes:
             n = 1
-            some[0] = source[at]
+            members[0] = source[at]
             while n < LANES:
                 largest, best = -1.0, -1
                 for q in range(n):
-                    if children[some[q]] > 0 and _area(halves[some[q]]) > largest:
-                        largest, best = _area(halves[some[q]]), q
+                    if children[members[q]] > 0 and _area(halves[members[q]]) > largest:
+                        largest, best = _area(halves[members[q]]), q
                 if best < 0:
                     break
-                some[n] = children[some[best]] + 1
-                some[best] = children[some[best]]
+                members[n] = children[members[best]] + 1
+                members[best] = children[members[best]]
                 n += 1
             for q in range(n):
-                child = children[some[q]]
+                child = children[members[q]]
                 if child > 0:
-                    source[nodes] = some[q]
+                    source[nodes] = members[q]
                     child = nodes
                     nodes += 1
                 if write and child != 0:
                     links[at, q] = child
                     for k in range(3):
-                        boxes[at, k, q] = _round(halves[some[q], k] - margin, -np.inf)
-                        boxes[at, 3 + k, q] = _round(halves[some[q], 3 + k] + margin, np.inf)
+                        boxes[at, k, q] = _round(halves[members[q], k] - margin, -np.inf)
+                        boxes[at, 3 + k, q] = _round(halves[members[q], 3 + k] + margin, np.inf)
             at += 1
         if not write:
             boxes = np.zeros((nodes, 6, LANES), np.float32)

@@ -108,17 +108,17 @@ def _search_beside(p, n, d, tree, stack, light):
 
 
 @borrowing
-def list_hiding(p, n, d, tree, stack, found):
+def list_hiding(p, n, d, tree, stack, hits):
     """
     List all faces between a point and the sun, and return their number.
 
-    ``found`` has room for every face of the tree; the others are as in ``is_hidden``.
+    ``hits`` has room for every face of the tree; the others are as in ``is_hidden``.
     """
-    count, is_sure = _search(p, n, d, tree, stack, None, None, 0.0, found)
+    count, is_sure = _search(p, n, d, tree, stack, None, None, 0.0, hits)
     if is_sure:
         return count
     scale = max(1.0, 2.0 * tree.tolerance / _ABOVE)
-    count, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, None, p, scale, found)
+    count, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, None, p, scale, hits)
     return count
 
 
@@ -137,12 +137,12 @@ def _step_aside(p, n, scale):
 
 
 @inlined
-def _search(p, n, d, tree, stack, light, point=None, scale=0.0, found=None):
+def _search(p, n, d, tree, stack, light, point=None, scale=0.0, hits=None):
     """
     Find a face that hides the sun; return whether the answer is certain.
 
     ``p`` is the start of the ray: the point, or a step of ``scale`` beside ``point``. With
-    ``found`` all such faces are listed there, and their number is returned.
+    ``hits`` all such faces are listed there, and their number is returned.
     """
     inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
     sides = (
@@ -176,13 +176,13 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0, found=None):
             else:
                 answer = _hides_beside(~child, p, n, d, tree, light, point, scale)
             if answer == _YES:
-                if found is None:
+                if hits is None:
                     return ~child, True
-                found[count] = ~child
+                hits[count] = ~child
                 count += 1
             if answer == _UNSURE:
                 is_sure = False
-    return np.int64(-1 if found is None else count), is_sure
+    return np.int64(-1 if hits is None else count), is_sure
 
 
 @inlined
@@ -210,16 +210,16 @@ def _hides(f, p, n, d, tree, light):
     # These are equal up to sign for both directions of an edge.
     ab, bc, ca = _side(a, b, d), _side(b, e, d), _side(e, a, d)
     least, most = min(ab, bc, ca), max(ab, bc, ca)
-    one, two, three = _measure(a), _measure(b), _measure(e)
-    length = one + two + three
+    a_size, b_size, e_size = _measure(a), _measure(b), _measure(e)
+    length = a_size + b_size + e_size
     error = tolerance * length + _ROUNDING * length * length  # bound for any edge
     if least < -error and most > error:
         return _NO
     if not is_on and (least > error or most < -error):
         return _YES
-    ab_error = tolerance * (one + two) + _ROUNDING * one * two
-    bc_error = tolerance * (two + three) + _ROUNDING * two * three
-    ca_error = tolerance * (three + one) + _ROUNDING * three * one
+    ab_error = tolerance * (a_size + b_size) + _ROUNDING * a_size * b_size
+    bc_error = tolerance * (b_size + e_size) + _ROUNDING * b_size * e_size
+    ca_error = tolerance * (e_size + a_size) + _ROUNDING * e_size * a_size
     if (
         min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
         and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0

@@ -64,11 +64,11 @@ def find_holders(
     """
     if light[3] == 0.0:
         return np.zeros(0, np.intp)
-    place = light[:3] / light[3]
+    position = light[:3] / light[3]
     world = float(np.abs(origin).max())
-    coarse = float(np.abs(place).max())
+    coarse = float(np.abs(position).max())
     margin = HOLDS * (world + coarse)
-    faces, apart, largest = _find_near(caster, blocks, place, margin, HOLDS, among)
+    faces, apart, largest = _find_near(caster, blocks, position, margin, HOLDS, among)
     if not len(faces):
         return faces
     size = np.maximum(largest, coarse) + world
@@ -91,7 +91,7 @@ def find_near_faces(
 def _find_near(
     caster: Caster,
     blocks: FaceBlocks,
-    place: NDArray[np.float64],
+    position: NDArray[np.float64],
     margin: float,
     share: float,
     among: NDArray[np.intp] | None,
@@ -102,19 +102,19 @@ def _find_near(
     Those ``among`` faces, or of blocks within ``margin`` and ``share`` of their coordinates.
     """
     if among is None:
-        near = _find_blocks(blocks.bounds, place, margin, share)
+        near = _find_blocks(blocks.bounds, position, margin, share)
         among = (near[:, None] * BLOCK + np.arange(BLOCK)).ravel() if len(near) else near
     faces = among[among < len(caster.faces)]
     apart, largest = np.zeros((2, len(faces)))
     if len(faces):
-        _measure(caster.vertices, caster.faces, faces, place, apart, largest)
+        _measure(caster.vertices, caster.faces, faces, position, apart, largest)
     return faces, apart, largest
 
 
 @kernel
-def _find_blocks(bounds, place, margin, share):
+def _find_blocks(bounds, position, margin, share):
     """Find the boxes within ``margin`` of a point, and ``share`` of their largest coordinate."""
-    found = np.empty(bounds.shape[0], np.intp)
+    near = np.empty(bounds.shape[0], np.intp)
     n = 0
     for block in range(bounds.shape[0]):
         size = 0.0
@@ -123,10 +123,10 @@ def _find_blocks(bounds, place, margin, share):
         reach = margin + share * size
         is_near = True
         for k in range(3):
-            is_near &= bounds[block, k] - reach <= place[k] <= bounds[block, k + 3] + reach
-        found[n] = block
+            is_near &= bounds[block, k] - reach <= position[k] <= bounds[block, k + 3] + reach
+        near[n] = block
         n += is_near
-    return found[:n].copy()
+    return near[:n].copy()
 
 
 @inlined
@@ -145,17 +145,17 @@ def _to_segment(p, q):
 
 
 @kernel
-def _measure(vertices, faces, some, place, apart, largest):
+def _measure(vertices, faces, selection, position, apart, largest):
     """Find the distances of faces from a point, and their largest coordinates."""
-    for i in range(some.size):
-        corners = faces[some[i]]
+    for i in range(selection.size):
+        corners = faces[selection[i]]
         for k in range(3):
             for axis in range(3):
                 largest[i] = max(largest[i], abs(vertices[corners[k], axis]))
         # Relative to the point, so that near corners keep all digits.
-        a = _subtract(vertices[corners[0]], place)
-        b = _subtract(vertices[corners[1]], place)
-        c = _subtract(vertices[corners[2]], place)
+        a = _subtract(vertices[corners[0]], position)
+        b = _subtract(vertices[corners[1]], position)
+        c = _subtract(vertices[corners[2]], position)
         apart[i] = min(_to_segment(a, b), _to_segment(b, c), _to_segment(c, a))
         normal = cross(_subtract(b, a), _subtract(c, a))
         square = dot(normal, normal)
@@ -187,11 +187,11 @@ def find_edge_on(
 
     seen, planes, size = derive(view, "planes seen", None, find_planes)
     least = _EDGE_ON * (np.abs(light[:3]).max() + light[3] * size)
-    found = seen[np.abs(planes @ light) <= least]
-    if not len(found):
+    edge_on = seen[np.abs(planes @ light) <= least]
+    if not len(edge_on):
         return None
     is_edge_on = np.zeros(len(triangles.faces) + 2, np.bool_)  # -2 and -1: ground and background
-    is_edge_on[found] = True
+    is_edge_on[edge_on] = True
     return is_edge_on[view.face]
 
 
@@ -245,13 +245,13 @@ def recount_edge_on(
     points = frame.position[where] - origin
     size = 1.0 + max(blocks.largest, np.abs(light[:3]).max())
     points += _BESIDE * size * frame.normal[where]
-    found = np.zeros(len(points), np.int32)
+    fresh = np.zeros(len(points), np.int32)
     is_open = (~caster.is_closed)[caster.component]
     _count(
-        points, caster.vertices, caster.faces, caster.planes, is_open, blocks.bounds, light, found
+        points, caster.vertices, caster.faces, caster.planes, is_open, blocks.bounds, light, fresh
     )
     recounted = counts.astype(np.int32)
-    recounted[where] = found
+    recounted[where] = fresh
     return recounted
 
 

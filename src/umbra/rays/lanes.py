@@ -42,11 +42,11 @@ def meet_boxes(
         data = context.make_array(signature.args[0])(context, builder, array).data
         first = builder.gep(data, [builder.mul(node, _LONG(6 * LANES))])
 
-        def meet(row: Any, place: Any, k: int) -> Any:
+        def meet(row: Any, origin: Any, k: int) -> Any:
             """Find the ray parameter of each box's side."""
             side = _load(builder, builder.gep(first, [builder.mul(row, _LONG(LANES))]))
-            place, scale = _spread(builder, place, k), _spread(builder, inverse, k)
-            return builder.fmul(builder.fsub(side, place), scale)
+            origin, scale = _spread(builder, origin, k), _spread(builder, inverse, k)
+            return builder.fmul(builder.fsub(side, origin), scale)
 
         def choose(how: str, a: Any, b: Any) -> Any:
             return builder.select(builder.fcmp_ordered(how, a, b), a, b)
@@ -131,8 +131,8 @@ def meet_rectangles(_: Any, table: Any, at: Any, limits: Any) -> Any:  # numpydo
         met = None
         for k, how in enumerate(("<=", ">=", "<=", ">=", ">=")):
             column = _load(builder, builder.gep(first, [builder.mul(length, _LONG(k))]))
-            one = builder.fcmp_ordered(how, column, _spread(builder, arguments[2], k))
-            met = one if met is None else builder.and_(met, one)
+            condition = builder.fcmp_ordered(how, column, _spread(builder, arguments[2], k))
+            met = condition if met is None else builder.and_(met, condition)
         return _pack(builder, met)
 
     return signature, generate
@@ -145,9 +145,11 @@ def _load(builder: Any, at: Any) -> Any:
 
 def _spread(builder: Any, values: Any, k: int) -> Any:
     """Broadcast the k-th value to all lanes."""
-    one = builder.insert_element(_VECTOR(ir.Undefined), builder.extract_value(values, k), _SHORT(0))
+    vector = builder.insert_element(
+        _VECTOR(ir.Undefined), builder.extract_value(values, k), _SHORT(0)
+    )
     zeros = ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES)
-    return builder.shuffle_vector(one, _VECTOR(ir.Undefined), zeros)
+    return builder.shuffle_vector(vector, _VECTOR(ir.Undefined), zeros)
 
 
 def _pack(builder: Any, lanes: Any) -> Any:

@@ -36,9 +36,9 @@ def add_masks(
         Lights whose masks are held at a time.
     """
     for first in range(0, len(lights), at_once):
-        some = slice(first, first + at_once)
-        masks = find(lights[some])
-        for mask, row in zip(masks, weights[some], strict=True):
+        batch = slice(first, first + at_once)
+        masks = find(lights[batch])
+        for mask, row in zip(masks, weights[batch], strict=True):
             for k in np.flatnonzero(row):
                 sums[k] += row[k] * mask
         progress(len(masks))

@@ -60,17 +60,17 @@ def _add(tree, owner, points, normals, facing, directions, weights, taken, block
         if block >= (n + _BLOCK - 1) // _BLOCK:
             return
         stack = np.zeros(DEEPEST, np.int32)
-        found = np.zeros(owner.size, np.int32)
+        hits = np.zeros(owner.size, np.int32)
         first, end = block * _BLOCK, min(n, (block + 1) * _BLOCK)
         _add_block(
-            tree, owner, points, normals, facing, directions, weights, taken, stack, found, first,
+            tree, owner, points, normals, facing, directions, weights, taken, stack, hits, first,
             end,
         )  # fmt: skip
 
 
 @borrowing
 def _add_block(
-    tree, owner, points, normals, facing, directions, weights, taken, stack, found, first, end
+    tree, owner, points, normals, facing, directions, weights, taken, stack, hits, first, end
 ):
     for i in range(first, end):
         p, n, up = get(points, i), get(normals, i), get(facing, i)
@@ -80,8 +80,8 @@ def _add_block(
             if cosine <= 0.0:
                 continue
             best, nearest = -1, np.inf
-            for which in range(list_hiding(p, n, d, tree, stack, found)):
-                f = np.int64(found[which])
+            for which in range(list_hiding(p, n, d, tree, stack, hits)):
+                f = np.int64(hits[which])
                 away = _find_distance(tree, f, p, d)
                 if away < nearest or (away == nearest and owner[f] < best):
                     best, nearest = owner[f], away
@@ -144,13 +144,13 @@ def _drop(plan, floor, tree, z, normals, count, taken):
         if block >= (n + _PLACES - 1) // _PLACES:
             return
         stack = np.zeros(DEEPEST, np.int32)
-        found = np.zeros(tree.corners.shape[0], np.int32)
+        hits = np.zeros(tree.corners.shape[0], np.int32)
         for i in range(block * _PLACES, min(n, (block + 1) * _PLACES)):
             p = plan[i, 0], plan[i, 1], floor
-            met = list_hiding(p, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), tree, stack, found)
+            met = list_hiding(p, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), tree, stack, hits)
             count[i] = met
             for k in range(met):
-                f = np.int64(found[k])
+                f = np.int64(hits[k])
                 x, y, up = get(tree.normals, f)
                 if abs(up) < _UPRIGHT:
                     continue

@@ -128,9 +128,9 @@ def _find_block(
     whole = _gather_open(tree, points, shares, first, end, frame, stack, faces)
     for start in range(first, end, _GROUP):
         stop = min(start + _GROUP, end)
-        some = whole
+        listed = whole
         if whole > _FEW:
-            some = _gather_open(tree, points, shares, start, stop, frame, stack, faces)
+            listed = _gather_open(tree, points, shares, start, stop, frame, stack, faces)
         recent = np.int64(-1)
         for i in range(start, stop):
             if shares[i] != _OPEN:
@@ -139,11 +139,11 @@ def _find_block(
             if recent >= 0 and _covers(tree, recent, p, frame, sides):
                 shares[i], lasts[i - first] = 0.0, recent
                 continue
-            mine = some
-            if some > _FEW:
-                mine = gather_disc_faces(tree, p, p, frame, stack, faces)
+            used = listed
+            if listed > _FEW:
+                used = gather_disc_faces(tree, p, p, frame, stack, faces)
             shares[i], recent = measure_disc(
-                tree, p, n, frame, land, faces, mine, stack, sides
+                tree, p, n, frame, land, faces, used, stack, sides
             )  # fmt: skip
             lasts[i - first] = recent
 

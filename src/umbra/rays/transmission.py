@@ -101,7 +101,7 @@ class Transmitters:
             Number of triangles on the ray that hide the light.
         """
         left, hidden = np.ones((len(points), 3), np.float32), np.zeros(len(points), np.int32)
-        place = light.local(origin)
+        position = light.local(origin)
         coarse = max(
             np.abs(values).max(initial=0.0)
             for values in (points, light.position[:3] * light.position[3], self.rows[:, _CORNERS])
@@ -109,7 +109,7 @@ class Transmitters:
         use_threads(threads)
         run_shared(
             -(-len(points) // BLOCK), trace_light,
-            np.ascontiguousarray(points - origin), place, TOUCH * float(coarse), self.nodes,
+            np.ascontiguousarray(points - origin), position, TOUCH * float(coarse), self.nodes,
             self.rows, self.materials, self.texels, left, hidden,
         )  # fmt: skip
         return left, hidden
@@ -124,17 +124,17 @@ class Transmitters:
         rounding finds at its rim.
         """
         rows, opacity = self.find_rows(faces), np.ones(len(faces))
-        mine = np.flatnonzero(rows >= 0)
-        opacity[mine] = find_opacities(
-            rows[mine], places[mine], self.rows, self.materials, self.texels
+        transmissive = np.flatnonzero(rows >= 0)
+        opacity[transmissive] = find_opacities(
+            rows[transmissive], places[transmissive], self.rows, self.materials, self.texels
         )
         return opacity
 
     def find_rows(self, faces: NDArray[np.signedinteger]) -> NDArray[np.intp]:
         """Find the rows of faces, numbered as in ``Scene.triangles``; -1 for opaque faces."""
         order = self._order
-        place = np.searchsorted(self.faces, faces, sorter=order)
-        row = order[np.minimum(place, len(order) - 1)]
+        position = np.searchsorted(self.faces, faces, sorter=order)
+        row = order[np.minimum(position, len(order) - 1)]
         return np.where(self.faces[row] == faces, row, -1)
 
     @cached_property
@@ -194,9 +194,9 @@ def find_opaque(scene: Scene, casters: Sequence[int] | None = None) -> list[int]
 
     None if no part of the scene transmits; raises as ``make_transmitters``.
     """
-    some = range(len(scene.parts)) if casters is None else casters
-    found = [index for index in some if not scene.parts[index].transmits]
-    return None if casters is None and len(found) == len(some) else found
+    parts = range(len(scene.parts)) if casters is None else casters
+    opaque = [index for index in parts if not scene.parts[index].transmits]
+    return None if casters is None and len(opaque) == len(parts) else opaque
 
 
 def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.float64]:
@@ -228,9 +228,9 @@ def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.fl
     return rows
 
 
-def _is_after(one: NDArray[np.float64], two: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_after(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return whether points come after others, by x, then y, then z."""
-    x, y, z = ((one[:, k] > two[:, k], one[:, k] == two[:, k]) for k in range(3))
+    x, y, z = ((first[:, k] > second[:, k], first[:, k] == second[:, k]) for k in range(3))
     return np.asarray(x[0] | (x[1] & (y[0] | (y[1] & z[0]))))
 
 
@@ -259,24 +259,24 @@ def _line_up(halves, children, margin, nodes):
     """Write a hierarchy's nodes in traversal order, each with its next node."""
     waiting = np.zeros(halves.shape[0] + 3, np.int64)  # nodes; -1 - index marks the end of a branch
     size = 1 if nodes.shape[0] > 0 else 0
-    place = 0
+    index = 0
     while size > 0:
         size -= 1
         node = waiting[size]
         if node < 0:
-            nodes[-1 - node, 3] = place
+            nodes[-1 - node, 3] = index
             continue
         for axis in range(3):
-            nodes[place, axis] = halves[node, axis] - margin
-            nodes[place, 4 + axis] = halves[node, 3 + axis] + margin
-        nodes[place, 7] = -1.0
+            nodes[index, axis] = halves[node, axis] - margin
+            nodes[index, 4 + axis] = halves[node, 3 + axis] + margin
+        nodes[index, 7] = -1.0
         child = children[node]
         if child < 0:
-            nodes[place, 7] = ~child
-            nodes[place, 3] = place + 1
+            nodes[index, 7] = ~child
+            nodes[index, 3] = index + 1
         else:
-            waiting[size] = -1 - place
+            waiting[size] = -1 - index
             waiting[size + 1] = child + 1
             waiting[size + 2] = child
             size += 3
-        place += 1
+        index += 1

@@ -138,8 +138,8 @@ def read(  # noqa: PLR0913  (each option by its name)
         raise InputError(msg)
     for path in paths:
         if not isinstance(path, (str, os.PathLike)):
-            found = type(path).__name__
-            msg = f"a file is named by a str or a Path; got a {found} (unpack lists: *files)"
+            kind = type(path).__name__
+            msg = f"a file is named by a str or a Path; got a {kind} (unpack lists: *files)"
             raise InputError(msg)
     if up is not None and not (isinstance(up, str) and up in UPS):
         msg = f"the up axis must be x, y or z; got {show_value(up)}"
@@ -211,7 +211,10 @@ def _read_layers(files: Files, choices: ReadChoices) -> tuple[list[FileLayer], t
         layers.append(FileLayer(name, path, model, placing))
         if placing is not None:
             source = replace(source, moved=(*placing.move, placing.turn))
-        sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
+        sources += [
+            source,
+            *(replace(companion, is_companion=True) for companion in model.companions),
+        ]
     if unused := tell_unused_crs(named, choices.crs):
         model = layers[0].model
         layers[0] = replace(layers[0], model=replace(model, notes=(*model.notes, *unused)))
@@ -307,15 +310,15 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     with damage_of(", ".join(str(layer.path) for layer in layers)):
         whole = combine(layers)
         frames = {name: tuple(matrix.ravel().tolist()) for name, matrix in whole.frames.items()}
-        sources = tuple(replace(one, frame=frames.get(one.name, ())) for one in sources)
+        sources = tuple(replace(source, frame=frames.get(source.name, ())) for source in sources)
         layers.clear()  # a scene's parts are made one by one from a city's, which nobody else holds
         scene = make_scene(
             whole.parts, crs=whole.crs, sources=sources, notes=(*notes, *whole.notes),
             lights=whole.lights,
         )  # fmt: skip
         bounds = scene.bounds()
-        found = state_site(locate_bounds(scene, bounds), places)
-        return found.with_facts(notes=(*found.notes, *_tell_unit(found, bounds)))
+        sited_scene = state_site(locate_bounds(scene, bounds), places)
+        return sited_scene.with_facts(notes=(*sited_scene.notes, *_tell_unit(sited_scene, bounds)))
 
 
 def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
@@ -324,8 +327,8 @@ def _tell_unit(scene: Scene, bounds: NDArray[np.float64]) -> list[str]:
     is_flat = height < STEEP * max(size) and max(size) < LONGEST
     if scene.crs is not None or height < HIGHEST or is_flat:
         return []
-    told = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
-    return [f"{told}; if its lengths are in millimetres or feet, export it in metres"]
+    extent = f"the model is {size[0]:,.0f} x {size[1]:,.0f} m and {height:,.0f} m high"
+    return [f"{extent}; if its lengths are in millimetres or feet, export it in metres"]
 
 
 def _check_there(path: Path) -> None:

@@ -71,27 +71,27 @@ class FilePlan:
         return self.latitude, self.longitude
 
 
-def make_crs_error(one: str | Path, other: str | Path, crs: tuple[str, str]) -> InputError:
+def make_crs_error(file: str | Path, other: str | Path, crs: tuple[str, str]) -> InputError:
     """Return the error of two files whose CRSs cannot be brought together."""
     msg = (
-        f"{one} is in {show_crs(crs[0])} but {other} is in {show_crs(crs[1])}; convert them to one "
-        "coordinate reference system, or place one of them by hand: place='LAYER=X,Y'"
+        f"{file} is in {show_crs(crs[0])} but {other} is in {show_crs(crs[1])}; convert them to "
+        "one coordinate reference system, or place one of them by hand: place='LAYER=X,Y'"
     )
     return InputError(msg, option="place", crs=crs)
 
 
-def find_offset(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+def find_offset(start: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
     """
     Return the way from one place to another along the ellipsoid, east and north [m].
 
     Parameters
     ----------
-    one, other : (2,) float
+    start, other : (2,) float
         Latitude, longitude (WGS 84) [degrees].
     """
     from pyproj import Geod  # noqa: PLC0415 - 0.1 s, only with a site
 
-    azimuth, _, length = Geod(ellps="WGS84").inv(one[1], one[0], other[1], other[0])
+    azimuth, _, length = Geod(ellps="WGS84").inv(start[1], start[0], other[1], other[0])
     turn = np.radians(azimuth)
     return float(length * np.sin(turn)), float(length * np.cos(turn))
 
@@ -118,9 +118,9 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
         apart. If a file's site lies among the others, ``site`` is where, (x, y) [m];
         ``is_swapped`` is whether it would with latitude and longitude swapped.
     """
-    low, high = (np.array([one.bounds[k] for one in files]) for k in (0, 1))
-    is_known = np.array([one.crs is not None for one in files])
-    is_placed = np.array([one.is_placed for one in files])
+    low, high = (np.array([file.bounds[k] for file in files]) for k in (0, 1))
+    is_known = np.array([file.crs is not None for file in files])
+    is_placed = np.array([file.is_placed for file in files])
     # The first file that names a CRS, or that was not placed, or of all.
     first = int(np.argmax(2 * (is_known & ~is_placed) + ~is_placed))
     gaps = _find_gaps(low, high, first)
@@ -134,9 +134,9 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     nearest = _find_gaps(low, high, int(apart[0]))
     neighbour = int(np.argmin(np.where(near, nearest, np.inf)))
     distance = float(nearest[neighbour])
-    place = find_site_among(other, low[near], high[near], crs)
+    site = find_site_among(other, low[near], high[near], crs)
     by = ""
-    if place is None and other.site is not None and crs is not None:
+    if site is None and other.site is not None and crs is not None:
         there = find_on_plan(crs, *other.site)
         if there is not None and np.isfinite(there).all():
             gap = np.maximum(low[neighbour] - there, there - high[neighbour])
@@ -148,10 +148,10 @@ def check_apart(files: Sequence[FilePlan], crs: str | None) -> list[str]:
     names = [files[k].name for k in apart.tolist()]
     msg = (
         f"{_name(names)} {_show(distance)} from {files[neighbour].name}{by}, too far for one "
-        f"study ({'; '.join(_tell_crs(one) for one in (other, files[neighbour]))}); "
-        f"{SWAPPED if is_swapped else _advise(other, files[neighbour], place)}"
+        f"study ({'; '.join(_tell_crs(file) for file in (other, files[neighbour]))}); "
+        f"{SWAPPED if is_swapped else _advise(other, files[neighbour], site)}"
     )
-    raise InputError(msg, distance=distance, files=names, site=place, is_swapped=is_swapped)
+    raise InputError(msg, distance=distance, files=names, site=site, is_swapped=is_swapped)
 
 
 def _find_gaps(
@@ -166,16 +166,16 @@ def _spread(
     low: NDArray[np.float64], high: NDArray[np.float64], reach: NDArray[np.float64], first: int
 ) -> NDArray[np.bool_]:
     """Find the boxes that a chain of steps, each within the reach of both boxes, leads to."""
-    found = np.zeros(len(low), np.bool_)
-    found[first] = True
+    is_reached = np.zeros(len(low), np.bool_)
+    is_reached[first] = True
     todo = [first]
     while todo:
         index = todo.pop()
         # Not above, instead of below: coordinates that are not finite are reported elsewhere.
         is_near = ~(_find_gaps(low, high, index) > np.minimum(reach, reach[index]))
-        todo += np.flatnonzero(is_near & ~found).tolist()
-        found |= is_near
-    return found
+        todo += np.flatnonzero(is_near & ~is_reached).tolist()
+        is_reached |= is_near
+    return is_reached
 
 
 def _tell_far(
@@ -195,21 +195,21 @@ def find_site_among(
     """Return where a file's site lies among the others; None if it lies elsewhere."""
     if crs is None or file.latitude is None or file.longitude is None:
         return None
-    place = find_on_plan(crs, file.latitude, file.longitude)
-    if place is None or not _lies_among(place, low, high):
+    point = find_on_plan(crs, file.latitude, file.longitude)
+    if point is None or not _lies_among(point, low, high):
         return None
-    return float(place[0]), float(place[1])
+    return float(point[0]), float(point[1])
 
 
 def _lies_among(
-    place: NDArray[np.float64] | None, low: NDArray[np.float64], high: NDArray[np.float64]
+    point: NDArray[np.float64] | None, low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> bool:
-    if place is None:
+    if point is None:
         return False
-    return bool(((place >= low - BESIDE) & (place <= high + BESIDE)).all(1).any())
+    return bool(((point >= low - BESIDE) & (point <= high + BESIDE)).all(1).any())
 
 
-def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | None) -> str:
+def _advise(file: FilePlan, neighbour: FilePlan, site: tuple[float, float] | None) -> str:
     by_hand = f"place='{file.layer or 'LAYER'}=X,Y'"
     if file.is_placed:
         (x, y), (right, top) = neighbour.bounds
@@ -218,8 +218,8 @@ def _advise(file: FilePlan, neighbour: FilePlan, place: tuple[float, float] | No
             f"x {x:.0f} to {right:.0f}, y {y:.0f} to {top:.0f}, or latitude, longitude"
             + ("" if neighbour.crs else " once crs= names the CRS that they are in")
         )
-    if place is not None and file.site is not None:
-        x, y = place
+    if site is not None and file.site is not None:
+        x, y = site
         return (
             f"its site, {_tell_site(file.site)}, lies there, at x {x:.0f}, y {y:.0f}: place it "
             f"with {by_hand}"

@@ -40,14 +40,14 @@ def read_outlines(path: str) -> Iterator[FootprintTable]:
     layers: list[str] = []
     for entity in space.query(_QUERY):
         if entity.dxftype() == "HATCH":
-            found = [loop for loop in outlines.from_hatch(entity) if len(loop)]
+            paths = [loop for loop in outlines.from_hatch(entity) if len(loop)]
         else:
             loop = outlines.make_path(entity)
             if not loop.is_closed:
                 left["polylines that are not closed left out"] += 1
                 continue
-            found = [loop]
-        loops = [[(p.x, p.y) for p in loop.flattening(_SAGITTA)] for loop in found]
+            paths = [loop]
+        loops = [[(p.x, p.y) for p in loop.flattening(_SAGITTA)] for loop in paths]
         loops = [loop[:-1] if loop[0] == loop[-1] else loop for loop in loops if loop]
         # The outside of a hatch is its largest loop; the others are holes.
         loops.sort(key=lambda loop: -abs(_measure(np.array(loop))))
@@ -86,7 +86,7 @@ def _name(polygons: list[list[list[Any]]], layers: list[str], space: Any) -> lis
         plain = text.plain_text() if text.dxftype() == "MTEXT" else text.dxf.text
         words.append((tuple(text.dxf.insert)[:2], " ".join(str(plain).split())))
     sizes = [abs(_measure(np.array(loops[0]))) for loops in polygons]
-    places = np.array([place for place, _ in words], np.float64).reshape(-1, 2)
+    places = np.array([point for point, _ in words], np.float64).reshape(-1, 2)
     # Of nested outlines the smallest has the text.
     owners = np.full(len(words), -1)
     for k in np.argsort(sizes, kind="stable").tolist():

@@ -111,9 +111,11 @@ def load_areas(path: Path | str) -> AreaFile:
             msg = f"holds no polygon{left}; give areas as polygons"
             raise InputError(msg)
         areas = make_areas(shapely, table, file.name.partition(".")[0])
-        # It is told below in which coordinates the areas are taken.
-        told = (note for note in table.notes if "CRS" not in note and "not degrees" not in note)
-        notes = tuple(note.replace("footprints", "areas") for note in told)
+        # The coordinates in which the areas are taken are reported below.
+        table_notes = (
+            note for note in table.notes if "CRS" not in note and "not degrees" not in note
+        )
+        notes = tuple(note.replace("footprints", "areas") for note in table_notes)
         return AreaFile(file, areas, table.crs, is_guess, notes)
 
 
@@ -205,10 +207,10 @@ def _name_areas(table: FootprintTable, rows: Sequence[int], stem: str) -> dict[i
     A file's only feature without a name has the file's, its ``stem``.
     """
     columns = {column.casefold(): column for column in reversed(table.columns)}
-    found = next((columns[word] for word in NAMES if word in columns), None)
-    if found is None and not any(table.names):
-        found = next((columns[word] for word in IDS if word in columns), None)
-    words = table.names if found is None else table.columns[found]
+    column = next((columns[word] for word in NAMES if word in columns), None)
+    if column is None and not any(table.names):
+        column = next((columns[word] for word in IDS if word in columns), None)
+    words = table.names if column is None else table.columns[column]
     names = {}
     for n, row in enumerate(rows, 1):
         word = words[row]
@@ -250,8 +252,8 @@ def place_areas(file: AreaFile, scene: Scene) -> tuple[list[Area], list[str]]:
         shapes = moved
         if scene.crs is None or not is_same_plan(str(crs), scene.crs):
             goal = show_crs(scene.crs) if scene.crs else "the model's plan about its site"
-            told = " (longitude and latitude, WGS 84)" if crs == _DEGREES else ""
-            notes.append(f"{name}: areas are in {show_crs(str(crs))}{told}, brought to {goal}")
+            axes = " (longitude and latitude, WGS 84)" if crs == _DEGREES else ""
+            notes.append(f"{name}: areas are in {show_crs(str(crs))}{axes}, brought to {goal}")
     away = measure_distances(shapely, shapes, bounds)
     far = np.flatnonzero(~(away <= FARTHEST))
     if len(far):
@@ -302,7 +304,7 @@ def _bring(
         raise InputError(msg, option="areas", crs=crs)
     from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
-    flat, goal = (CRS.from_user_input(one).to_2d() for one in (crs, target))
+    flat, goal = (CRS.from_user_input(system).to_2d() for system in (crs, target))
     there = Transformer.from_crs(flat, goal, always_xy=True)
 
     def move(points: NDArray[np.float64]) -> NDArray[np.float64]:

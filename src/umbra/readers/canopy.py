@@ -45,10 +45,10 @@ def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -
     order = np.lexsort((z, corner))
     is_first = np.ones(len(order), np.bool_)
     is_first[1:] = (np.diff(corner[order]) != 0) | (np.diff(z[order]) != 0)
-    kept = order[is_first]
+    unique = order[is_first]
     index = np.zeros(len(order), np.int32)
     index[order] = np.cumsum(is_first, dtype=np.int32) - 1
-    vertices = np.column_stack([plan[corner[kept]], z[kept]])
+    vertices = np.column_stack([plan[corner[unique]], z[unique]])
     body = Part(part.name, part.kind, Mesh(vertices, index.reshape(-1, 3)), layer=part.layer)
     return body, int((~is_body).sum())
 

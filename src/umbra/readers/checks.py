@@ -243,7 +243,9 @@ class Companions:
     def check_beside(self) -> None:
         """Check files with the model's name and other endings, which a library will open."""
         with os.scandir(self.path.parent) as entries:
-            beside = [one.name for one in entries if one.name.startswith(f"{self.path.stem}.")]
+            beside = [
+                entry.name for entry in entries if entry.name.startswith(f"{self.path.stem}.")
+            ]
         for name in sorted({*beside} - {self.path.name}):
             other = self.path.parent / name
             if other.exists() and not other.is_dir():

@@ -49,7 +49,9 @@ _BLOCK = 1 << 24  # [byte] of an array that are copied at once
 def list_records(module: Any) -> dict[str, type]:
     """Return the dataclasses that a module defines or imports, by name."""
     return {
-        n: one for n, one in vars(module).items() if isinstance(one, type) and is_dataclass(one)
+        n: value
+        for n, value in vars(module).items()
+        if isinstance(value, type) and is_dataclass(value)
     }
 
 
@@ -102,12 +104,12 @@ def _encode(value: Any, arrays: list[NDArray[Any]]) -> Any:  # noqa: PLR0911 - o
     if isinstance(value, np.generic):
         return _encode(value.item(), arrays)
     if is_dataclass(value) and not isinstance(value, type):
-        told = {one.name: _encode(getattr(value, one.name), arrays) for one in fields(value)}
-        return {"record": [kind.__name__, told]}
+        values = {item.name: _encode(getattr(value, item.name), arrays) for item in fields(value)}
+        return {"record": [kind.__name__, values]}
     if isinstance(value, (list, tuple, set, frozenset)):
-        return {_NAMES[kind]: [_encode(one, arrays) for one in value]}
+        return {_NAMES[kind]: [_encode(item, arrays) for item in value]}
     if isinstance(value, dict):
-        return {"dict": [[_encode(one, arrays) for one in pair] for pair in value.items()]}
+        return {"dict": [[_encode(item, arrays) for item in pair] for pair in value.items()]}
     if isinstance(value, BaseException):
         data = value.data if isinstance(value, InputError) else {}
         return {"error": [isinstance(value, InputError), str(value), _encode(data, arrays)]}
@@ -119,23 +121,23 @@ _KINDS: dict[str, Any] = {"list": list, "tuple": tuple, "set": set, "frozenset":
 _NAMES: dict[Any, str] = {kind: name for name, kind in _KINDS.items()}
 
 
-def _decode(told: Any, stream: IO[bytes], records: Mapping[str, type]) -> Any:
-    if not isinstance(told, dict):
-        return told
-    ((name, value),) = told.items()
+def _decode(encoded: Any, stream: IO[bytes], records: Mapping[str, type]) -> Any:
+    if not isinstance(encoded, dict):
+        return encoded
+    ((name, value),) = encoded.items()
     if name == "array":
         return _read_array(stream, *value)
     if name == "record":
         kind, facts = value
         return records[kind](**{k: _decode(v, stream, records) for k, v in facts.items()})
     if name == "dict":
-        pairs = ([_decode(one, stream, records) for one in pair] for pair in value)
+        pairs = ([_decode(item, stream, records) for item in pair] for pair in value)
         return dict(pairs)
     if name == "error":
         is_input, text, data = value
-        found = _decode(data, stream, records)
-        return InputError(text, **found) if is_input else ValueError(text)
-    return _KINDS[name](_decode(one, stream, records) for one in value)
+        attributes = _decode(data, stream, records)
+        return InputError(text, **attributes) if is_input else ValueError(text)
+    return _KINDS[name](_decode(item, stream, records) for item in value)
 
 
 def _read_array(stream: IO[bytes], name: str, shape: list[int]) -> NDArray[Any]:
@@ -196,13 +198,13 @@ class ReadingChild:
         limits = (self._limits.seconds, self._limits.whole, self._limits.memory)
         command = make_command(_CODE.format(target=self._target, limits=limits))
         child = subprocess.Popen(command, cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        asked, answers = child.stdin, child.stdout
-        assert asked is not None and answers is not None  # noqa: PT018
+        requests, answers = child.stdin, child.stdout
+        assert requests is not None and answers is not None  # noqa: PT018
         records = list_records(module)
         try:
             with suppress(EOFError, BrokenPipeError):
-                write_message(asked, self._work)
-                asked.close()
+                write_message(requests, self._work)
+                requests.close()
                 while (piece := read_message(answers, records)) is not None:
                     if isinstance(piece, BaseException):
                         raise piece

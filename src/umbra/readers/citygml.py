@@ -97,10 +97,10 @@ class _City:
                 yield feature
             _forget(member)
         for _ in range(_PASSES):
-            found = self._find_shared(reader.wanted - reader.shared.keys()) if later else {}
-            if not found:
+            copies = self._find_shared(reader.wanted - reader.shared.keys()) if later else {}
+            if not copies:
                 break
-            reader.shared |= found
+            reader.shared |= copies
             yield from self._read_again(reader, later)
         reader.is_last = True
         if later:
@@ -155,17 +155,17 @@ class _City:
 
     def _find_shared(self, wanted: set[str]) -> dict[str, Any]:
         """Read the file again for copies of elements linked from other members."""
-        found = {}
+        copies = {}
         for _, element in self._parse((*LINKED, *_MEMBERS, _APPEARANCE)):
             name = id_of(element)
             if name is not None and name in wanted:
                 self._budget.spend(_ELEMENT * sum(1 for _ in element.iter()), "linked surfaces")
-                found[name] = deepcopy(element)
+                copies[name] = deepcopy(element)
             elif name_of(element) in _MEMBERS:
                 _forget(element)
             elif name_of(element) == _APPEARANCE:
                 element.clear()
-        return found
+        return copies
 
     def _parse(self, names: tuple[str, ...] | None) -> Iterator[tuple[Any, Any]]:
         from lxml import etree  # noqa: PLC0415 - an extra

@@ -59,8 +59,8 @@ def strip(tag: Any) -> str:
 def level_of(tag: Any) -> str:
     """Return the level of a property with a geometry; `tin` where the object has it, else ''."""
     name = strip(tag)
-    found = _LEVEL.match(name)
-    return found[1] if found else "tin" * (name == "tin")
+    match = _LEVEL.match(name)
+    return match[1] if match else "tin" * (name == "tin")
 
 
 @lru_cache(4096)
@@ -87,7 +87,7 @@ _NUMBERS = {float, int}
 def name_owner(element: Any) -> str:
     """Return the id of the nearest element around that has one."""
     around = (element, *element.iterancestors())
-    return next((name for one in around if (name := id_of(one)) is not None), "")
+    return next((name for ancestor in around if (name := id_of(ancestor)) is not None), "")
 
 
 def read_plain_ring(ring: Any) -> list[float] | None:
@@ -125,8 +125,8 @@ def read_numbers(element: Any, ring: Any) -> list[float]:
 
 def find_dimension(element: Any, ring: Any) -> int:
     """Return the number of coordinates of each corner."""
-    for one in (element, ring):
-        told = one.get("srsDimension") or one.get("dimension")
-        if told:
-            return int(told)
+    for node in (element, ring):
+        dimension = node.get("srsDimension") or node.get("dimension")
+        if dimension:
+            return int(dimension)
     return 3

@@ -136,9 +136,9 @@ class FeatureReader:
         boundaries: list[Any] = []
         values: list[str | None] = []
         for theme, shape in themes:
-            found = self._find_patches(shape)
-            boundaries += [rings for rings, _ in found]
-            values += [theme] * len(found)
+            patches = self._find_patches(shape)
+            boundaries += [rings for rings, _ in patches]
+            values += [theme] * len(patches)
         if boundaries:
             geometries.append(_with_semantics("MultiSurface", level, boundaries, values))
         return geometries
@@ -183,23 +183,23 @@ class FeatureReader:
         kind = name_of(shape)
         if kind == "ImplicitGeometry":
             return self._read_instance(level, shape)
-        found = self._find_patches(shape)
-        if not found:
+        patches = self._find_patches(shape)
+        if not patches:
             return None
-        boundaries = [rings for rings, _ in found]
-        values = [next((kinds[i] for i in ids if i in kinds), None) for _, ids in found]
+        boundaries = [rings for rings, _ in patches]
+        values = [next((kinds[i] for i in ids if i in kinds), None) for _, ids in patches]
         if kind in _SOLIDS:  # shells are not distinguished after this
             return _with_semantics("Solid", level, [boundaries], [values])
         return _with_semantics("MultiSurface", level, boundaries, values)
 
     def _find_patches(self, shape: Any) -> list[tuple[list[range], tuple[str, ...]]]:
         """Return each polygon's rings of vertex indices, and the ids of all that hold it."""
-        found: list[tuple[list[range], tuple[str, ...]]] = []
-        self._add_patches(found, shape, (), is_turned=False)
-        return found
+        patches: list[tuple[list[range], tuple[str, ...]]] = []
+        self._add_patches(patches, shape, (), is_turned=False)
+        return patches
 
     def _add_patches(
-        self, found: list[Any], shape: Any, ids: tuple[str, ...], *, is_turned: bool
+        self, patches: list[Any], shape: Any, ids: tuple[str, ...], *, is_turned: bool
     ) -> None:
         role = role_of(shape.tag)
         if role != PROPERTY:
@@ -209,18 +209,18 @@ class FeatureReader:
                 rings = self._read_rings(shape)
                 if rings:
                     self._hold(_PATCH)
-                    found.append(([ring[::-1] for ring in rings] if is_turned else rings, ids))
+                    patches.append(([ring[::-1] for ring in rings] if is_turned else rings, ids))
                 return
             if role == TURNED:
                 is_turned ^= shape.get("orientation") == "-"
         for child in shape:
             link = child.get(HREF)
             if link is None:
-                self._add_patches(found, child, ids, is_turned=is_turned)
+                self._add_patches(patches, child, ids, is_turned=is_turned)
             elif link.strip().removeprefix("#") not in ids:  # else it leads back
                 target = self._follow(link)
                 if target is not None:
-                    self._add_patches(found, target, ids, is_turned=is_turned)
+                    self._add_patches(patches, target, ids, is_turned=is_turned)
 
     def _look_at(self, element: Any) -> str | None:
         """Return an element's id, and note the CRS that it names."""
@@ -239,8 +239,8 @@ class FeatureReader:
         target = self._near.get(name)
         if target is None:
             if self._local is None:
-                linked = ((id_of(one), one) for one in self._member.iter(*LINKED_TAGS))
-                self._local = {name: one for name, one in linked if name is not None}
+                linked = ((id_of(element), element) for element in self._member.iter(*LINKED_TAGS))
+                self._local = {name: element for name, element in linked if name is not None}
             target = self._local.get(name)
         if target is None:
             target = self.shared.get(name)
@@ -315,11 +315,11 @@ class FeatureReader:
         if anchor is not None:
             for around in (anchor, anchor.getparent()):
                 self._look_at(around)
-        place = [] if anchor is None else list(map(float, (anchor.text or "").split()))
-        if index is None or len(place) != 3:
+        position = [] if anchor is None else list(map(float, (anchor.text or "").split()))
+        if index is None or len(position) != 3:
             self._counts.add(_LOST_SHAPES, self._owner)
             return None
-        self._coordinates += place
+        self._coordinates += position
         geometry = {
             "type": "GeometryInstance", "template": index,
             "boundaries": [len(self._coordinates) // 3 - 1],
@@ -340,12 +340,12 @@ class FeatureReader:
         shape = self._follow(link) if link else next(iter(holder), None)
         if shape is None:
             return None
-        kept, self._coordinates = self._coordinates, []
+        outer, self._coordinates = self._coordinates, []
         boundaries = [rings for rings, _ in self._find_patches(shape)]
-        found, self._coordinates = self._coordinates, kept
+        coordinates, self._coordinates = self._coordinates, outer
         vertices, templates = self._templates["vertices-templates"], self._templates["templates"]
         first = len(vertices)
-        vertices += np.reshape(found, (-1, 3)).tolist()
+        vertices += np.reshape(coordinates, (-1, 3)).tolist()
         shifted = [[[first + i for i in ring] for ring in rings] for rings in boundaries]
         templates.append({"type": "MultiSurface", "lod": level, "boundaries": shifted})
         name = name or id_of(shape)

@@ -209,12 +209,12 @@ class SurfaceList:
             corners = np.array([None])
         if corners.dtype.kind != "i" or corners.ndim != 1:
             wrong = next((i for i, c in enumerate(self._open) if type(c) is not int), 0)
-            owner, found = self._owner(wrong), self._open[wrong]
+            owner, index = self._owner(wrong), self._open[wrong]
             msg = (
                 f"{where}object '{owner}' has a vertex index that is not a whole number "
-                f"({str(found)[:40]}); repair it or export the file again"
+                f"({str(index)[:40]}); repair it or export the file again"
             )
-            raise InputError(msg, object=owner, vertex=found)
+            raise InputError(msg, object=owner, vertex=index)
         if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):
             bad = np.flatnonzero((corners < 0) | (corners >= n_vertices))
             owner, vertex = self._owner(int(bad[0])), int(corners[bad[0]])

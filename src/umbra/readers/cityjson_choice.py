@@ -195,12 +195,12 @@ def _find_repeats(
         return [name]
     if own.shape is not own.geometry:
         return []
-    mine = places.find(own.shape)
+    own_surfaces = places.find(own.shape)
     theirs = {
         c: places.find(choices[c].shape)
         for c in children
         if choices[c].shape is choices[c].geometry
     }
-    if all(any(surface in other for other in theirs.values()) for surface in mine):
+    if all(any(surface in other for other in theirs.values()) for surface in own_surfaces):
         return [name]
-    return [c for c, surfaces in theirs.items() if surfaces <= mine]
+    return [c for c, surfaces in theirs.items() if surfaces <= own_surfaces]

@@ -71,8 +71,8 @@ def read_collada(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
 
 def _check_encoding(data: bytes) -> None:
     """Refuse all encodings of XML but UTF-8 and UTF-16, in which all letters of tags are ASCII."""
-    found = _ENCODING.match(data[:400].replace(b"\x00", b"").lstrip(_BLANK))
-    named = found[1].decode("ascii", "replace") if found else "UTF-8"
+    match = _ENCODING.match(data[:400].replace(b"\x00", b"").lstrip(_BLANK))
+    named = match[1].decode("ascii", "replace") if match else "UTF-8"
     wide = data.startswith((b"\x00\x00\xfe\xff", b"\xff\xfe\x00\x00"))
     if wide or not _KNOWN.fullmatch(named):
         msg = f"is XML in the encoding {'UTF-32' if wide else named[:40]}; save it as UTF-8"
@@ -115,7 +115,7 @@ class _ColladaReader:
     def _add_geometry(self, geometry: Any, bound: Any, matrix: Matrix, name: str) -> None:
         if id(geometry) not in self._meshes:
             self._meshes[id(geometry)] = list(self._cut(geometry))
-        targets = {one.symbol: one.target for one in bound}
+        targets = {binding.symbol: binding.target for binding in bound}
         if not self._meshes[id(geometry)]:
             return
         name = self._unique.add(name)

@@ -107,14 +107,14 @@ def open_archive(
     InputError
     """
     archive = zipfile.ZipFile(file)
-    members = sorted(archive.infolist(), key=lambda one: one.header_offset)
+    members = sorted(archive.infolist(), key=lambda member: member.header_offset)
     budget.count("members of archives", len(members))
-    ends = [one.header_offset for one in members[1:]] + [archive.start_dir]
-    for one, end in zip(members, ends, strict=False):
+    ends = [member.header_offset for member in members[1:]] + [archive.start_dir]
+    for member, end in zip(members, ends, strict=False):
         # A member's header in the directory may be longer than the one before its bytes.
-        if one.header_offset + _HEADER + len(one.orig_filename) + one.compress_size > end:
-            msg = f"has members that overlap (first: '{one.filename[:60]}'); pack it again"
-            raise InputError(msg, member=one.filename)
+        if member.header_offset + _HEADER + len(member.orig_filename) + member.compress_size > end:
+            msg = f"has members that overlap (first: '{member.filename[:60]}'); pack it again"
+            raise InputError(msg, member=member.filename)
     chosen = choose(archive)
     budget.check_unpacked(sum(archive.getinfo(name).file_size for name in chosen), _TOO_MUCH)
     return archive, chosen

@@ -55,11 +55,11 @@ def clip_ears(
 
     # Corners in one place count as one: a hole may touch its outside there.
     places: dict[tuple[float, ...], int] = {}
-    place = [places.setdefault(tuple(point), i) for i, point in enumerate(near)]
-    if len(places) < len(place):
-        triangles = [(place[a], place[b], place[c]) for a, b, c in triangles]
+    index = [places.setdefault(tuple(point), i) for i, point in enumerate(near)]
+    if len(places) < len(index):
+        triangles = [(index[a], index[b], index[c]) for a, b, c in triangles]
         triangles = [t for t in triangles if len(set(t)) == 3]
-    loops = [place[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+    loops = [index[end - n : end] for n, end in zip(lengths, ends, strict=True)]
     # A hole may be wound like its outside.
     loops[1:] = [hole[::-1] if _find_area(flat, hole) > 0 else hole for hole in loops[1:]]
 

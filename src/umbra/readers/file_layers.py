@@ -73,9 +73,9 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
         if not os.fspath(given):
             msg = "the name of a file is empty, as that of a variable that is not set; name a model"
             raise InputError(msg)
-        found = NAMED.fullmatch(given) if isinstance(given, str) else None
-        if found and not Path(os.fspath(given)).exists():
-            named.append((found[1].strip(), Path(found[2])))
+        match = NAMED.fullmatch(given) if isinstance(given, str) else None
+        if match and not Path(os.fspath(given)).exists():
+            named.append((match[1].strip(), Path(match[2])))
         elif isinstance(given, str) and given.endswith("=") and not Path(given).exists():
             msg = f"'{given}' names a layer without a file; write {given}FILE"
             raise InputError(msg, layer=given[:-1])
@@ -113,9 +113,9 @@ def combine(layers: Sequence[FileLayer]) -> Combined:
     moved, crs = _bring_together(layers, notes)
     frames = _place(layers, moved, crs, notes)
     if len(layers) > 1:
-        notes += check_apart([_lay_out(*one) for one in zip(layers, moved)], crs)
+        notes += check_apart([_lay_out(*pair) for pair in zip(layers, moved)], crs)
     # The first raster is the terrain: another may be trees, or roofs.
-    rasters = (parts for one, parts in zip(layers, moved) if one.model.is_terrain)
+    rasters = (parts for layer, parts in zip(layers, moved) if layer.model.is_terrain)
     ground: Sequence[Part] = next(rasters, ())
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
@@ -145,12 +145,12 @@ def _place(
     """Place layers as the caller or their site says; return how, by the name of the file."""
     wanted = _find_placings(layers, moved, crs)
     frames, plain = {}, list(moved)
-    named = {one.layer for one in wanted if one}
+    named = {placing.layer for placing in wanted if placing}
     has_raster = any(layer.model.is_terrain for layer in layers)
     for k, (layer, placing) in enumerate(zip(layers, wanted)):
         if placing is not None:
             others = [
-                p for parts, one in zip(moved, layers) if one.name not in named for p in parts
+                p for parts, layer in zip(moved, layers) if layer.name not in named for p in parts
             ]
             placed = place_parts(
                 moved[k], others or _list_others(layers, moved, layer.name), crs, placing,
@@ -158,8 +158,8 @@ def _place(
                 own_ground=layer.model.place.ground,
                 beside=[
                     part
-                    for i, one in enumerate(layers)
-                    if i != k and one.name == layer.name
+                    for i, other in enumerate(layers)
+                    if i != k and other.name == layer.name
                     for part in plain[i]
                 ] if placing.turn else (),
             )  # fmt: skip
@@ -175,17 +175,17 @@ def _find_placings(
 ) -> list[Placing | None]:
     """Return how the caller, or the site that its file states, places each layer."""
     wanted = [layer.placing for layer in layers]
-    is_free = [one is None or one.at is None for one in wanted]
-    sited = [k for k, one in enumerate(layers) if one.model.is_sited and is_free[k]]
+    is_free = [placing is None or placing.at is None for placing in wanted]
+    sited = [k for k, layer in enumerate(layers) if layer.model.is_sited and is_free[k]]
     if len(layers) > 1 and sited:
-        plans = [_lay_out(*one) for one in zip(layers, moved)]
+        plans = [_lay_out(*pair) for pair in zip(layers, moved)]
         for k in sited:
-            layer, asked = layers[k], wanted[k]
+            layer, placing = layers[k], wanted[k]
             rest = [plan for i, plan in enumerate(plans) if i != k and wanted[i] is None]
-            found = find_by_site(layer.name, plans[k], rest, crs, plans[sited[0]])
-            if found is not None and asked is not None:  # moved or lifted from there
-                found = replace(found, move=asked.move, turn=asked.turn, lift=asked.lift)
-            wanted[k] = found or asked
+            by_site = find_by_site(layer.name, plans[k], rest, crs, plans[sited[0]])
+            if by_site is not None and placing is not None:  # moved or lifted from there
+                by_site = replace(by_site, move=placing.move, turn=placing.turn, lift=placing.lift)
+            wanted[k] = by_site or placing
     return wanted
 
 
@@ -213,8 +213,11 @@ def _bring_together(
             parts = bring_to(parts, crs, target, is_high_in_metres=metric)
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
-            told = [*_tell_conversion(crs, target, metric), *tell_swapped(layer.model.parts, crs)]
-            notes += [f"{whose}{note}" for note in told]
+            remarks = [
+                *_tell_conversion(crs, target, metric),
+                *tell_swapped(layer.model.parts, crs),
+            ]
+            notes += [f"{whose}{note}" for note in remarks]
         if layer.name:
             before = unique.setdefault(layer.name, UniqueNames())
             parts, count = _place_in_layer(parts, layer.name, before)
@@ -240,11 +243,11 @@ def _tell_conversion(crs: str, target: str, is_high_in_metres: bool) -> list[str
 
 def _lay_out(layer: FileLayer, parts: Sequence[Part]) -> FilePlan:
     """Return where a file lies in the plan of all."""
-    crs, place = layer.model.crs, layer.model.place
+    crs, site = layer.model.crs, layer.model.place
     bounds = Scene(tuple(parts), np.zeros(3)).bounds()[:, :2]
     return FilePlan(
-        show_name(layer.path), bounds, crs, place.latitude, place.longitude,
-        place.true_north or 0.0, place.altitude, place.is_ellipsoidal,
+        show_name(layer.path), bounds, crs, site.latitude, site.longitude,
+        site.true_north or 0.0, site.altitude, site.is_ellipsoidal,
         layer=layer.name, is_placed=layer.is_placed,
     )  # fmt: skip
 
@@ -259,9 +262,9 @@ def _check_together(
         groups.setdefault(layer.name, []).extend(parts)
     notes: list[str] = []
     # Parts that are a terrain may stand among others; a file of nothing else comes first.
-    terrains = [(one, find_terrain_parts(parts)) for one, parts in zip(layers, moved)]
-    terrains.sort(key=lambda one: not one[0].model.is_terrain)
-    bearing, ground = next((one for one in terrains if one[1]), (None, ()))
+    terrains = [(layer, find_terrain_parts(parts)) for layer, parts in zip(layers, moved)]
+    terrains.sort(key=lambda pair: not pair[0].model.is_terrain)
+    bearing, ground = next((pair for pair in terrains if pair[1]), (None, ()))
     for layer, parts in zip(layers, moved):
         model = layer.model
         is_set = model.crowns or (model.is_afloat and bearing and bearing.model.is_terrain)

@@ -27,8 +27,8 @@ def read_flatcitybuf(_: FileContent, path: Path, choices: ReadChoices) -> FileMo
         reader = fcb.FcbReader.open_file(path)
         head = fcb.to_cityjson_metadata(reader.header)
         crs = name_crs(head.get("metadata", {}).get("referenceSystem"))
-        found = _find_features(fcb, reader, choices.region, crs)
-        features = _list_documents(fcb, reader, head, found, choices.budget)
+        hits = _find_features(fcb, reader, choices.region, crs)
+        features = _list_documents(fcb, reader, head, hits, choices.budget)
         parts = make_parts(
             features, Templates(None, choices.budget), counts, lambda n: f"feature {n - 1}: "
         )
@@ -38,7 +38,7 @@ def read_flatcitybuf(_: FileContent, path: Path, choices: ReadChoices) -> FileMo
         raise InputError(msg) from error
     outside = 0
     if choices.region is not None and reader.header.info.index_node_size:
-        outside = max(reader.header.info.features_count - len(found), 0)
+        outside = max(reader.header.info.features_count - len(hits), 0)
     version = reader.header.info.cityjson_version
     return FileModel(
         f"FlatCityBuf {version}".strip(), turn_up(parts, choices.up), crs, list_counts(counts),
@@ -59,12 +59,12 @@ def _find_features(fcb: Any, reader: Any, region: Region | None, crs: str | None
 
 
 def _list_documents(
-    fcb: Any, reader: Any, head: dict[str, Any], found: Any, budget: Budget
+    fcb: Any, reader: Any, head: dict[str, Any], hits: Any, budget: Budget
 ) -> Iterator[dict[str, Any]]:
     """Return the header and then features as in a CityJSON sequence."""
     yield head
-    for one in found:
-        feature = one if isinstance(one, fcb.Feature) else reader.feature_at(one)
+    for hit in hits:
+        feature = hit if isinstance(hit, fcb.Feature) else reader.feature_at(hit)
         document = fcb.to_cityjson_feature(feature, reader.header)
         budget.spend(_CORNER * len(document.get("vertices", ())), "coordinates")
         yield document

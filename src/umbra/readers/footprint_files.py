@@ -43,16 +43,16 @@ def tabulate_geojson(documents: list[Any], budget: Budget) -> FootprintTable:
     owner: list[int] = []
     for row, feature in enumerate(features):
         try:
-            found = _list_polygons(feature.get("geometry"), left)
-            _touch_corners(found)
+            shapes = _list_polygons(feature.get("geometry"), left)
+            _touch_corners(shapes)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             msg = (
                 f"feature {row + 1} of {len(features)} has damaged coordinates; "
                 "repair it or export the file again"
             )
             raise InputError(msg, feature=row + 1) from error
-        polygons += found
-        owner += [row] * len(found)
+        polygons += shapes
+        owner += [row] * len(shapes)
     rings = _flatten(polygons, owner)
     crs, note = _find_crs(documents[0], rings)
     return FootprintTable(
@@ -216,12 +216,12 @@ def _find_companions(path: Path, companions: Companions) -> tuple[Source, ...]:
     """Return the files beside a Shapefile that hold its columns and its CRS."""
     if path.suffix.lower() != ".shp":
         return ()
-    found = []
+    sources = []
     for ending in (".dbf", ".shx", ".prj", ".cpg"):
         beside = next(
             (p for p in (path.with_suffix(e) for e in (ending, ending.upper())) if p.exists()), None
         )
         if beside is not None:
             companions.read(beside.name)
-            found.append(Source(beside.name, str(companions.record[beside.name]), "Shapefile"))
-    return tuple(found)
+            sources.append(Source(beside.name, str(companions.record[beside.name]), "Shapefile"))
+    return tuple(sources)

@@ -55,11 +55,11 @@ class Rings:
         self, polygons: NDArray[np.bool_], rings: NDArray[np.bool_] | None = None
     ) -> "Rings":
         """Keep some polygons, and of those some rings."""
-        kept = polygons[self.polygon] if rings is None else polygons[self.polygon] & rings
+        is_kept = polygons[self.polygon] if rings is None else polygons[self.polygon] & rings
         return Rings(
-            self.points[np.repeat(kept, self.lengths)],
-            self.lengths[kept],
-            (np.cumsum(polygons) - 1)[self.polygon[kept]],
+            self.points[np.repeat(is_kept, self.lengths)],
+            self.lengths[is_kept],
+            (np.cumsum(polygons) - 1)[self.polygon[is_kept]],
             self.feature[polygons],
         )
 
@@ -141,7 +141,7 @@ def find_usual(columns: Iterable[str], names: tuple[str, ...]) -> str | None:
     every = list(columns)[::-1]
     lower = {column.casefold(): column for column in every}
     plain = {name: column for column in every for name in _name_in_metres(column)}
-    return next((found[name] for found in (lower, plain) for name in names if name in found), None)
+    return next((table[name] for table in (lower, plain) for name in names if name in table), None)
 
 
 def has_height(column: str, names: Container[str]) -> bool:
@@ -151,8 +151,8 @@ def has_height(column: str, names: Container[str]) -> bool:
 
 def _name_in_metres(column: str) -> list[str]:
     """Return the name of a column in feet without its unit, in lower case; none of others."""
-    found = _IN_FEET.fullmatch(column.strip())
-    return [found[1].casefold()] if found else []
+    match = _IN_FEET.fullmatch(column.strip())
+    return [match[1].casefold()] if match else []
 
 
 def parse_numbers(values: list[Any], column: str = "") -> ColumnNumbers:
@@ -171,13 +171,13 @@ def parse_numbers(values: list[Any], column: str = "") -> ColumnNumbers:
         if isinstance(value, str):
             if not value.strip():
                 continue
-            found = NUMBER.fullmatch(value)
-            if not found:
+            match = NUMBER.fullmatch(value)
+            if not match:
                 odd.append((row, value))
                 continue
             from_text += 1
-            number = float(found[1].replace(",", "."))
-            is_foot = bool(found[3]) or (is_in_feet and not found[2])
+            number = float(match[1].replace(",", "."))
+            is_foot = bool(match[3]) or (is_in_feet and not match[2])
         else:
             try:
                 number = float(value)
@@ -248,8 +248,8 @@ def _choose(
     usual = {name.casefold(): name for name in reversed(table.columns)}
 
     def read(words: Sequence[str]) -> list[tuple[str, list[str]]]:
-        found = (usual[word] for word in words if word in usual)
-        return [(f"the column '{name}'", [_read(v) for v in table.columns[name]]) for name in found]
+        names = (usual[word] for word in words if word in usual)
+        return [(f"the column '{name}'", [_read(v) for v in table.columns[name]]) for name in names]
 
     candidates = [*read(NAMES), ("the features' own ids", own), *read(IDS)]
     apart = [len({words[row] for row in rows} - {""}) for _, words in candidates]

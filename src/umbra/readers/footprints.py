@@ -325,13 +325,13 @@ def _wind(rings: Rings) -> Rings:
     """Wind outer rings counter-clockwise and holes clockwise."""
     starts = rings.starts
     ring = np.repeat(np.arange(len(starts)), rings.lengths)
-    place = np.arange(len(rings.points)) - starts[ring]
+    position = np.arange(len(rings.points)) - starts[ring]
     # Relative to each ring's first corner, to keep digits far from the origin.
     a = rings.points - rings.points[starts[ring]]
     b = rings.points[rings.following] - rings.points[starts[ring]]
     area = np.bincount(ring, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], minlength=len(starts))
     turn = (area < 0) == rings.is_outer
     order = np.where(
-        turn[ring], starts[ring] + rings.lengths[ring] - 1 - place, starts[ring] + place
+        turn[ring], starts[ring] + rings.lengths[ring] - 1 - position, starts[ring] + position
     )
     return Rings(rings.points[order], rings.lengths, rings.polygon, rings.feature)

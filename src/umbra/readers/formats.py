@@ -134,9 +134,9 @@ def find_format_kind(content: FileContent) -> str:
         msg = f"{unread}; umbra reads {FORMATS}"
         raise InputError(msg)
     kind = BY_ENDING.get(path.suffix.lower())
-    told = next((found for magic, found in BY_CONTENT.items() if start.startswith(magic)), None)
-    if told is not None:
-        kind = told
+    by_content = next((kind for magic, kind in BY_CONTENT.items() if start.startswith(magic)), None)
+    if by_content is not None:
+        kind = by_content
     elif start.startswith(b"{") and kind != "stl":
         kind = "json"
     elif kind is None and start.startswith(b"OFF"):
@@ -151,7 +151,7 @@ def find_format_kind(content: FileContent) -> str:
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg, ending=path.suffix)
-    if told is None and kind in {
+    if by_content is None and kind in {
         "citygml",
         "collada",
         "fcb",
@@ -367,14 +367,16 @@ def find_unread(data: bytes, path: Path, *, by_ending: bool) -> str | None:
     """Name an unsupported format and its converter; None for any other."""
     head = data[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     ending = path.suffix.lower()
-    for one in REFUSED:
-        begins = head.startswith(one.starts) if one.starts else False
-        if begins and one.holds in head:
+    for entry in REFUSED:
+        begins = head.startswith(entry.starts) if entry.starts else False
+        if begins and entry.holds in head:
             # XML and archives may be anything; an ending says what.
-            named = next((o for o in REFUSED if ending in o.endings), one)
+            named = next((o for o in REFUSED if ending in o.endings), entry)
             return (
-                named.text if one is _ANY_XML or head.startswith((b"PK", b"\x1f\x8b")) else one.text
+                named.text
+                if entry is _ANY_XML or head.startswith((b"PK", b"\x1f\x8b"))
+                else entry.text
             )
-        if by_ending and ending in one.endings:
-            return one.text
+        if by_ending and ending in entry.endings:
+            return entry.text
     return None

@@ -85,39 +85,39 @@ def show_crs(crs: str) -> str:
 
 def is_known_crs(crs: str) -> bool:
     """Return whether PROJ knows this CRS, and it is projected or geographic."""
-    found = _find_crs(crs)
-    return found is not None and (found.is_projected or found.is_geographic)
+    system = _find_crs(crs)
+    return system is not None and (system.is_projected or system.is_geographic)
 
 
 def is_in_degrees(crs: str) -> bool:
     """Return whether a CRS is known and geographic, so that its plan is in degrees."""
-    found = _find_crs(crs)
-    return found is not None and found.is_geographic
+    system = _find_crs(crs)
+    return system is not None and system.is_geographic
 
 
-def is_same_plan(one: str, other: str) -> bool:
+def is_same_plan(crs: str, other: str) -> bool:
     """Return whether two CRSs are equal but for heights."""
-    a, b = _find_crs(one), _find_crs(other)
-    return one == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
+    a, b = _find_crs(crs), _find_crs(other)
+    return crs == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
 
 
 def bring_to(
     parts: tuple[Part, ...], crs: str, target: str, *, is_high_in_metres: bool
 ) -> tuple[Part, ...]:
     """Move parts from one known CRS to another in metres; heights are kept, but for their unit."""
-    found, wanted = _find_crs(crs), _find_crs(target)
+    system, wanted = _find_crs(crs), _find_crs(target)
     shown, goal = show_crs(crs), show_crs(target)
-    if not is_known_crs(crs) or not is_known_crs(target) or found is None or wanted is None:
+    if not is_known_crs(crs) or not is_known_crs(target) or system is None or wanted is None:
         msg = f"{shown} cannot be converted to {goal}; convert to one coordinate reference system"
         raise InputError(msg, crs=(crs, target))
-    height = 1.0 if is_high_in_metres else _metres_per_unit(found)[1]
-    return _move_plan(parts, found, target, height)
+    height = 1.0 if is_high_in_metres else _metres_per_unit(system)[1]
+    return _move_plan(parts, system, target, height)
 
 
 def find_plan_unit(crs: str) -> float:
     """Return the length [m] of a projected CRS's horizontal unit; 1 for any other CRS."""
-    found = _find_crs(crs)
-    return _metres_per_unit(found)[0] if found is not None and found.is_projected else 1.0
+    system = _find_crs(crs)
+    return _metres_per_unit(system)[0] if system is not None and system.is_projected else 1.0
 
 
 def to_metres(
@@ -128,45 +128,45 @@ def to_metres(
 
     A CRS that is not known leaves the coordinates as they are.
     """
-    found = _find_crs(crs)
-    if found is None or crs is None:
+    system = _find_crs(crs)
+    if system is None or crs is None:
         return parts, crs
     shown = show_crs(crs)
-    if found.is_geocentric:
+    if system.is_geocentric:
         msg = f"coordinates are geocentric ({shown}); convert them to a projected CRS in metres"
         raise InputError(msg, crs=crs)
-    if not (found.is_projected or found.is_geographic):
+    if not (system.is_projected or system.is_geographic):
         return parts, crs
-    flat, height = _metres_per_unit(found)
+    flat, height = _metres_per_unit(system)
     if is_high_in_metres:
         height = 1.0
-    if found.is_projected and flat == 1.0 and height == 1.0 and not _is_stretched(parts, found):
+    if system.is_projected and flat == 1.0 and height == 1.0 and not _is_stretched(parts, system):
         return parts, crs
-    if found.is_geographic and any(part.transform is not None for part in parts):
+    if system.is_geographic and any(part.transform is not None for part in parts):
         msg = f"geometry templates in degrees ({shown}) are not read; convert to a CRS in metres"
         raise InputError(msg, crs=crs)
-    return _reproject(parts, crs, found, height)
+    return _reproject(parts, crs, system, height)
 
 
 def tell_swapped(parts: tuple[Part, ...], crs: str) -> list[str]:
     """Tell of a file in degrees at sea whose axes, if they were swapped, lie on land."""
-    found = _find_crs(crs)
+    system = _find_crs(crs)
     part = next((part for part in parts if len(part.mesh.faces)), None)
-    if found is None or not found.is_geographic or part is None:
+    if system is None or not system.is_geographic or part is None:
         return []
     from umbra.sun.zones import find_local_zone  # noqa: PLC0415 - 0.1 s, only for degrees
 
     lon, lat = part.mesh.vertices[part.mesh.faces[0, 0], :2].tolist()
     if max(abs(lat), abs(lon)) > HALF_TURN / 2:
         return []
-    zones = [find_local_zone(*place) for place in ((lat, lon), (lon, lat))]
+    zones = [find_local_zone(*point) for point in ((lat, lon), (lon, lat))]
     if not zones[0].startswith("Etc/") or zones[1].startswith("Etc/"):
         return []
-    told = (
+    note = (
         f"the coordinates lie at sea (latitude {lat:.4g}, longitude {lon:.4g}); if latitude and "
         f"longitude are swapped in the file, it lies in {zones[1].replace('_', ' ')}: swap them"
     )
-    return [told]
+    return [note]
 
 
 def _is_stretched(parts: tuple[Part, ...], crs: "CRS") -> bool:
@@ -196,16 +196,16 @@ def locate_bounds(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
     if scene.crs is None:
         return scene
-    found, shown = _find_crs(scene.crs), show_crs(scene.crs)
+    system, shown = _find_crs(scene.crs), show_crs(scene.crs)
     remedy = "give latitude= and longitude= (and true_north= if the plan is turned)"
-    if found is None or not (found.is_projected or found.is_geographic):
+    if system is None or not (system.is_projected or system.is_geographic):
         note = f"the CRS '{shown}' is not known, so coordinates are taken as metres; {remedy}"
         return scene.with_facts(notes=(*scene.notes, note))
-    there, back = _find_ways(found.to_2d())
+    there, back = _find_ways(system.to_2d())
     x, y, _ = bounds.mean(0)
     lon, lat = there.transform(x, y)
-    if not _is_in_use(found, lon, lat):
-        doubt = f"the coordinates lie outside the area where {shown} ({found.name}) is used"
+    if not _is_in_use(system, lon, lat):
+        doubt = f"the coordinates lie outside the area where {shown} ({system.name}) is used"
         note = f"{doubt}, so the site is not known; {remedy}"
         return scene.with_facts(site_doubt=doubt, notes=(*scene.notes, note))
     xs, ys = back.transform([lon, lon], [lat - STEP, lat + STEP])
@@ -238,36 +238,36 @@ def _is_in_use(crs: "CRS", lon: float, lat: float) -> bool:
 
 def find_on_plan(crs: str, latitude: float, longitude: float) -> NDArray[np.float64] | None:
     """Return x and y (2,) [m] of a place [degrees] in a projected CRS; None without one."""
-    found = _find_crs(crs)
-    if found is None or not found.is_projected:
+    system = _find_crs(crs)
+    if system is None or not system.is_projected:
         return None
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
-    there = Transformer.from_crs("EPSG:4326", found.to_2d(), always_xy=True)
-    place = np.array(there.transform(longitude, latitude))
-    return place if np.isfinite(place).all() else None
+    there = Transformer.from_crs("EPSG:4326", system.to_2d(), always_xy=True)
+    point = np.array(there.transform(longitude, latitude))
+    return point if np.isfinite(point).all() else None
 
 
-def swap_on_plan(crs: str, place: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def swap_on_plan(crs: str, point: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return where a place (2,) of a projected CRS lies if latitude and longitude are swapped."""
-    found = _find_crs(crs)
-    if found is None or not found.is_projected:
+    system = _find_crs(crs)
+    if system is None or not system.is_projected:
         return None
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
-    there = Transformer.from_crs(found.to_2d(), "EPSG:4326", always_xy=True)
-    longitude, latitude = there.transform(*place)
+    there = Transformer.from_crs(system.to_2d(), "EPSG:4326", always_xy=True)
+    longitude, latitude = there.transform(*point)
     return find_on_plan(crs, longitude, latitude) if abs(longitude) <= 90 else None
 
 
-def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, tuple[bool, ...]]:
+def find_axis_orders(crs: str, point: NDArray[np.float64]) -> tuple[bool, tuple[bool, ...]]:
     """
     Find whether the first coordinate of a file in this CRS points north.
 
     Parameters
     ----------
     crs : str
-    place : (2,) or longer float64
+    point : (2,) or longer float64
         Of the file, in its order.
 
     Returns
@@ -279,23 +279,23 @@ def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, tuple[
         in which the CRS is used, since many programs write east first whatever the CRS. Of a
         projected CRS both, as it says first, if the place lies there either way or neither way.
     """
-    found = _find_crs(crs)
-    if found is None or not (found.is_projected or found.is_geographic):
+    system = _find_crs(crs)
+    if system is None or not (system.is_projected or system.is_geographic):
         return False, (False,)
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
-    flat = found.to_2d()
+    flat = system.to_2d()
     says = flat.axis_info[0].direction == "north"
     there = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
-    first, second = float(place[0]), float(place[1])
+    first, second = float(point[0]), float(point[1])
     fits = tuple(
         swap
         for swap in (says, not says)
-        if _is_in_use(found, *there.transform(*((second, first) if swap else (first, second))))
+        if _is_in_use(system, *there.transform(*((second, first) if swap else (first, second))))
     )
     if len(fits) == 1:
         return says, fits
-    return says, (says, not says) if found.is_projected else (says,)
+    return says, (says, not says) if system.is_projected else (says,)
 
 
 @cache
@@ -307,21 +307,21 @@ def _find_crs(crs: str | None) -> "CRS | None":
     from pyproj.exceptions import ProjError  # noqa: PLC0415
 
     try:
-        found = CRS.from_user_input(crs)
-        if found.is_projected:
-            flat = found.to_2d()
+        system = CRS.from_user_input(crs)
+        if system.is_projected:
+            flat = system.to_2d()
             Transformer.from_crs(flat, flat.geodetic_crs)
     except ProjError:
         return None
-    return found
+    return system
 
 
 def assumes_height_unit(crs: str) -> bool:
     """Return whether a CRS in feet does not state the unit of heights; then feet are assumed."""
-    found = _find_crs(crs)
-    if found is None or not found.is_projected:
+    system = _find_crs(crs)
+    if system is None or not system.is_projected:
         return False
-    axes = found.axis_info
+    axes = system.axis_info
     return axes[0].unit_conversion_factor != 1.0 and all(axis.direction != "up" for axis in axes)
 
 
@@ -337,18 +337,18 @@ def _metres_per_unit(crs: "CRS") -> tuple[float, float]:
 
 
 def _reproject(
-    parts: tuple[Part, ...], crs: str, found: "CRS", height: float
+    parts: tuple[Part, ...], crs: str, system: "CRS", height: float
 ) -> tuple[tuple[Part, ...], str]:
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
-    flat = found.to_2d()
+    flat = system.to_2d()
     # All at once: parts may share one array of vertices.
     soup = Scene(parts, np.zeros(3)).triangles()
     used = soup.vertices[soup.faces.ravel(), :2]
     used = used[np.isfinite(used).all(1)]
     if not len(used):
         return parts, crs  # make_scene reports vertices that are not finite
-    if found.is_geographic and np.ptp(used[:, 0]) > HALF_TURN:
+    if system.is_geographic and np.ptp(used[:, 0]) > HALF_TURN:
         used[:, 0] %= 2 * HALF_TURN  # on both sides of the antimeridian
     middle = (used.min(0) + used.max(0)) / 2
     lon, lat = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True).transform(*middle)
@@ -356,20 +356,20 @@ def _reproject(
         shown = show_crs(crs)
         msg = (
             f"the coordinates about x {middle[0]:g}, y {middle[1]:g} do not fit their CRS {shown} "
-            f"({found.name}); correct the CRS or convert to metres"
+            f"({system.name}); correct the CRS or convert to metres"
         )
         raise InputError(msg, crs=crs)
-    zone = _find_utm(found, lon, lat)
-    return _move_plan(parts, found, zone, height), zone
+    zone = _find_utm(system, lon, lat)
+    return _move_plan(parts, system, zone, height), zone
 
 
 def _move_plan(
-    parts: tuple[Part, ...], found: "CRS", target: str, height: float
+    parts: tuple[Part, ...], system: "CRS", target: str, height: float
 ) -> tuple[Part, ...]:
     from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat = CRS.from_user_input(target).to_2d()
-    transformer = Transformer.from_crs(found.to_2d(), flat, always_xy=True)
+    transformer = Transformer.from_crs(system.to_2d(), flat, always_xy=True)
 
     def move(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, z = vertices.T

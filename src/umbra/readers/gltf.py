@@ -117,8 +117,8 @@ def _read_tree(
     buffers.budget.spend(PART * many, f"{many:,} parts, each primitive at each node that shows it")
     targets = {
         slot: len(piece.offsets)
-        for slot, found in pieces.items()
-        for piece in found
+        for slot, group in pieces.items()
+        for piece in group
         if piece.offsets is not None
     }
     rig = read_animations(tree, rig, slots, targets, buffers, counts)

@@ -53,7 +53,7 @@ def put_on_earth(model: FileModel, tree: dict[str, Any], choices: ReadChoices) -
     if choices.up is None and not _is_high(frames[0][0]):
         turned = wrong[:3, :3] @ anchor
         frames.append((Frame(turned), wrong))
-    fitting = [one for one in frames if _is_high(one[0])]
+    fitting = [frame for frame in frames if _is_high(frame[0])]
     if not fitting:
         msg = (
             f"lies {frames[0][0].height / 1000:,.0f} km above the ellipsoid by its geocentric "
@@ -68,12 +68,12 @@ def put_on_earth(model: FileModel, tree: dict[str, Any], choices: ReadChoices) -
         f" longitude {frame.longitude:.6f}°, its origin {frame.height:.2f} m above the ellipsoid"
         + (", with z as the earth's axis, as y gives no place on it" if turn is wrong else "")
     ]
-    place = FilePlace(
+    site = FilePlace(
         frame.latitude, frame.longitude, frame.height, 0.0,
         altitude=frame.height, is_ellipsoidal=True,
     )  # fmt: skip
     return replace(
-        model, parts=move_parts_by(model.parts, matrix), place=place,
+        model, parts=move_parts_by(model.parts, matrix), place=site,
         lights=tuple(move_light(light, matrix) for light in model.lights),
         notes=(*model.notes, *notes),
     )  # fmt: skip
@@ -96,8 +96,8 @@ def _find_anchor(model: FileModel, tree: dict[str, Any]) -> Matrix | None:
     return None
 
 
-def _is_far(place: Matrix) -> bool:
-    return bool(NEAREST < np.linalg.norm(place) < 2 * NEAREST)
+def _is_far(matrix: Matrix) -> bool:
+    return bool(NEAREST < np.linalg.norm(matrix) < 2 * NEAREST)
 
 
 def _put_in_crs(model: FileModel, tree: dict[str, Any], choices: ReadChoices) -> FileModel:

@@ -65,10 +65,10 @@ def find_tangents(
     for k in range(3):
         here = faces[:, k]
         normal = normals[here].astype(np.float64)
-        one, two = (
+        to_next, to_last = (
             _project(vertices[faces[:, (k + step) % 3]] - vertices[here], normal) for step in (1, 2)
         )
-        angle = np.arccos(np.clip(np.einsum("ij,ij->i", one, two), -1.0, 1.0))
+        angle = np.arccos(np.clip(np.einsum("ij,ij->i", to_next, to_last), -1.0, 1.0))
         for axis in range(3):
             total[:, axis] += np.bincount(
                 point[here], angle * _project(along, normal)[:, axis], len(total)
@@ -328,17 +328,17 @@ def _unpack_draco(
     ) as error:
         msg = f"{where}: its Draco data is damaged ({find_reason(error, 80)}); export it again"
         raise InputError(msg, where=where) from error
-    found = {}
+    attributes = {}
     for name, number in packed["attributes"].items():
-        one = mesh.get_attribute_by_unique_id(number)
-        if one is None:
+        attribute = mesh.get_attribute_by_unique_id(number)
+        if attribute is None:
             msg = f"{where}: its Draco data has no attribute {number} ({name}); export it again"
             raise InputError(msg, where=where, attribute=number)
-        values = np.asarray(one["data"])
+        values = np.asarray(attribute["data"])
         buffers.budget.spend(values.nbytes, where)
-        found[name] = values.reshape(len(values), -1)
+        attributes[name] = values.reshape(len(values), -1)
     faces = getattr(mesh, "faces", None)
     if faces is None:
         msg = f"{where}: its Draco data is a cloud of points; export it as a mesh"
         raise InputError(msg, where=where)
-    return np.asarray(faces, np.int64).ravel(), found
+    return np.asarray(faces, np.int64).ravel(), attributes

@@ -106,7 +106,7 @@ def read_animations(
     counts: Counter[str],
 ) -> Rig:
     """Return the rig with its animations; ``targets`` are the morph targets of its nodes."""
-    found = []
+    animations = []
     for number, given in enumerate(tree.get("animations", ())):
         tracks = []
         for index, channel in enumerate(given["channels"]):
@@ -122,8 +122,10 @@ def read_animations(
             sampler = find_item(given, "samplers", channel["sampler"], where)
             tracks.append(_read_track(sampler, slot, what, width, buffers, where))
         if tracks:
-            found.append(Animation(str(given.get("name") or f"animation {number}"), tuple(tracks)))
-    return replace(rig, animations=tuple(found))
+            animations.append(
+                Animation(str(given.get("name") or f"animation {number}"), tuple(tracks))
+            )
+    return replace(rig, animations=tuple(animations))
 
 
 def _read_track(

@@ -177,13 +177,13 @@ def make_crowns(
         As in `CrownRaster`.
     """
     rows, cols = np.nonzero(there)
-    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
+    node = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
     for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        place[rows + down, cols + right] = 0
-    row, col = np.nonzero(place >= 0)
-    place[row, col] = np.arange(len(row), dtype=np.int32)
+        node[rows + down, cols + right] = 0
+    row, col = np.nonzero(node >= 0)
+    node[row, col] = np.arange(len(row), dtype=np.int32)
     plan = matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
-    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
+    corners = np.stack([node[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
     cells = np.full(there.shape, -1, np.int32)
     cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
     grid = CrownRaster(cells, corners, tops, trunk, share, is_absolute)

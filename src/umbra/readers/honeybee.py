@@ -41,10 +41,10 @@ def read_honeybee(model: dict[str, Any], choices: ReadChoices) -> FileModel:
     orphans = {"Face": "orphaned_faces", "Aperture": "orphaned_apertures",
                "Door": "orphaned_doors", "Shade": "orphaned_shades"}  # fmt: skip
     for kind, key in orphans.items():
-        for one in model.get(key) or ():
-            reader.add_orphan(one, kind)
-    for one in model.get("shade_meshes") or ():
-        reader.add_mesh(one)
+        for item in model.get(key) or ():
+            reader.add_orphan(item, kind)
+    for item in model.get("shade_meshes") or ():
+        reader.add_mesh(item)
     parts = reader.make_parts(UNITS[unit])
     notes = list(list_counts(reader.counts))
     if unit != "Meters":
@@ -68,23 +68,23 @@ class _HoneybeeReader:
         for face in room["faces"]:
             self._add_face(face, name)
 
-    def add_orphan(self, one: dict[str, Any], kind: str) -> None:
+    def add_orphan(self, item: dict[str, Any], kind: str) -> None:
         """Add a face, an aperture, a door or a shade that belongs to no room."""
-        name = self._name(one)
+        name = self._name(item)
         if kind == "Face":
-            self._add_face(one, name)
+            self._add_face(item, name)
         else:
-            self._add(name, _kind_of(one, kind), [_rings_of(one)])
-            self._add_shades(one)
+            self._add(name, _kind_of(item, kind), [_rings_of(item)])
+            self._add_shades(item)
 
-    def add_mesh(self, one: dict[str, Any]) -> None:
+    def add_mesh(self, mesh: dict[str, Any]) -> None:
         """Add a shade of many triangles and quadrilaterals."""
-        points = one["geometry"]["vertices"]
-        faces = one["geometry"]["faces"]
+        points = mesh["geometry"]["vertices"]
+        faces = mesh["geometry"]["faces"]
         if any(not 0 <= index < len(points) for face in faces for index in face):
-            msg = f"shade mesh '{_label(one)}' names a vertex that it lacks; export it again"
+            msg = f"shade mesh '{_label(mesh)}' names a vertex that it lacks; export it again"
             raise InputError(msg)
-        self._add(self._name(one), "Shade", [[[points[i] for i in face]] for face in faces])
+        self._add(self._name(mesh), "Shade", [[[points[i] for i in face]] for face in faces])
 
     def make_parts(self, scale: float) -> tuple[Part, ...]:
         """Cut all surfaces into triangles; coordinates times ``scale`` are metres."""
@@ -100,30 +100,30 @@ class _HoneybeeReader:
             for (name, kind), mesh in meshes.items()
         )
 
-    def _name(self, one: dict[str, Any]) -> str:
-        return self._unique.add(_label(one))
+    def _name(self, item: dict[str, Any]) -> str:
+        return self._unique.add(_label(item))
 
     def _add_face(self, face: dict[str, Any], room: str) -> None:
         """Add a face, its openings as its holes, and the openings."""
-        openings = [(one, "Aperture") for one in face.get("apertures") or ()]
-        openings += [(one, "Door") for one in face.get("doors") or ()]
+        openings = [(aperture, "Aperture") for aperture in face.get("apertures") or ()]
+        openings += [(door, "Door") for door in face.get("doors") or ()]
         kind = str(face.get("face_type", "Wall"))
         if kind == "AirBoundary":
             self.counts.add("air boundaries left out (open)", _label(face))
         else:
-            holes = [_rings_of(one)[0] for one, _ in openings]
+            holes = [_rings_of(opening)[0] for opening, _ in openings]
             self._add(room, kind, [[*_rings_of(face), *holes]])
-        for one, word in openings:
-            self._add(room, _kind_of(one, word), [_rings_of(one)])
-            self._add_shades(one)
+        for opening, word in openings:
+            self._add(room, _kind_of(opening, word), [_rings_of(opening)])
+            self._add_shades(opening)
         self._add_shades(face)
 
-    def _add_shades(self, one: dict[str, Any]) -> None:
-        for shade in one.get("outdoor_shades") or ():
+    def _add_shades(self, owner: dict[str, Any]) -> None:
+        for shade in owner.get("outdoor_shades") or ():
             self._add(self._name(shade), "Shade", [_rings_of(shade)])
-        inside = one.get("indoor_shades")
+        inside = owner.get("indoor_shades")
         if inside:
-            self.counts.add("shades left out (indoors)", _label(one), len(inside))
+            self.counts.add("shades left out (indoors)", _label(owner), len(inside))
 
     def _add(self, name: str, kind: str, surfaces: list[Rings]) -> None:
         """Add surfaces of places: each corner becomes a vertex."""
@@ -136,16 +136,16 @@ class _HoneybeeReader:
         return list(range(start, len(self._points)))
 
 
-def _label(one: dict[str, Any]) -> str:
-    return str(one.get("display_name") or one.get("identifier") or one.get("type", "object"))
+def _label(item: dict[str, Any]) -> str:
+    return str(item.get("display_name") or item.get("identifier") or item.get("type", "object"))
 
 
-def _kind_of(one: dict[str, Any], kind: str) -> str:
+def _kind_of(opening: dict[str, Any], kind: str) -> str:
     """Return the kind of an opening: a glass door is an aperture for light."""
-    return "Aperture" if kind == "Door" and one.get("is_glass") else kind
+    return "Aperture" if kind == "Door" and opening.get("is_glass") else kind
 
 
-def _rings_of(one: dict[str, Any]) -> Rings:
+def _rings_of(item: dict[str, Any]) -> Rings:
     """Return the rings of an object's polygon, its outside first."""
-    geometry = one["geometry"]
+    geometry = item["geometry"]
     return [list(geometry["boundary"]), *map(list, geometry.get("holes") or ())]

@@ -81,33 +81,33 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read an IFC file in metres: 2x3, 4, 4x3 and its drafts; on the map if it has one."""
     find_schema(data)
     check_whole(data)
-    facts, found = harvest(str(path.absolute()), choices.budget)
+    facts, result = harvest(str(path.absolute()), choices.budget)
     parts = tuple(
         part
-        for number in sorted(found.shapes)
-        for part in _make_parts(facts.elements[number], found.shapes[number])
+        for number in sorted(result.shapes)
+        for part in _make_parts(facts.elements[number], result.shapes[number])
     )
     if choices.is_placed:
         facts = replace(facts, matrix=None, crs=None)
-    place, crs = facts.place, facts.crs
+    site, crs = facts.place, facts.crs
     if facts.matrix is not None and crs is not None:
         # The map's plan may be in feet; heights are metres.
         scale = np.diag([1 / find_plan_unit(crs)] * 2 + [1, 1])
         move = partial(transform_points, scale @ facts.matrix)
         moved = move_parts(parts, move, lambda part: part)
         parts, crs = to_metres(moved, crs, is_high_in_metres=True)
-        place = FilePlace(place.latitude, place.longitude, place.elevation)
-    place = _state_ground(place, parts, facts, choices)
-    notes = (*facts.notes, *_tell_losses(facts, found))
-    return FileModel(f"IFC ({facts.schema})", turn_up(parts, choices.up), crs, notes, place=place)
+        site = FilePlace(site.latitude, site.longitude, site.elevation)
+    site = _state_ground(site, parts, facts, choices)
+    notes = (*facts.notes, *_tell_losses(facts, result))
+    return FileModel(f"IFC ({facts.schema})", turn_up(parts, choices.up), crs, notes, place=site)
 
 
-def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
+def _tell_losses(facts: IfcFacts, result: IfcHarvest) -> list[str]:
     """Count the elements without a shape by reason, and name the first."""
-    missing = set(range(len(facts.elements))) - set(found.shapes)
-    hung, ended = missing & found.hung, missing & found.ended - found.hung
+    missing = set(range(len(facts.elements))) - set(result.shapes)
+    hung, ended = missing & result.hung, missing & result.ended - result.hung
     useless = missing - hung - ended
-    unread = set() if found.is_whole else useless
+    unread = set() if result.is_whole else useless
     reasons = [
         ("elements left out because the geometry engine crashed", ended),
         ("elements left out because the geometry engine took too long", hung),
@@ -128,7 +128,7 @@ def _show(words: IfcWords) -> str:
 def _make_parts(words: IfcWords, shape: IfcShape) -> list[Part]:
     # An element repeats a style for each of its pieces: one part for each style.
     looks = list(dict.fromkeys(shape.styles))
-    look = np.array([looks.index(one) for one in shape.styles] + [-1], np.int32)[shape.style]
+    look = np.array([looks.index(style) for style in shape.styles] + [-1], np.int32)[shape.style]
     parts = []
     for number in np.unique(look).tolist():
         name, material = looks[number] if number >= 0 else ("", Material())
@@ -139,7 +139,7 @@ def _make_parts(words: IfcWords, shape: IfcShape) -> list[Part]:
 
 
 def _state_ground(
-    place: FilePlace, parts: Sequence[Part], facts: IfcFacts, choices: ReadChoices
+    site: FilePlace, parts: Sequence[Part], facts: IfcFacts, choices: ReadChoices
 ) -> FilePlace:
     """
     Add the height of the ground: of the site's own body, a storey, the site, or a slab.
@@ -147,23 +147,23 @@ def _state_ground(
     What lies below it are foundations. A site whose body slopes is terrain.
     """
     if any(part.kind in _LAND for part in parts):
-        return replace(place, ground=_find_ground(parts))
+        return replace(site, ground=_find_ground(parts))
     if choices.up not in {None, "z"}:
-        return place
+        return site
     if facts.grade is not None:
         height, source = facts.grade
         if facts.matrix is not None:
             height = float(facts.matrix[2, 2] * height + facts.matrix[2, 3])
         if _reaches_below(parts, height):
-            return replace(place, ground=height, ground_source=source)
+            return replace(site, ground=height, ground_source=source)
     slabs = [p for p in parts if p.kind == "IfcSlab" and not {"ROOF", "LANDING"} & {*p.tags}]
     if slabs:
         lowest = min(slabs, key=lambda part: part.bounds[1, 2])
         if not _reaches_below(parts, float(lowest.bounds[0, 2])):
-            return place
+            return site
         top, source = float(lowest.bounds[1, 2]), f"the top of its slab '{lowest.name}'"
-        return replace(place, ground=top, ground_source=source)
-    return place
+        return replace(site, ground=top, ground_source=source)
+    return site
 
 
 def _reaches_below(parts: Sequence[Part], height: float) -> bool:
@@ -198,48 +198,48 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
 def harvest(path: str, budget: Budget) -> tuple[IfcFacts, IfcHarvest]:
     """Read an IFC file in child processes."""
     require(["ifcopenshell"], "ifc", "IFC")
-    found = IfcHarvest()
+    result = IfcHarvest()
     work = IfcWork(path)
     hangs: Counter[str] = Counter()
     ends = 0
     size = Path(path).stat().st_size
     limits = budget.limit_child(SECONDS + FOR_A_BYTE * size, WHOLE)
     until = _find_spent() + limits.whole
-    while (loss := _gather(work, found, _halve(limits, hangs.total(), until))) is not None:
+    while (loss := _gather(work, result, _halve(limits, hangs.total(), until))) is not None:
         attempt, has_hung = loss
-        if attempt is None or found.facts is None:
+        if attempt is None or result.facts is None:
             error = make_early_end("IFC", "export it again", has_hung=has_hung)
             raise error
-        (found.hung if has_hung else found.ended).add(attempt.element)
+        (result.hung if has_hung else result.ended).add(attempt.element)
         hangs[attempt.engine] += has_hung
         ends += not has_hung
         is_late = _find_spent() + LEAST * limits.seconds > until
         if hangs.total() >= LOSSES or ends >= 10 * LOSSES or is_late:
-            found.is_whole = False
+            result.is_whole = False
             break
-        engines = tuple(one for one in ENGINES[:-1] if hangs[one] < STRIKES) + ENGINES[-1:]
+        engines = tuple(engine for engine in ENGINES[:-1] if hangs[engine] < STRIKES) + ENGINES[-1:]
         work = replace(
-            work, engines=engines, made=frozenset(found.shapes), skip=work.skip | {attempt}
+            work, engines=engines, made=frozenset(result.shapes), skip=work.skip | {attempt}
         )
-    if found.facts is None:
+    if result.facts is None:
         msg = "holds no IFC that could be read; export it again"
         raise InputError(msg)
-    return found.facts, found
+    return result.facts, result
 
 
 def _gather(
-    work: IfcWork, found: IfcHarvest, limits: ChildLimits
+    work: IfcWork, result: IfcHarvest, limits: ChildLimits
 ) -> tuple[IfcAttempt | None, bool] | None:
     """Run one child to its end; if it was early, give the attempt at work and whether it hung."""
     attempt = None
     pieces = ReadingChild("umbra.readers.ifc_engine:read_pieces", work, limits)
     for piece in pieces:
         if isinstance(piece, IfcFacts):
-            found.facts = piece
+            result.facts = piece
         elif isinstance(piece, IfcAttempt):
             attempt = piece
         elif attempt is not None:
-            found.shapes[attempt.element] = piece
+            result.shapes[attempt.element] = piece
     if pieces.is_done:
         return None
     return attempt, pieces.has_hung

@@ -111,12 +111,12 @@ def read_pieces(work: IfcWork) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
     broken = _drop_broken_openings(file)
     if broken:
         notes.append(f"openings left out that are missing from the file: {broken}")
-    place, remarks = find_place(file)
+    site, remarks = find_place(file)
     notes += remarks
-    matrix, crs, remarks = find_map(file, place)
+    matrix, crs, remarks = find_map(file, site)
     notes += remarks
     grade = find_grade(file)
-    yield IfcFacts(file.schema, tuple(words), place, matrix, crs, tuple(notes), grade)
+    yield IfcFacts(file.schema, tuple(words), site, matrix, crs, tuple(notes), grade)
     yield from _make_shapes(file, products, work)
 
 
@@ -126,15 +126,15 @@ def _open(path: str) -> tuple[Any, list[str]]:
     ifcopenshell.get_log()  # empties it
     with open(path, "rb") as stream:  # noqa: PTH123 - a path as text
         data = stream.read()
-    name, schema, place = find_schema(data)
+    name, schema, span = find_schema(data)
     if is_draft(name):
         notes.append(f"its schema {name} is a draft, read as {schema}")
     try:
-        if data[place] == schema.encode():
+        if data[span] == schema.encode():
             file = ifcopenshell.open(path, format=".ifc")
         else:
             # The parser knows each schema by its last edition's name only.
-            renamed = data[: place.start] + schema.encode() + data[place.stop :]
+            renamed = data[: span.start] + schema.encode() + data[span.stop :]
             file = ifcopenshell.file.from_string(_decode(renamed))
         projects = file.by_type("IfcProject")
     except Exception as error:  # whatever the parser raises, the file is not IFC
@@ -224,7 +224,7 @@ def _copy(geometry: Any, file: Any, looks: dict[tuple[Any, ...], tuple[str, Mate
     style = np.array(geometry.material_ids, np.int32)
     if len(style) != len(faces):
         style = np.full(len(faces), -1, np.int32)
-    styles = tuple(_find_material(one, file, looks) for one in geometry.materials)
+    styles = tuple(_find_material(material, file, looks) for material in geometry.materials)
     return IfcShape(np.array(geometry.verts, np.float64).reshape(-1, 3), faces, style, styles)
 
 
@@ -262,19 +262,19 @@ HEAD = 1 << 16
 
 def find_schema(data: bytes) -> tuple[str, str, slice]:
     """Find a STEP file's schema as written, the one to read it by, and the position of its name."""
-    found = SCHEMA.search(data[:HEAD])
-    if found is None:
+    match = SCHEMA.search(data[:HEAD])
+    if match is None:
         check_whole(data)  # it may break off before
         msg = "is a STEP file whose header names no schema (FILE_SCHEMA); export it again as IFC"
         raise InputError(msg)
     # A registration may follow: 'AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'.
-    name = found[1].decode("latin-1").partition("{")[0].strip().upper()[:80]
-    place = slice(found.start(1), found.end(1))
+    name = match[1].decode("latin-1").partition("{")[0].strip().upper()[:80]
+    span = slice(match.start(1), match.end(1))
     for schema, names in SCHEMAS.items():
         if names.fullmatch(name):
-            return name, schema, place
+            return name, schema, span
     if DRAFT.fullmatch(name):
-        return name, LAST, place
+        return name, LAST, span
     what = "IFC" if name.startswith("IFC") else "a STEP file, but not IFC,"
     msg = (
         f"is {what} of the schema '{name}', which is not read; export it as IFC4 (IFC2X3, IFC4 "
@@ -312,7 +312,7 @@ ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MUL
 
 def list_errors(log: str) -> list[str]:
     """Return the errors in ifcopenshell's log, without their time."""
-    return [" ".join(found.split())[:200] for found in ERROR.findall(log)]
+    return [" ".join(error.split())[:200] for error in ERROR.findall(log)]
 
 
 def one_line(error: BaseException) -> str:

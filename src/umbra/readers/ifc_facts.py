@@ -69,17 +69,17 @@ def find_grade(file: Any) -> tuple[float, str] | None:
     return None
 
 
-def _find_height(thing: Any, unit: float) -> float | None:
+def _find_height(product: Any, unit: float) -> float | None:
     """Return the height of an object's placement in the file's coordinates [m]."""
-    if thing.ObjectPlacement is None:
+    if product.ObjectPlacement is None:
         return None
     placement = need("ifcopenshell.util.placement", "ifc", "IFC")
-    height = float(placement.get_local_placement(thing.ObjectPlacement)[2, 3]) * unit
+    height = float(placement.get_local_placement(product.ObjectPlacement)[2, 3]) * unit
     return height if math.isfinite(height) else None
 
 
 def find_map(
-    file: Any, place: FilePlace
+    file: Any, site: FilePlace
 ) -> tuple[NDArray[np.float64] | None, str | None, list[str]]:
     """Find the matrix (4, 4) from the file's metres to a map, and the map's CRS if it is known."""
     conversion, target = _read_conversion(file)
@@ -120,9 +120,9 @@ def find_map(
         ]
     )
     turned = math.degrees(math.atan2(across, along))
-    if place.true_north is not None and abs((turned - place.true_north + 180) % 360 - 180) > 5:
+    if site.true_north is not None and abs((turned - site.true_north + 180) % 360 - 180) > 5:
         notes.append(
-            f"TrueNorth ({place.true_north:.2f}°) and the map conversion's north ({turned:.2f}°) "
+            f"TrueNorth ({site.true_north:.2f}°) and the map conversion's north ({turned:.2f}°) "
             "differ; the map's is used"
         )
     return matrix, crs, notes

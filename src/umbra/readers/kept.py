@@ -50,25 +50,30 @@ def read_kept(
 
 def _find_key(files: Files, choices: ReadChoices) -> str | None:
     """Return the key of the scene that files make; None if it is not stored."""
-    if any(one.path.suffix.lower() not in _ENDINGS for _, one in files):
+    if any(file.path.suffix.lower() not in _ENDINGS for _, file in files):
         return None
-    if sum(one.size for _, one in files) < LEAST:
+    if sum(file.size for _, file in files) < LEAST:
         return None
     summed = sha256(f"{_find_versions()} {choices}".encode())
-    for layer, one in files:
-        for word in (layer, one.path.name, one.path.suffix):
+    for layer, file in files:
+        for word in (layer, file.path.name, file.path.suffix):
             summed.update(f"{word!r} ".encode())
-        summed.update(one.digest)
+        summed.update(file.digest)
     return summed.hexdigest()
 
 
 def _record(files: Files, choices: ReadChoices) -> "Beside":
     """Return each file named by a model: model, name, whether it was read, fingerprint."""
-    number = {one.path: n for n, (_, one) in enumerate(files)}
+    number = {file.path: n for n, (_, file) in enumerate(files)}
     return [
-        [number[one.path], name, found is not None, found or one.look(name, is_read=False)]
-        for one in choices.opened
-        for name, found in sorted(one.record.items())
+        [
+            number[companions.path],
+            name,
+            fingerprint is not None,
+            fingerprint or companions.look(name, is_read=False),
+        ]
+        for companions in choices.opened
+        for name, fingerprint in sorted(companions.record.items())
     ]
 
 

@@ -73,15 +73,18 @@ class _KmlModel:
 
     def find_place(self) -> tuple[float, float]:
         """Return latitude and longitude [degrees]."""
-        place = self.find("Location/latitude", math.nan), self.find("Location/longitude", math.nan)
-        if not (abs(place[0]) <= 90 and abs(place[1]) <= 360):
-            told = ", ".join(f"{value:g}" for value in place)
+        location = (
+            self.find("Location/latitude", math.nan),
+            self.find("Location/longitude", math.nan),
+        )
+        if not (abs(location[0]) <= 90 and abs(location[1]) <= 360):
+            text = ", ".join(f"{value:g}" for value in location)
             msg = (
-                f"has a model without a place on the earth (latitude, longitude {told}); give it a "
+                f"has a model without a place on the earth (latitude, longitude {text}); give it a "
                 "Location"
             )
             raise InputError(msg)
-        return place
+        return location
 
     def find_shape(self) -> Matrix:
         """
@@ -119,8 +122,8 @@ def read_kml(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
             placed = _list_models(text, counts, choices.budget)
 
             def fetch(name: str) -> tuple[str, bytes] | None:
-                found = _find_member(name, note, models)
-                return (found, _unpack(archive, found, choices.budget)) if found else None
+                member = _find_member(name, note, models)
+                return (member, _unpack(archive, member, choices.budget)) if member else None
 
             return _assemble(placed, fetch, path, choices, counts)
     placed = _list_models(data, counts, choices.budget)
@@ -153,7 +156,7 @@ def _find_member(name: str, note: str, models: list[str]) -> str | None:
         elif step not in {"..", "."}:
             steps.append(step)
     whole, last = "/".join(steps), PurePosixPath(name).name
-    alike = [one for one in models if PurePosixPath(one).name == last]
+    alike = [member for member in models if PurePosixPath(member).name == last]
     return whole if whole in models else alike[0] if len(alike) == 1 else None
 
 
@@ -224,15 +227,15 @@ def _assemble(
             continue
         if name not in read:
             read[name] = _read_model(name, fetch, path, choices)
-        found = read[name]
-        if found is None:
+        geometry = read[name]
+        if geometry is None:
             counts.add("models that are not in the archive left out", name or "one without a file")
             continue
         first = first or model
         if not _is_level(model, first):
             counts.add("models at the first's height, as one is above the sea, one on land", name)
-        formats.append(found.format)
-        parts += _place(found, model, first, unique, choices.budget)
+        formats.append(geometry.format)
+        parts += _place(geometry, model, first, unique, choices.budget)
     if first is None:
         lost = "; ".join(list_counts(counts))
         msg = f"has none of the models that its KML places ({lost}); pack it again with them"
@@ -241,15 +244,15 @@ def _assemble(
     mode, altitude = _find_altitude(first)
     is_absolute = mode == "absolute" and altitude is not None
     rise = altitude or 0.0 if mode == "relativeToGround" else 0.0
-    place = FilePlace(
+    site = FilePlace(
         latitude, longitude, altitude if is_absolute else None, -first.heading % 360,
         None if is_absolute else 0.0 - rise, "as its KML places it",
         altitude=altitude if is_absolute else None,
     )  # fmt: skip
-    notes = [note for one in read.values() if one is not None for note in one.notes]
+    notes = [note for geometry in read.values() if geometry is not None for note in geometry.notes]
     kinds = ", ".join(dict.fromkeys(formats))
     return FileModel(
-        f"KML ({kinds})", tuple(parts), notes=(*notes, *list_counts(counts)), place=place
+        f"KML ({kinds})", tuple(parts), notes=(*notes, *list_counts(counts)), place=site
     )
 
 
@@ -266,18 +269,18 @@ def _find_height(model: _KmlModel) -> float:
     return 0.0 if mode == "clampToGround" else altitude or 0.0
 
 
-def _is_level(one: _KmlModel, other: _KmlModel) -> bool:
+def _is_level(model: _KmlModel, other: _KmlModel) -> bool:
     """Return whether the heights of two models begin at the same level: the sea, or the ground."""
-    return (_find_altitude(one)[0] == "absolute") == (_find_altitude(other)[0] == "absolute")
+    return (_find_altitude(model)[0] == "absolute") == (_find_altitude(other)[0] == "absolute")
 
 
 def _read_model(
     name: str, fetch: Callable[[str], tuple[str, bytes] | None], path: Path, choices: ReadChoices
 ) -> FileModel | None:
-    found = fetch(name)
-    if found is None:
+    geometry = fetch(name)
+    if geometry is None:
         return None
-    inside, data = found
+    inside, data = geometry
     with errors_of(f"its model '{inside[:80]}' "):
         if inside.lower().endswith(".gltf"):
             msg = "is glTF, whose files are not packed with it; make a GLB of it"
@@ -286,7 +289,7 @@ def _read_model(
 
 
 def _place(
-    found: FileModel, model: _KmlModel, first: _KmlModel, unique: UniqueNames, budget: Budget
+    geometry: FileModel, model: _KmlModel, first: _KmlModel, unique: UniqueNames, budget: Budget
 ) -> Iterator[Part]:
     """Yield the parts of a model in the axes of the first one, about its origin [m]."""
     matrix = model.find_shape()
@@ -303,7 +306,7 @@ def _place(
         back[:3, :3] = _turn(math.radians(first.heading), 0, 1)
         matrix = back @ turned @ matrix
     names: dict[str, str] = {}
-    for part in found.parts:
+    for part in geometry.parts:
         budget.count("parts")
         own = np.eye(4) if part.transform is None else part.transform
         if part.name not in names:

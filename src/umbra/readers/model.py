@@ -202,12 +202,12 @@ def state_site(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
     """Fill in the site that the files state, after the CRS; none, with a note, if two disagree."""
     notes = list(scene.notes)
     said = {
-        name: (place.latitude, place.longitude)
-        for name, place in places.items()
-        if place.latitude is not None and place.longitude is not None
+        name: (site.latitude, site.longitude)
+        for name, site in places.items()
+        if site.latitude is not None and site.longitude is not None
     }
     latitude, longitude, north = scene.latitude, scene.longitude, scene.true_north
-    doubts = [f"{name}: {place.doubt}" for name, place in places.items() if place.doubt]
+    doubts = [f"{name}: {site.doubt}" for name, site in places.items() if site.doubt]
     if latitude is not None and longitude is not None:
         shown = show_crs(scene.crs or "")
         for name, (a, b) in said.items():
@@ -236,7 +236,7 @@ def state_site(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
                     f"true north is at {north:.2f}° in {first} and at {other:.2f}° in {name}; "
                     "the first is used (true_north=)"
                 )
-    high = next((place for place in places.values() if place.elevation is not None), None)
+    high = next((site for site in places.values() if site.elevation is not None), None)
     ground = _find_ground(places, notes)
     return scene.with_facts(
         latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
@@ -248,7 +248,7 @@ def state_site(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
 
 def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | None:
     """Return the level ground that the files state; None unless every file states it."""
-    levels = {name: place.ground for name, place in places.items() if place.ground is not None}
+    levels = {name: site.ground for name, site in places.items() if site.ground is not None}
     if not levels or len(places) > len(levels):
         return None
     (name, ground), *others = levels.items()
@@ -261,8 +261,8 @@ def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | N
     return None
 
 
-def _is_near(one: tuple[float | None, float | None], other: tuple[float, float]) -> bool:
-    return all(a is not None and abs(a - b) <= APART for a, b in zip(one, other, strict=True))
+def _is_near(site: tuple[float | None, float | None], other: tuple[float, float]) -> bool:
+    return all(a is not None and abs(a - b) <= APART for a, b in zip(site, other, strict=True))
 
 
 # Rotations, not reflections, and whole numbers: windings and digits stay.

@@ -67,13 +67,13 @@ def _link(
     angle[:n] = -1.0
     # Half-edges out of a corner, counter-clockwise from the ring's own.
     by_corner = np.lexsort((angle, origin))
-    place = np.zeros(n + 2 * m, np.int64)
-    place[by_corner] = np.arange(n + 2 * m)
+    position = np.zeros(n + 2 * m, np.int64)
+    position[by_corner] = np.arange(n + 2 * m)
     last = np.cumsum(np.bincount(origin, minlength=n)) - 1
     onward = np.zeros(n + 2 * m, np.int64)
     onward[:n] = by_corner[last[following]]
     twin = n + (np.arange(2 * m) ^ 1)
-    onward[n:] = by_corner[place[twin] - 1]
+    onward[n:] = by_corner[position[twin] - 1]
     return origin, onward
 
 
@@ -139,22 +139,22 @@ def _find_diagonals(x, y, before, following, order, rank):
                 interval[above[upper]] = lower
                 helper[lower], merges[lower] = v, True
             for level in range(height[upper]):
-                one, other = left[upper, level], right[upper, level]
-                right[one, level] = other
-                if other >= 0:
-                    left[other, level] = one
+                earlier, later = left[upper, level], right[upper, level]
+                right[earlier, level] = later
+                if later >= 0:
+                    left[later, level] = earlier
         else:
             at = head
             for k in range(_LEVELS):
                 level = _LEVELS - 1 - k
                 while True:
-                    other = right[at, level]
-                    if other < 0:
+                    later = right[at, level]
+                    if later < 0:
                         break
-                    edge = below[other]
+                    edge = below[later]
                     if _turn(x, y, edge, following[edge], v) < 0:
                         break
-                    at = other
+                    at = later
                 path[level] = at
             node = used
             used += 1
@@ -183,12 +183,12 @@ def _find_diagonals(x, y, before, following, order, rank):
                 tall += 1
             height[node] = tall
             for level in range(tall):
-                one = path[level]
-                other = right[one, level]
-                right[one, level], left[node, level] = node, one
-                right[node, level] = other
-                if other >= 0:
-                    left[other, level] = node
+                earlier = path[level]
+                later = right[earlier, level]
+                right[earlier, level], left[node, level] = node, earlier
+                right[node, level] = later
+                if later >= 0:
+                    left[later, level] = node
     return diagonals[:count]
 
 
@@ -220,16 +220,16 @@ def _cut_pieces(x, y, origin, onward, rank):
             if rank[ring[k]] < rank[ring[low]]:
                 low = k
         # Both ways from the leftmost corner, in the order of the sweep.
-        one, other = 1, 1
+        forward, backward = 1, 1
         merged[0] = low
         for k in range(1, size):
-            a, b = (low + one) % size, (low - other) % size
+            a, b = (low + forward) % size, (low - backward) % size
             if rank[ring[a]] <= rank[ring[b]]:
                 merged[k], side[k] = a, 0
-                one += 1
+                forward += 1
             else:
                 merged[k], side[k] = b, 1
-                other += 1
+                backward += 1
         for k in range(size):
             merged[k] = ring[merged[k]]
         stack[0], stack[1] = 0, 1
@@ -298,9 +298,9 @@ def _count(points, following, low, high, order, axis, most):
             d = following[c]
             if c in (a, b) or d in (a, b):
                 continue
-            one = _side(points, a, b, c) * _side(points, a, b, d)
-            other = _side(points, c, d, a) * _side(points, c, d, b)
-            if one <= 0 and other <= 0:
+            across_ab = _side(points, a, b, c) * _side(points, a, b, d)
+            across_cd = _side(points, c, d, a) * _side(points, c, d, b)
+            if across_ab <= 0 and across_cd <= 0:
                 crossings += 1
                 if crossings > most:
                     return True

@@ -95,8 +95,8 @@ def _split_lines(data: bytes) -> list[bytes]:
 
 
 def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
-    found = _Statements(states=[(0, "", "")])
-    vertices, faces, seen = found.vertices, found.faces, found.seen
+    statements = _Statements(states=[(0, "", "")])
+    vertices, faces, seen = statements.vertices, statements.faces, statements.seen
     # An index from the end depends on the vertices so far.
     relative = b" -" in data
     for line in lines:
@@ -118,8 +118,8 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
                     seen.append(len(vertices))
             elif key in {b"o", b"g", b"usemtl", b"mtllib"}:
                 text = words[1].strip() if len(words) > 1 else b""
-                found.switch(key, text.decode("utf-8", "replace"))
-    return found
+                statements.switch(key, text.decode("utf-8", "replace"))
+    return statements
 
 
 def _parse_vertices(statements: _Statements, data: bytes) -> NDArray[np.float64]:

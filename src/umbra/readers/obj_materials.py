@@ -160,11 +160,11 @@ class TextureCorners:
     ) -> Mesh:
         """Make a mesh of faces with a vertex for each pair of place and texture coordinate."""
         corners = faces.astype(np.int64)
-        found = np.searchsorted(self.keys, source[:, None] * len(vertices) + corners)
-        pairs = corners * len(self.uv) + self.places[found]
+        row = np.searchsorted(self.keys, source[:, None] * len(vertices) + corners)
+        pairs = corners * len(self.uv) + self.places[row]
         used, new = np.unique(pairs, return_inverse=True)
-        place, texel = np.divmod(used, len(self.uv))
-        return Mesh(vertices[place], new.reshape(-1, 3).astype(np.int32), uv=self.uv[texel])
+        vertex, texel = np.divmod(used, len(self.uv))
+        return Mesh(vertices[vertex], new.reshape(-1, 3).astype(np.int32), uv=self.uv[texel])
 
 
 def read_texture_corners(

@@ -111,11 +111,11 @@ def _read_table(file: Any, fields: list[str], shapely: Any, work: ParquetWork) -
     shapes: list[NDArray[Any]] = []
     columns: dict[str, list[Any]] = {}
     outside = file.metadata.num_rows
-    for group, kept in zip(groups, rows, strict=True):
+    for group, mask in zip(groups, rows, strict=True):
         start = 0
         for batch in file.iter_batches(_BATCH, row_groups=[group], columns=fields):
             table = _flatten(batch)
-            table = table if kept is None else table.filter(_mask(kept[start : start + len(batch)]))
+            table = table if mask is None else table.filter(_mask(mask[start : start + len(batch)]))
             start += len(batch)
             outside -= table.num_rows
             table = _unfold(table, budget)
@@ -128,14 +128,16 @@ def _read_table(file: Any, fields: list[str], shapely: Any, work: ParquetWork) -
             return ParquetRows(None, crs, tuple(notes), outside, None)
         msg = "has no rows; give a file of building footprints"
         raise InputError(msg)
-    found = np.concatenate(shapes)
-    there = ~(shapely.is_missing(found) | shapely.is_empty(found))
+    geometries = np.concatenate(shapes)
+    there = ~(shapely.is_missing(geometries) | shapely.is_empty(geometries))
     if not there.all():
         notes.append(f"features without a geometry left out: {int((~there).sum())}")
     there, base = _use_overture(columns, there, notes, work)
-    polygons, row = find_polygons(shapely, found, there, notes)
+    polygons, row = find_polygons(shapely, geometries, there, notes)
     rings: Rings = from_shapes(shapely, polygons, row)
-    table = FootprintTable("GeoParquet", rings, [None] * len(found), columns, crs, tuple(notes))
+    table = FootprintTable(
+        "GeoParquet", rings, [None] * len(geometries), columns, crs, tuple(notes)
+    )
     return ParquetRows(table, crs, (), outside, base)
 
 
@@ -165,9 +167,9 @@ def _unfold(table: Any, budget: Budget) -> Any:
 
 def _find_geometry(file: Any) -> tuple[str, dict[str, Any]]:
     """Return the column of geometries and its facts."""
-    told = (file.metadata.metadata or {}).get(b"geo")
+    metadata = (file.metadata.metadata or {}).get(b"geo")
     names = file.schema_arrow.names
-    if told is None:
+    if metadata is None:
         column = next((name for name in _GEOMETRY if name in names), None)
         if column is None:
             msg = (
@@ -176,7 +178,7 @@ def _find_geometry(file: Any) -> tuple[str, dict[str, Any]]:
             )
             raise InputError(msg)
         return column, {}
-    facts = orjson.loads(told)
+    facts = orjson.loads(metadata)
     column = facts["primary_column"]
     if column not in names:
         msg = f"has no column '{str(column)[:60]}', which its metadata names; export it again"
@@ -188,17 +190,17 @@ def _find_crs(facts: dict[str, Any]) -> tuple[str | None, list[str]]:
     """Return the CRS, which is degrees if nothing is said, and a note without one."""
     if "crs" not in facts:
         return "OGC:CRS84", []
-    told = facts["crs"]
-    if told is None:
+    document = facts["crs"]
+    if document is None:
         return None, [NO_CRS]
-    code = told.get("id")
+    code = document.get("id")
     if isinstance(code, dict) and code.get("authority") in {"EPSG", "OGC"}:
         return name_crs(f"{code['authority']}:{code['code']}"), []
     from pyproj import CRS  # noqa: PLC0415 - 0.1 s, only with a CRS
     from pyproj.exceptions import CRSError  # noqa: PLC0415
 
     try:
-        return name_crs(CRS.from_json_dict(told).to_wkt()), []
+        return name_crs(CRS.from_json_dict(document).to_wkt()), []
     except CRSError as error:
         msg = "has a CRS that is not PROJJSON; export it again"
         raise InputError(msg) from error
@@ -244,9 +246,9 @@ def _find_rows(
     rows: list[NDArray[np.bool_] | None] = []
     for group in every:
         chunks = [file.metadata.row_group(group).column(index[path]) for path in paths]
-        told = [chunk.statistics for chunk in chunks]
-        if all(one is not None and one.has_min_max for one in told):
-            low, high = [one.min for one in told], [one.max for one in told]
+        statistics = [chunk.statistics for chunk in chunks]
+        if all(column is not None and column.has_min_max for column in statistics):
+            low, high = [column.min for column in statistics], [column.max for column in statistics]
             if low[0] > east or high[2] < west or low[1] > north or high[3] < south:
                 continue
         table = file.read_row_group(group, columns=paths).flatten()
@@ -261,8 +263,8 @@ def _find_rows(
 
 def _find_cover(file: Any, facts: dict[str, Any]) -> list[str] | None:
     """Return the columns of each row's box: xmin, ymin, xmax, ymax; None without them."""
-    told = facts.get("covering", {}).get("bbox", {})
-    paths = [".".join(told.get(side, ("bbox", side))) for side in _SIDES]
+    covering = facts.get("covering", {}).get("bbox", {})
+    paths = [".".join(covering.get(side, ("bbox", side))) for side in _SIDES]
     schema = file.metadata.schema
     known = {schema.column(k).path: schema.column(k) for k in range(file.metadata.num_columns)}
     plain = {"FLOAT", "DOUBLE"}
@@ -274,9 +276,9 @@ def _check_size(file: Any, groups: list[int], fields: list[str], budget: Budget)
     """Refuse a file whose rows or encoded columns would take far more memory than the file."""
     wanted = set(fields)
     for group in groups:
-        one = file.metadata.row_group(group)
-        budget.spend(_ROW * max(one.num_rows, 0), "rows")
-        chunks = (one.column(k) for k in range(one.num_columns))
+        row_group = file.metadata.row_group(group)
+        budget.spend(_ROW * max(row_group.num_rows, 0), "rows")
+        chunks = (row_group.column(k) for k in range(row_group.num_columns))
         encoded = max(
             (
                 max(chunk.total_uncompressed_size, 0)
@@ -323,7 +325,7 @@ def _use_overture(
     """Leave out what is underground, take heights from floors; return the column of the base."""
     if "names.primary" in columns:
         columns.setdefault("name", columns.pop("names.primary"))
-    hidden = np.array([bool(one) for one in columns.get("is_underground", ())], np.bool_)
+    hidden = np.array([bool(value) for value in columns.get("is_underground", ())], np.bool_)
     if hidden.any():
         notes.append(f"footprints underground left out: {int((hidden & there).sum())}")
         there = there & ~hidden
@@ -336,8 +338,8 @@ def _use_overture(
                 f"heights taken from num_floors, {STOREY:g} m each: {int((filled & there).sum())}"
             )
         columns["height"] = [
-            None if np.isnan(one) else one
-            for one in np.where(filled, STOREY * floors, heights).tolist()
+            None if np.isnan(height) else height
+            for height in np.where(filled, STOREY * floors, heights).tolist()
         ]
     base = work.base_column
     if base is None and "is_underground" in columns and "min_height" in columns:

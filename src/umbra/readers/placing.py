@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 _GROUND = "ground"
-_DEEP = 0.05  # of what lies below the ground, from which it is told [m]
+_DEEP = 0.05  # depth below the ground from which it is reported [m]
 _AFLOAT = ("Bridge", "Tunnel", "Canopy")  # kinds that begin so show nothing of the ground's height
 _FORMS = {
     "place": "LAYER=X,Y[,Z][,AZIMUTH], such as 'new=2500,340500' or 'new=48.2029,16.3658,,90'",
@@ -83,7 +83,7 @@ def read_placings(
     place: Sequence[str] | str, lift: Sequence[str] | str, move: Sequence[str] | str
 ) -> tuple[Placing, ...]:
     """Read the options of places, each ``LAYER=...``; raise an InputError about a wrong one."""
-    found: dict[str, Placing] = {}
+    placings: dict[str, Placing] = {}
     for option, given in (("place", place), ("lift", lift), ("move", move)):
         seen: set[str] = set()
         for text in read_texts(option, given):
@@ -95,9 +95,9 @@ def read_placings(
                 msg = f"{option}= is given twice for layer {show_value(layer)}; give it once"
                 raise InputError(msg, option=option, layer=layer)
             seen.add(layer)
-            placing = found.get(layer, Placing(layer))
-            found[layer] = _READ[option](placing, text, value.split(","))
-    return tuple(found.values())
+            placing = placings.get(layer, Placing(layer))
+            placings[layer] = _READ[option](placing, text, value.split(","))
+    return tuple(placings.values())
 
 
 def _read_place(placing: Placing, text: str, words: Sequence[str]) -> Placing:
@@ -212,7 +212,7 @@ def place_parts(
         If the place is in degrees and outside the CRS, or there is no ground to stand on.
     """
     matrix = np.eye(4)
-    told: list[str] = []
+    steps: list[str] = []
     own = np.zeros(3) if frame is None else frame[:3, 3]  # the layer's origin, as parts lie
     if placing.at is not None:
         x, y, how = _find_plan(placing, crs)
@@ -220,7 +220,7 @@ def place_parts(
         matrix[:3, 3] = x, y, (*placing.at, 0.0)[2]
         if frame is not None:
             matrix = matrix @ np.linalg.inv(frame)
-        told.append(how)
+        steps.append(how)
     shift = np.eye(4)
     shift[:3, 3] = placing.move
     if placing.turn:
@@ -229,20 +229,20 @@ def place_parts(
         middle = (plan.min(0) + plan.max(0)) / 2 if len(plan) else np.zeros(2)
         shift[:2, :2] = _turn_plan(placing.turn)
         shift[:2, 3] += middle - shift[:2, :2] @ middle
-        told.append(f"turned by {placing.turn:.2f}° clockwise about the middle of its plan")
+        steps.append(f"turned by {placing.turn:.2f}° clockwise about the middle of its plan")
     matrix = shift @ matrix
     if any(placing.move):
-        told.append("moved by {:.2f}, {:.2f}, {:.2f} m".format(*placing.move))
+        steps.append("moved by {:.2f}, {:.2f}, {:.2f} m".format(*placing.move))
     rise, standing = _find_rise(
         parts, others, placing, matrix, is_afloat=is_afloat, own_ground=own_ground
     )
     matrix[2, 3] += rise
     if placing.lift and placing.lift != _GROUND:
-        told.append(f"lifted by {float(placing.lift):.2f} m")
-    told.append(standing)
+        steps.append(f"lifted by {float(placing.lift):.2f} m")
+    steps.append(standing)
     moved = move_parts_by(parts, matrix)
-    told.append(_tell_end(moved, placing, transform_points(matrix, own[None])[0], is_afloat))
-    return Placed(moved, matrix, _tell(placing, told))
+    steps.append(_tell_end(moved, placing, transform_points(matrix, own[None])[0], is_afloat))
+    return Placed(moved, matrix, _tell(placing, steps))
 
 
 def _tell_end(
@@ -273,10 +273,10 @@ def _turn_plan(azimuth: float) -> NDArray[np.float64]:
     return np.array([[cos, sin], [-sin, cos]])
 
 
-def _tell(placing: Placing, told: Sequence[str]) -> str:
+def _tell(placing: Placing, steps: Sequence[str]) -> str:
     name = " ".join(placing.layer.split())
     options = [f"place='{name}=X,Y,Z,AZIMUTH'", f"lift='{name}=M|ground'", f"move='{name}=DX,DY'"]
-    said = ", ".join(one for one in told if one)
+    said = ", ".join(step for step in steps if step)
     return f"layer '{name}': {said} (other: {', '.join(options)})"
 
 
@@ -284,10 +284,10 @@ def _find_plan(placing: Placing, crs: str | None) -> tuple[float, float, str]:
     """Return where the origin comes in plan, and what says so."""
     assert placing.at is not None
     a, b = placing.at[:2]
-    place = find_on_plan(crs, a, b) if crs and abs(a) <= 90 and abs(b) <= 180 else None
-    x, y = (a, b) if place is None else place.tolist()
+    point = find_on_plan(crs, a, b) if crs and abs(a) <= 90 and abs(b) <= 180 else None
+    x, y = (a, b) if point is None else point.tolist()
     of = f" in {show_crs(crs)}" if crs else ""
-    given = "" if place is None else f" (latitude {a:.6f}°, longitude {b:.6f}°)"
+    given = "" if point is None else f" (latitude {a:.6f}°, longitude {b:.6f}°)"
     by = f" by {placing.reason}" if placing.reason else ""
     return x, y, f"placed{by}{of}{given}"
 
@@ -305,16 +305,16 @@ def _find_rise(
         return lift, ""
     corners = transform_points(matrix, Scene(tuple(parts), np.zeros(3)).triangles().find_corners())
     corners = corners[np.isfinite(corners).all(1)]  # others are reported with their part
-    found = _find_ground(corners[:, :2], others) if len(corners) else None
-    if found is None and to_ground:
+    surface = _find_ground(corners[:, :2], others) if len(corners) else None
+    if surface is None and to_ground:
         msg = (
             f"there is no ground below layer '{placing.layer}': the other layers have neither "
             f"terrain nor buildings that stand; give its height, lift='{placing.layer}=M'"
         )
         raise InputError(msg, option="lift", layer=placing.layer)
-    if found is None:
+    if surface is None:
         return lift, "its height else as it is, for there is no ground below it"
-    ground, what = found
+    ground, what = surface
     low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
     if to_ground:
         rise = ground - low
@@ -346,11 +346,11 @@ def _find_ground(plan: NDArray[np.float64], others: Sequence[Part]) -> tuple[flo
     for part in others:
         if not part.kind.startswith(_AFLOAT) and part not in terrain:
             layers.setdefault(part.layer, []).append(part)
-    measured = [measure_boxes(some) for some in layers.values()]
-    names = [name for some, _ in measured for name in some]
+    measured = [measure_boxes(parts) for parts in layers.values()]
+    names = [name for layer_names, _ in measured for name in layer_names]
     if not names:
         return None
-    boxes = np.concatenate([some for _, some in measured])
+    boxes = np.concatenate([layer_boxes for _, layer_boxes in measured])
     standing = np.flatnonzero(find_standing(boxes))
     low, high = boxes[standing, 0, :2], boxes[standing, 1, :2]
     gaps = np.hypot(*np.maximum(np.maximum(low - plan.max(0), plan.min(0) - high), 0.0).T)

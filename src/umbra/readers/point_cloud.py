@@ -81,7 +81,7 @@ class PointGrid:
         if hasattr(points, "withheld"):
             noise |= np.asarray(points.withheld, np.bool_)
         self.noise += int(noise.sum())
-        x, y, z = (np.asarray(one, np.float64) for one in (points.x, points.y, points.z))
+        x, y, z = (np.asarray(axis, np.float64) for axis in (points.x, points.y, points.z))
         col, row = (x - self.west) / self.cell, (self.north - y) / self.cell
         rows, cols = self.solid.shape
         there = (col >= 0) & (col < cols) & (row >= 0) & (row < rows) & np.isfinite(z)
@@ -91,13 +91,13 @@ class PointGrid:
         flat = np.where(there, row, 0).astype(np.int64) * cols
         flat += np.where(there, col, 0).astype(np.int64)
         np.minimum.at(self.ground.reshape(-1), flat[is_ground], z[is_ground])
-        kept = there & first & ~noise
-        is_tree = kept & np.isin(kind, TREES)
-        is_solid = kept & ~is_tree
+        is_used = there & first & ~noise
+        is_tree = is_used & np.isin(kind, TREES)
+        is_solid = is_used & ~is_tree
         np.maximum.at(self.trees.reshape(-1), flat[is_tree], z[is_tree])
         np.maximum.at(self.solid.reshape(-1), flat[is_solid], z[is_solid])
-        self.used += int(kept.sum())
-        self.classes |= set(np.unique(kind[kept]).tolist())
+        self.used += int(is_used.sum())
+        self.classes |= set(np.unique(kind[is_used]).tolist())
 
 
 def read_cloud_points(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
@@ -158,11 +158,11 @@ def grid_points(work: PointWork) -> Iterator[int | tuple[PointGrid, str | None]]
 
 
 def _find_crs(header: Any) -> str | None:
-    found = header.parse_crs()
-    if found is None:
+    system = header.parse_crs()
+    if system is None:
         return None
-    code = found.to_epsg()
-    crs = f"EPSG:{code}" if code else name_crs(found.to_wkt())
+    code = system.to_epsg()
+    crs = f"EPSG:{code}" if code else name_crs(system.to_wkt())
     if crs is not None and is_in_degrees(crs):
         msg = f"is in degrees ({show_crs(crs)}); convert it to metres (pdal translate, reproject)"
         raise InputError(msg, crs=crs)

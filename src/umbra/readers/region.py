@@ -221,8 +221,8 @@ def _find_transformer(source: str, target: str, option: str) -> Any:
         if not is_known_crs(crs):
             msg = f"{option}=: {show_crs(source)} cannot be converted to {show_crs(target)}"
             raise InputError(msg, option=option, crs=(source, target))
-    one, other = (CRS.from_user_input(crs).to_2d() for crs in (source, target))
-    return Transformer.from_crs(one, other, always_xy=True)
+    start, goal = (CRS.from_user_input(crs).to_2d() for crs in (source, target))
+    return Transformer.from_crs(start, goal, always_xy=True)
 
 
 def _convert(boxes: NDArray[np.float64], transformer: Any) -> NDArray[np.float64]:
@@ -241,18 +241,18 @@ def keep_inside(model: FileModel, region: Region) -> tuple[FileModel, int]:
     for part in model.parts:
         if part.triangles:
             boxes.setdefault(part.name, []).append(part.bounds[:, :2])
-    plans = [np.concatenate(found) for found in boxes.values()]
+    plans = [np.concatenate(points) for points in boxes.values()]
     array = np.array([(*plan.min(0), *plan.max(0)) for plan in plans]).reshape(-1, 4)
     met = region.settle(model.crs).meets(array, model.crs)
-    inside = {name for name, one in zip(boxes, met, strict=True) if one}
-    kept = tuple(part for part in model.parts if part.name in inside)
-    return replace(model, parts=kept), len(boxes) - len(inside)
+    inside = {name for name, is_met in zip(boxes, met, strict=True) if is_met}
+    parts = tuple(part for part in model.parts if part.name in inside)
+    return replace(model, parts=parts), len(boxes) - len(inside)
 
 
 def is_outside_region(feature: dict[str, Any], region: Region, crs: str | None) -> bool:
     """Return whether a feature of CityJSON with placed vertices (n, 3) lies wholly outside."""
     plan = feature["vertices"][:, :2]
-    shapes = (one for item in feature["CityObjects"].values() for one in item["geometry"])
+    shapes = (geometry for item in feature["CityObjects"].values() for geometry in item["geometry"])
     if not len(plan) or any(shape["type"] == "GeometryInstance" for shape in shapes):
         return False  # placed shapes reach beyond their points
     box = np.concatenate([plan.min(0), plan.max(0)])[None]

@@ -49,9 +49,9 @@ def read_rhino(_: bytes, path: Path, choices: ReadChoices) -> FileModel:
     reader = _RhinoReader(facts, objects, choices.budget)
     unit = UNITS.get(facts.unit, 1.0)
     matrix = np.diag([unit, unit, unit, 1.0])
-    for one in objects:
-        if not one.is_of_block:
-            reader.add(one, matrix, "", 0)
+    for item in objects:
+        if not item.is_of_block:
+            reader.add(item, matrix, "", 0)
     if facts.unit not in UNITS:
         reader.notes.append(f"its unit is {facts.unit[:40]}, so coordinates are taken as metres")
     notes = (*reader.notes, *list_counts(reader.counts))
@@ -63,34 +63,34 @@ class _RhinoReader:
 
     def __init__(self, facts: RhinoFacts, objects: list[RhinoObject], budget: Budget) -> None:
         self._facts, self._budget = facts, budget
-        self._by_id = {one.id: one for one in objects}
+        self._by_id = {item.id: item for item in objects}
         self._meshes: dict[str, Mesh] = {}
         self._unique = UniqueNames()
         self.parts: list[Part] = []
         self.counts = Losses()
         self.notes: list[str] = []
 
-    def add(self, one: RhinoObject, matrix: NDArray[np.float64], name: str, depth: int) -> None:
+    def add(self, item: RhinoObject, matrix: NDArray[np.float64], name: str, depth: int) -> None:
         """Add an object where a matrix (4, 4) puts it; ``name``: of the block that it is in."""
         self._budget.count("objects and instances of blocks")
-        layer, full, color, is_shown = self._find_layer(one.layer)
-        label = one.name or name or layer or one.kind
-        if one.is_hidden or not is_shown:
+        layer, full, color, is_shown = self._find_layer(item.layer)
+        label = item.name or name or layer or item.kind
+        if item.is_hidden or not is_shown:
             self.counts.add("hidden objects left out", label)
-        elif one.matrix is not None:
-            self._add_block(one, matrix @ one.matrix, label, depth)
-        elif one.vertices is None or one.faces is None:
-            if one.kind in _BODIES:
+        elif item.matrix is not None:
+            self._add_block(item, matrix @ item.matrix, label, depth)
+        elif item.vertices is None or item.faces is None:
+            if item.kind in _BODIES:
                 what = "bodies left out that have no render mesh (shade a view and save again)"
                 self.counts.add(what, label)
             else:
                 self.counts.add("curves, points and texts left out", label)
         else:
-            if one.id not in self._meshes:
-                self._meshes[one.id] = _make_mesh(one, label)
-            mesh = self._meshes[one.id]
-            tags = tuple(dict.fromkeys(w for w in (full, one.name, name, one.kind) if w))
-            material = _make_material(one.color or color)
+            if item.id not in self._meshes:
+                self._meshes[item.id] = _make_mesh(item, label)
+            mesh = self._meshes[item.id]
+            tags = tuple(dict.fromkeys(w for w in (full, item.name, name, item.kind) if w))
+            material = _make_material(item.color or color)
             own = self._unique.add(label)
             self.parts.append(Part(own, layer, mesh, matrix, material, tags=tags))
 
@@ -99,35 +99,35 @@ class _RhinoReader:
         return layers[index] if 0 <= index < len(layers) else ("", "", (), True)
 
     def _add_block(
-        self, one: RhinoObject, matrix: NDArray[np.float64], name: str, depth: int
+        self, instance: RhinoObject, matrix: NDArray[np.float64], name: str, depth: int
     ) -> None:
         if depth > _DEEPEST:
             msg = f"nests more than {_DEEPEST} blocks (first: '{name[:60]}'); save it again"
             raise InputError(msg)
-        block, members = self._facts.blocks.get(one.block, ("", ()))
-        found = list(self._list_members(members))
-        if not found:
+        block, members = self._facts.blocks.get(instance.block, ("", ()))
+        contents = list(self._list_members(members))
+        if not contents:
             self.counts.add("blocks left out whose objects the file does not hold", name)
-        for member in found:
-            self.add(member, matrix, one.name or block or name, depth + 1)
+        for member in contents:
+            self.add(member, matrix, instance.name or block or name, depth + 1)
 
     def _list_members(self, members: tuple[str, ...]) -> Iterator[RhinoObject]:
         return (self._by_id[member] for member in members if member in self._by_id)
 
 
-def _make_mesh(one: RhinoObject, label: str) -> Mesh:
+def _make_mesh(item: RhinoObject, label: str) -> Mesh:
     """Divide quadrilaterals as Rhino does, by the diagonal from the first corner."""
-    assert one.vertices is not None and one.faces is not None  # noqa: PT018
-    wrong = (one.faces < 0) | (one.faces >= len(one.vertices))
+    assert item.vertices is not None and item.faces is not None  # noqa: PT018
+    wrong = (item.faces < 0) | (item.faces >= len(item.vertices))
     if wrong.any():
         msg = (
             f"object '{label[:60]}' names {int(wrong.sum())} vertices that it does not have, of "
-            f"{len(one.vertices)}; repair its mesh"
+            f"{len(item.vertices)}; repair its mesh"
         )
         raise InputError(msg, object=label)
-    is_quad = one.faces[:, 2] != one.faces[:, 3]
-    faces = np.concatenate([one.faces[:, :3], one.faces[is_quad][:, [0, 2, 3]]])
-    return Mesh(one.vertices, faces.astype(np.int32))
+    is_quad = item.faces[:, 2] != item.faces[:, 3]
+    faces = np.concatenate([item.faces[:, :3], item.faces[is_quad][:, [0, 2, 3]]])
+    return Mesh(item.vertices, faces.astype(np.int32))
 
 
 def _make_material(color: Color) -> Material:

@@ -64,17 +64,17 @@ def read_objects(path: str) -> Iterator[RhinoFacts | RhinoObject]:
     layers = list(file.Layers)
     by_id = {str(layer.Id): layer for layer in layers}
     shown = tuple(
-        (str(one.Name), str(one.FullPath), tuple(one.Color), _is_shown(one, by_id))
-        for one in layers
+        (str(layer.Name), str(layer.FullPath), tuple(layer.Color), _is_shown(layer, by_id))
+        for layer in layers
     )
     blocks = {
-        str(one.Id): (str(one.Name), tuple(map(str, one.GetObjectIds())))
-        for one in file.InstanceDefinitions
+        str(definition.Id): (str(definition.Name), tuple(map(str, definition.GetObjectIds())))
+        for definition in file.InstanceDefinitions
     }
     unit = str(file.Settings.ModelUnitSystem).rpartition(".")[2]
     yield RhinoFacts(int(file.ArchiveVersion or 0), unit, shown, blocks)
-    for one in file.Objects:
-        yield _read(rhino, one)
+    for item in file.Objects:
+        yield _read(rhino, item)
 
 
 def _is_shown(layer: Any, by_id: dict[str, Any]) -> bool:
@@ -86,14 +86,14 @@ def _is_shown(layer: Any, by_id: dict[str, Any]) -> bool:
     return True
 
 
-def _read(rhino: Any, one: Any) -> RhinoObject:
-    geometry, told = one.Geometry, one.Attributes
+def _read(rhino: Any, item: Any) -> RhinoObject:
+    geometry, attributes = item.Geometry, item.Attributes
     kind = type(geometry).__name__
-    has_color = str(told.ColorSource).endswith("ColorFromObject")
+    has_color = str(attributes.ColorSource).endswith("ColorFromObject")
     facts = (
-        str(told.Id), str(told.Name or ""), kind, int(told.LayerIndex),
-        not told.Visible, bool(told.IsInstanceDefinitionObject),
-        tuple(told.ObjectColor) if has_color else None,
+        str(attributes.Id), str(attributes.Name or ""), kind, int(attributes.LayerIndex),
+        not attributes.Visible, bool(attributes.IsInstanceDefinitionObject),
+        tuple(attributes.ObjectColor) if has_color else None,
     )  # fmt: skip
     if kind == "InstanceReference":
         form = geometry.Xform
@@ -125,11 +125,11 @@ def _mesh(
         return _extrude(geometry) if kind == "Extrusion" else (None, None)
     points, corners, count = [], [], 0
     for mesh in meshes:
-        found = [(point.X, point.Y, point.Z) for point in mesh.Vertices]
-        points.append(np.array(found, np.float64).reshape(-1, 3))
+        vertices = [(point.X, point.Y, point.Z) for point in mesh.Vertices]
+        points.append(np.array(vertices, np.float64).reshape(-1, 3))
         indices = [mesh.Faces[k] for k in range(len(mesh.Faces))]
         corners.append(np.array(indices, np.int64).reshape(-1, 4) + count)
-        count += len(found)
+        count += len(vertices)
     return np.concatenate(points), np.concatenate(corners)
 
 
@@ -164,6 +164,6 @@ def _sample(curve: Any) -> NDArray[np.float64]:
         points = [(point.X, point.Y, point.Z) for point in curve.TryGetPolyline()]
     else:
         begin, end = curve.Domain.T0, curve.Domain.T1
-        found = (curve.PointAt(at) for at in np.linspace(begin, end, _PIECES + 1).tolist())
-        points = [(point.X, point.Y, point.Z) for point in found]
+        samples = (curve.PointAt(at) for at in np.linspace(begin, end, _PIECES + 1).tolist())
+        points = [(point.X, point.Y, point.Z) for point in samples]
     return np.array(points[:-1] if curve.IsClosed else points, np.float64).reshape(-1, 3)

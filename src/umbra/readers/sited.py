@@ -120,5 +120,5 @@ def tell_unused_crs(own: list[str | None], crs: str | None) -> list[str]:
     """Report a caller's CRS that no file needs; ``own`` are the CRSs that the files name."""
     if crs is None or None in own:
         return []
-    named = ", ".join(show_crs(one) for one in dict.fromkeys(own) if one)
+    named = ", ".join(show_crs(name) for name in dict.fromkeys(own) if name)
     return [f"crs='{crs}' is for files that name none, and each names its own ({named})"]

@@ -83,8 +83,8 @@ def _interpolate(soup: Triangles, plan: NDArray[np.float64]) -> NDArray[np.float
         surface = LinearNDInterpolator(used[:, :2] - plan[0], used[:, 2])
     except (QhullError, ValueError):  # all in a line, or too few
         return np.full(len(plan), np.nan)
-    found: NDArray[np.float64] = surface(plan - plan[0])
-    return found
+    heights: NDArray[np.float64] = surface(plan - plan[0])
+    return heights
 
 
 def find_terrain_parts(parts: Sequence[Part]) -> list[Part]:
@@ -125,46 +125,46 @@ def find_gaps(
     if not len(feet):
         return []
     over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
-    asked = "do both count heights from one zero?"
+    question = "do both count heights from one zero?"
     half = f"half of {len(feet)} buildings"
     if over > FLOATS:
         what = f"floats over the terrain '{ground}': {half} are {over:.1f} m above it or more"
     elif under > SUNK:
         what = f"is sunk in the terrain '{ground}': {half} begin {under:.1f} m below it or more"
-        asked = "do both count heights from one zero, and is the terrain the bare land?"
+        question = "do both count heights from one zero, and is the terrain the bare land?"
     else:
         return []
-    return [f"layer '{name}' {what}; {asked}"]
+    return [f"layer '{name}' {what}; {question}"]
 
 
 def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     """Find objects of one layer that occupy the place of another's."""
     boxes = {name: measure_boxes(parts) for name, parts in layers.items()}
     notes = []
-    for one, other in combinations(boxes, 2):
-        (names, a), (others, b) = boxes[one], boxes[other]
+    for layer, other in combinations(boxes, 2):
+        (names, a), (others, b) = boxes[layer], boxes[other]
         pairs = _find_same(a, b)
         if len(pairs):
             count = len(np.unique(pairs[:, 1]))
             i, j = pairs[0]
             notes.append(
                 f"layers overlap: {count} of {len(b)} objects of '{other}' stand where objects of "
-                f"'{one}' do (first: '{others[j]}' and '{names[i]}'); choose with no_cast="
+                f"'{layer}' do (first: '{others[j]}' and '{names[i]}'); choose with no_cast="
             )
     return notes
 
 
 def measure_boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
     """Return the names of objects and their bounding boxes (n, 2, 3)."""
-    found: dict[str, NDArray[np.float64]] = {}
+    boxes: dict[str, NDArray[np.float64]] = {}
     for part in parts:
         if part.triangles:
             box = part.bounds
-            if part.name in found:
-                other = found[part.name]
+            if part.name in boxes:
+                other = boxes[part.name]
                 box = np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
-            found[part.name] = box
-    return list(found), np.array(list(found.values())).reshape(-1, 2, 3)
+            boxes[part.name] = box
+    return list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
 
 
 def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -183,7 +183,7 @@ def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
     near = list(product((-1, 0, 1), repeat=2))
-    found = [np.zeros((0, 2), np.int64)]
+    batches = [np.zeros((0, 2), np.int64)]
     for wider in near:
         kind = kind_b + wider
         cells = _find_cells(b, kind)
@@ -195,8 +195,8 @@ def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int
             offset = np.arange(len(j)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
             i = order[first[j] + offset]
             same = _share_most(a[i], b[j])
-            found.append(np.stack([i[same], j[same]], axis=1))
-    pairs = np.unique(np.concatenate(found)[:, ::-1], axis=0)
+            batches.append(np.stack([i[same], j[same]], axis=1))
+    pairs = np.unique(np.concatenate(batches)[:, ::-1], axis=0)
     return pairs[:, ::-1]
 
 

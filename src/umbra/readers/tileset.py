@@ -59,8 +59,8 @@ def read_i3dm(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     many = len(places) * len(model.parts)
     choices.budget.spend(PART * many, f"{len(places):,} instances of {len(model.parts):,} parts")
     parts = tuple(
-        replace(move_part(part, place), name=f"{part.name} {k}", tags=(*part.tags, part.name))
-        for k, place in enumerate(places, 1)
+        replace(move_part(part, matrix), name=f"{part.name} {k}", tags=(*part.tags, part.name))
+        for k, matrix in enumerate(places, 1)
         for part in model.parts
     )
     return replace(model, format="3D Tiles I3DM", parts=parts)
@@ -123,11 +123,11 @@ class _Table:
 
     def _read(self, name: str, kind: str, width: int, count: int) -> NDArray[np.float64]:
         """Return a property, (count, width)."""
-        told = self._tree[name]
-        if isinstance(told, dict):
-            held = np.frombuffer(self._body, kind, width * count, int(told["byteOffset"]))
+        entry = self._tree[name]
+        if isinstance(entry, dict):
+            held = np.frombuffer(self._body, kind, width * count, int(entry["byteOffset"]))
         else:
-            held = np.array(told, np.float64)
+            held = np.array(entry, np.float64)
         return held.astype(np.float64).reshape(count, width)
 
 
@@ -136,8 +136,8 @@ def _unfold(codes: NDArray[np.float64]) -> NDArray[np.float64]:
     xy = codes / 65535.0 * 2.0 - 1.0
     z = 1.0 - np.abs(xy).sum(1)
     folded = (1.0 - np.abs(xy[:, ::-1])) * np.where(xy >= 0, 1.0, -1.0)
-    found = np.column_stack([np.where(z[:, None] < 0, folded, xy), z])
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    vectors = np.column_stack([np.where(z[:, None] < 0, folded, xy), z])
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 _CORNER = 36  # memory of a triangle's corners beside the mesh [byte]
@@ -209,8 +209,8 @@ class _TilesetReader:
         region = choices.region
         self.frame: Frame | None = find_tileset_frame(points, region)
         if self.frame is not None:
-            place = show_crs(self.frame.crs)
-            self.notes.append(f"coordinates are {place}, heights above the ellipsoid")
+            crs = show_crs(self.frame.crs)
+            self.notes.append(f"coordinates are {crs}, heights above the ellipsoid")
         self._box = None
         if region is not None and self.frame is not None:
             self._region = region.settle(self.frame.crs)
@@ -238,10 +238,10 @@ class _TilesetReader:
         enough = self._choices.geometric_error
         if enough is not None and float(tile.get("geometricError", 0)) <= enough:
             children = ()
-        found = list(_list_contents(tile))
+        contents = list(_list_contents(tile))
         # A set that is named by a tile is its children, not its content.
-        if refine == "ADD" or not children or all(name.endswith(".json") for name in found):
-            for name in found:
+        if refine == "ADD" or not children or all(name.endswith(".json") for name in contents):
+            for name in contents:
                 self._add_content(name, below)
         for child in children:
             self.add_tile(child, below)
@@ -307,7 +307,7 @@ class _TilesetReader:
         path = self._path.parent / where
         magic = data[:4]
         if magic == b"cmpt":
-            models = [self._make_model(one, where, up) for one in _split_cmpt(data)]
+            models = [self._make_model(piece, where, up) for piece in _split_cmpt(data)]
             return FileModel("", tuple(part for model in models for part in model.parts))
         if magic in _OTHERS:
             self.counts.add(f"{_OTHERS[magic]} left out", where)
@@ -323,9 +323,11 @@ class _TilesetReader:
             msg = "is neither glTF nor a tile that is known; fetch it again"
             raise InputError(msg)
         # Files of a tile are files of the set: the cache checks those beside the named file.
-        for one in choices.opened:
-            folder = one.path.parent.relative_to(self._path.parent)
-            self._companions.record |= {str(folder / name): s for name, s in one.record.items()}
+        for companions in choices.opened:
+            folder = companions.path.parent.relative_to(self._path.parent)
+            self._companions.record |= {
+                str(folder / name): s for name, s in companions.record.items()
+            }
         for note in model.notes:
             what, _, count = note.rpartition(": ")
             if count.isdigit() and what:

@@ -21,8 +21,8 @@ def expand(tile: dict[str, Any], fetch: Fetch, spend: Callable[[], None]) -> dic
 
     ``fetch`` reads a file by its name; ``spend`` is called for every tile, and refuses too many.
     """
-    told = tile["implicitTiling"]
-    scheme = told["subdivisionScheme"]
+    tiling = tile["implicitTiling"]
+    scheme = tiling["subdivisionScheme"]
     if scheme not in {"QUADTREE", "OCTREE"}:
         msg = f"has implicit tiles of an unknown scheme, {str(scheme)[:40]}"
         raise InputError(msg)
@@ -47,15 +47,17 @@ class _Subtree:
         self._tiles = self._read(self._tree["tileAvailability"], nodes)
         contents = self._tree.get("contentAvailability") or [{"constant": 0}]
         contents = [contents] if isinstance(contents, dict) else contents
-        self._contents = [self._read(one, nodes) for one in contents]
+        self._contents = [self._read(content, nodes) for content in contents]
         children = self._tree["childSubtreeAvailability"]
         self._children = self._read(children, 2 ** (axes * levels))
 
-    def _read(self, told: dict[str, Any], count: int) -> NDArray[np.uint8] | int:
+    def _read(self, availability: dict[str, Any], count: int) -> NDArray[np.uint8] | int:
         """Return bits (n,), or one for all."""
-        if "constant" in told:
-            return int(told["constant"])
-        view = self._tree["bufferViews"][told.get("bitstream", told.get("bufferView"))]
+        if "constant" in availability:
+            return int(availability["constant"])
+        view = self._tree["bufferViews"][
+            availability.get("bitstream", availability.get("bufferView"))
+        ]
         buffer = self._tree["buffers"][view["buffer"]]
         data = self._fetch(buffer["uri"]) if "uri" in buffer else self._binary
         start = int(view.get("byteOffset", 0))
@@ -91,21 +93,23 @@ class _Forest:
         self, tile: dict[str, Any], fetch: Fetch, spend: Callable[[], None], axes: int
     ) -> None:
         self._tile, self._fetch, self._spend, self._axes = tile, fetch, spend, axes
-        told = tile["implicitTiling"]
-        self._uri = told["subtrees"]["uri"]
-        self._levels = int(told["subtreeLevels"])
-        self._most = int(told.get("availableLevels", told.get("maximumLevel", 0) + 1))
+        tiling = tile["implicitTiling"]
+        self._uri = tiling["subtrees"]["uri"]
+        self._levels = int(tiling["subtreeLevels"])
+        self._most = int(tiling.get("availableLevels", tiling.get("maximumLevel", 0) + 1))
         if not 1 <= self._levels <= 12 or not 1 <= self._most <= 32:
             msg = f"has implicit tiles of {self._most} levels by {self._levels}; export it again"
             raise InputError(msg)
 
-    def make(self, place: Place, volume: Any, subtree: _Subtree | None) -> dict[str, Any] | None:
+    def make(
+        self, coordinates: Place, volume: Any, subtree: _Subtree | None
+    ) -> dict[str, Any] | None:
         """Return a tile with its children; None if it is not available."""
         self._spend()
-        level, x, y, z = place
+        level, x, y, z = coordinates
         local = level % self._levels
         if subtree is None:
-            name = _fill(self._uri, place)
+            name = _fill(self._uri, coordinates)
             subtree = _Subtree(self._fetch(name), name, self._fetch, self._axes, self._levels)
         mask = (1 << local) - 1
         morton = _interleave((x & mask, y & mask, z & mask)[: self._axes])
@@ -113,27 +117,27 @@ class _Forest:
             return None
         wanted = self._tile.get("contents") or [self._tile.get("content")]
         contents = [
-            {"uri": _fill(one["uri"], place)}
-            for number, one in enumerate(wanted)
-            if one and subtree.has_content(number, local, morton)
+            {"uri": _fill(content["uri"], coordinates)}
+            for number, content in enumerate(wanted)
+            if content and subtree.has_content(number, local, morton)
         ]
         error = float(self._tile.get("geometricError", 0)) / 2**level
         is_last = level + 1 >= self._most
-        children = [] if is_last else list(self._list_children(place, volume, subtree))
+        children = [] if is_last else list(self._list_children(coordinates, volume, subtree))
         return {"boundingVolume": volume, "geometricError": error, "contents": contents,
                 "children": children}  # fmt: skip
 
     def _list_children(
-        self, place: Place, volume: Any, subtree: _Subtree
+        self, coordinates: Place, volume: Any, subtree: _Subtree
     ) -> Iterator[dict[str, Any]]:
-        level, x, y, z = place
+        level, x, y, z = coordinates
         is_last = (level + 1) % self._levels == 0
         mask = (1 << (level + 1) % self._levels) - 1 if not is_last else (1 << self._levels) - 1
         for k in range(2**self._axes):
             step = (k & 1, k >> 1 & 1, k >> 2 & 1)
             there = (2 * x + step[0], 2 * y + step[1], 2 * z + step[2] * (self._axes == 3))
             if is_last and not subtree.has_child(
-                _interleave(tuple(one & mask for one in there)[: self._axes])
+                _interleave(tuple(coordinate & mask for coordinate in there)[: self._axes])
             ):
                 continue
             smaller = _divide(volume, step, self._axes)
@@ -142,17 +146,17 @@ class _Forest:
                 yield child
 
 
-def _fill(uri: str, place: Place) -> str:
-    for word, number in zip(("level", "x", "y", "z"), place, strict=True):
+def _fill(uri: str, coordinates: Place) -> str:
+    for word, number in zip(("level", "x", "y", "z"), coordinates, strict=True):
         uri = uri.replace(f"{{{word}}}", str(number))
     return uri
 
 
-def _interleave(place: tuple[int, ...]) -> int:
+def _interleave(coordinates: tuple[int, ...]) -> int:
     """Return the Morton index of a place: its bits in turn, x's first."""
-    axes, index = len(place), 0
-    for bit in range(max(place).bit_length()):
-        for axis, value in enumerate(place):
+    axes, index = len(coordinates), 0
+    for bit in range(max(coordinates).bit_length()):
+        for axis, value in enumerate(coordinates):
             index |= (value >> bit & 1) << (axes * bit + axis)
     return index
 

@@ -244,8 +244,8 @@ def _read_columns(element: _Element, rows: list[list[bytes]]) -> dict[str, Any]:
     for item in element.properties:
         lengths = [int(row[at]) for row, at in zip(rows, starts)] if item.length_kind else None
         if lengths is None:
-            found = [float(row[at]) for row, at in zip(rows, starts)]
-            values.append(np.array(found, np.float64))
+            column = [float(row[at]) for row, at in zip(rows, starts)]
+            values.append(np.array(column, np.float64))
             starts = [at + 1 for at in starts]
         else:
             stops = [at + 1 + n for at, n in zip(starts, lengths)]
@@ -263,11 +263,11 @@ def _read_columns(element: _Element, rows: list[list[bytes]]) -> dict[str, Any]:
 def _gather(element: _Element, values: list[Any], sizes: list[Any]) -> dict[str, Any]:
     """Return columns by name, and (corners, lengths) for lists of whole numbers."""
     columns: dict[str, Any] = {}
-    for item, found, lengths in zip(element.properties, values, sizes, strict=True):
+    for item, column, lengths in zip(element.properties, values, sizes, strict=True):
         if not item.length_kind:
-            columns[item.name] = found
+            columns[item.name] = column
         elif item.kind[0] != "f":  # texture coordinates are not needed
-            corners = found.reshape(-1).astype(np.int64)
+            corners = column.reshape(-1).astype(np.int64)
             columns[item.name] = corners, np.array(lengths, np.int64)
     return columns
 

@@ -90,14 +90,14 @@ def triangulate(
     by_length = simple[np.argsort(outside[simple], kind="stable")]
     counts, firsts = np.unique(outside[by_length], return_index=True)
     for n, group in zip(counts.tolist(), np.split(by_length, firsts[1:]), strict=False):
-        found = corners[start[group][:, None] + np.arange(n)]
+        loops = corners[start[group][:, None] + np.arange(n)]
         if n == 3:
-            cut, done = found[:, None, :], np.ones(len(found), bool)
+            cut, done = loops[:, None, :], np.ones(len(loops), bool)
         elif n == 4:
-            cut, done = _cut_quads(vertices, found)
+            cut, done = _cut_quads(vertices, loops)
             usable[group[~done]] = False
         else:
-            cut, done = _cut_fans(vertices, found)
+            cut, done = _cut_fans(vertices, loops)
             slow = np.concatenate([slow, group[~done]])
         faces.append(cut[done].reshape(-1, 3))
         owners.append(np.repeat(group[done], n - 2))

@@ -85,24 +85,24 @@ def _check_schema(path: Path) -> None:
     try:
         with closing(sqlite3.connect(uri, uri=True)) as store:
             store.execute("PRAGMA trusted_schema = OFF")
-            found = store.execute(query).fetchall()
-            views = [name for kind, name, _ in found if kind == "view"]
+            entries = store.execute(query).fetchall()
+            views = [name for kind, name, _ in entries if kind == "view"]
             # A view in place of a table of the format itself would run where names are looked up.
             is_own = any(name.casefold().startswith("gpkg_") for name in views)
             names = [] if is_own else store.execute("SELECT table_name FROM gpkg_contents")
-            told = {str(name) for (name,) in names}
+            tables = {str(name) for (name,) in names}
     except sqlite3.Error as error:
         msg = (
             f"cannot be read as GeoPackage ({' '.join(str(error).split())[:120]}); export it again"
         )
         raise InputError(msg) from error
-    views = [name for name in views if is_own or name in told]
-    if len(told) > MOST_TABLES:
+    views = [name for name in views if is_own or name in tables]
+    if len(tables) > MOST_TABLES:
         msg = (
-            f"has {len(told):,} tables, of which one is read; export the one you mean (ogr2ogr "
+            f"has {len(tables):,} tables, of which one is read; export the one you mean (ogr2ogr "
             f"one.gpkg {path.name} TABLE)"
         )
-        raise InputError(msg, count=len(told))
+        raise InputError(msg, count=len(tables))
     if views:
         msg = (
             f"has layers that are views, which are not read: {len(views)} (first: "
@@ -110,7 +110,7 @@ def _check_schema(path: Path) -> None:
             f"{views[0][:60]})"
         )
         raise InputError(msg, views=views)
-    for kind, name, text in found:
+    for kind, name, text in entries:
         words = " ".join(str(text).casefold().split()).partition(" using ")[2]
         if kind == "table" and words and not words.startswith(_INDEX):
             msg = f"has a virtual table '{name[:60]}', which is not read; export it again without"

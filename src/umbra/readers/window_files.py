@@ -84,8 +84,8 @@ def read_windows(path: str | Path) -> tuple[WindowRow, ...]:
             f"are {', '.join(head)[:200]}; windows need {','.join(COLUMNS)}[,{','.join(_MORE)}]"
         )
         raise InputError(msg, option="windows", columns=missing)
-    place = {name: head.index(name) for name in (*COLUMNS, *_MORE) if name in head}
-    rows = tuple(_read_row(path, n, row, place, k) for k, (n, row) in enumerate(lines[1:], 1))
+    column = {name: head.index(name) for name in (*COLUMNS, *_MORE) if name in head}
+    rows = tuple(_read_row(path, n, row, column, k) for k, (n, row) in enumerate(lines[1:], 1))
     if not rows:
         msg = f"{path}: holds no window; give a line for each"
         raise InputError(msg, option="windows")
@@ -125,11 +125,11 @@ def _read_lines(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _read_row(
-    path: str | Path, line: int, row: list[str], place: dict[str, int], number: int
+    path: str | Path, line: int, row: list[str], column: dict[str, int], number: int
 ) -> WindowRow:
     """Read a line; the number of its window names it if it has no name."""
     values: dict[str, object] = {}
-    for name, index in place.items():
+    for name, index in column.items():
         word = row[index].strip().replace("\0", "\ufffd") if index < len(row) else ""
         if name not in _LIMITS:
             values[name] = word

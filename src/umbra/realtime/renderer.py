@@ -1,4 +1,4 @@
-"""Pictures of a scene that lives: parts move, come and go between two of them."""
+"""Pictures of a changing scene: parts move, are added and removed between two pictures."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

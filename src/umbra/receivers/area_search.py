@@ -19,30 +19,30 @@ __all__ = ["bound_areas", "check_areas", "find_areas", "join_plans"]
 _GRID = 1e-6  # corners of parts that are nearer are one [m]
 
 
-def check_areas(asked: Any) -> Any:
+def check_areas(areas: Any) -> Any:
     """Read a file of areas that is asked for; return all else as it is."""
-    if is_area_file(asked):
-        return load_areas(Path(asked))
-    is_right = isinstance(asked, (str, Mapping, AreaFile)) or hasattr(asked, "geometry")
-    if not is_right and isinstance(asked, Sequence):
-        is_right = len(asked) > 0 and all(isinstance(one, (str, Area)) for one in asked)
+    if is_area_file(areas):
+        return load_areas(Path(areas))
+    is_right = isinstance(areas, (str, Mapping, AreaFile)) or hasattr(areas, "geometry")
+    if not is_right and isinstance(areas, Sequence):
+        is_right = len(areas) > 0 and all(isinstance(item, (str, Area)) for item in areas)
     if not is_right:
         msg = (
             "areas is a file of polygons, a pattern of the model's parts or kinds, a GeoDataFrame, "
-            f"or polygons by name; got {show_value(asked)}"
+            f"or polygons by name; got {show_value(areas)}"
         )
         raise InputError(msg, option="areas")
-    return asked
+    return areas
 
 
-def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
+def find_areas(scene: Scene, selection: Any) -> tuple[list[Area], list[str]]:
     """
     Find areas in a model's own coordinates.
 
     Parameters
     ----------
     scene : Scene
-    asked : path, str, sequence of str, AreaFile, mapping, sequence of Area, or GeoDataFrame
+    selection : path, str, sequence of str, AreaFile, mapping, sequence of Area, or GeoDataFrame
         A file; patterns of parts and kinds of the model; polygons by name.
 
     Returns
@@ -55,18 +55,19 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
     InputError
         If there are none, one is no valid polygon, two have one name, or they lie elsewhere.
     """
-    asked = check_areas(asked)
-    if isinstance(asked, AreaFile):
-        return place_areas(asked, scene)
-    if (patterns := _find_patterns(asked)) is not None:
+    selection = check_areas(selection)
+    if isinstance(selection, AreaFile):
+        return place_areas(selection, scene)
+    if (patterns := _find_patterns(selection)) is not None:
         return _find_parts(scene, patterns), []
     shapely = need("shapely", "gis", "areas")
-    if isinstance(asked, Mapping):
-        given, crs = [Area(str(name), polygon) for name, polygon in asked.items()], None
-    elif hasattr(asked, "geometry"):
-        given, crs = _read_frame(asked), None if asked.crs is None else asked.crs.to_wkt()
+    if isinstance(selection, Mapping):
+        given, crs = [Area(str(name), polygon) for name, polygon in selection.items()], None
+    elif hasattr(selection, "geometry"):
+        given = _read_frame(selection)
+        crs = None if selection.crs is None else selection.crs.to_wkt()
     else:
-        given, crs = list(asked), None
+        given, crs = list(selection), None
     names = set()
     for area in given:
         check_polygon(shapely, area.name, area.polygon)
@@ -81,26 +82,26 @@ def find_areas(scene: Scene, asked: Any) -> tuple[list[Area], list[str]]:
     return areas, [note for note in notes if crs is not None]
 
 
-def bound_areas(scene: Scene, asked: Any) -> NDArray[np.float64]:
+def bound_areas(scene: Scene, selection: Any) -> NDArray[np.float64]:
     """
     Return the bounds (2, 2) of areas, as `find_areas` takes them, in own coordinates [m].
 
     Those of parts are the parts' own, whose plans need not be joined for them.
     """
-    if (patterns := _find_patterns(asked)) is not None:
+    if (patterns := _find_patterns(selection)) is not None:
         corners = scene.triangles(scene.select(patterns, option="areas")).find_corners()
         return np.stack([corners.min(0), corners.max(0)])[:, :2] + scene.origin[:2]
-    areas, _ = find_areas(scene, asked)
+    areas, _ = find_areas(scene, selection)
     boxes = np.array([area.polygon.bounds for area in areas])
     return np.stack([boxes[:, :2].min(0), boxes[:, 2:].max(0)])
 
 
-def _find_patterns(asked: Any) -> Sequence[str] | None:
+def _find_patterns(selection: Any) -> Sequence[str] | None:
     """Return the patterns of parts that are asked for; None of polygons."""
-    if isinstance(asked, str):
-        return (asked,)
-    is_list = isinstance(asked, Sequence) and all(isinstance(one, str) for one in asked)
-    return asked if is_list else None
+    if isinstance(selection, str):
+        return (selection,)
+    is_list = isinstance(selection, Sequence) and all(isinstance(item, str) for item in selection)
+    return selection if is_list else None
 
 
 def _read_frame(frame: Any) -> list[Area]:
@@ -112,16 +113,16 @@ def _read_frame(frame: Any) -> list[Area]:
 def _find_parts(scene: Scene, patterns: Sequence[str]) -> list[Area]:
     """Return the plans of parts of the model that patterns match, one area for each object."""
     parts, labels = scene.select(patterns, option="areas"), scene.labels()
-    found = []
+    areas = []
     for name in dict.fromkeys(labels[k] for k in parts):
         soup = scene.triangles([k for k in parts if labels[k] == name])
         shape = join_plans(soup.vertices[soup.faces][..., :2], scene.origin[:2])
         if shape is not None:
-            found.append(Area(name, shape))
-    if not found:
+            areas.append(Area(name, shape))
+    if not areas:
         msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
         raise InputError(msg, option="areas")
-    return found
+    return areas
 
 
 def join_plans(corners: NDArray[np.float64], origin: NDArray[np.float64]) -> Any:
@@ -139,8 +140,10 @@ def join_plans(corners: NDArray[np.float64], origin: NDArray[np.float64]) -> Any
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     lies = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) > _GRID * _GRID
     whole = shapely.union_all(shapely.polygons(corners[lies]), grid_size=_GRID)
-    kept = [one for one in shapely.get_parts(whole) if shapely.get_type_id(one) == 3]
-    if not kept:
+    polygons = [
+        polygon for polygon in shapely.get_parts(whole) if shapely.get_type_id(polygon) == 3
+    ]
+    if not polygons:
         return None
-    shape = kept[0] if len(kept) == 1 else shapely.multipolygons(kept)
+    shape = polygons[0] if len(polygons) == 1 else shapely.multipolygons(polygons)
     return shapely.transform(shape, lambda points: points + origin)

@@ -36,7 +36,7 @@ __all__ = [
 ]  # fmt: skip
 
 _LEVEL = re.compile(r"(ground|mean|top)\s*(?:\+\s*([\d.]+)\s*m?)?")
-_COVERED = 0.01  # share under roofs from which it is told
+_COVERED = 0.01  # least share under roofs that is reported
 _ABOVE = 0.01  # height above the ground from which something is a roof over it [m]
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -67,10 +67,10 @@ class AreaLevel:
         InputError
             If it is none of these.
         """
-        found = _LEVEL.fullmatch(text.strip()) if isinstance(text, str) else None
+        match = _LEVEL.fullmatch(text.strip()) if isinstance(text, str) else None
         try:
-            assert found is not None
-            level = cls(found[1], float(found[2] or 0.0))
+            assert match is not None
+            level = cls(match[1], float(match[2] or 0.0))
         except (AssertionError, ValueError):
             msg = (
                 f"areas_on is ground, top, or a plane above either or above the mean ground of "
@@ -109,12 +109,14 @@ class AreaKind(PlacedKind):
             raise InputError(msg, option="areas")
         areas, notes = find_areas(scene, options.areas)
         refuse_outside(areas, options.extent)
-        found = find_ground(scene, options.ground)
-        ground = AreaGround(found.level, is_plane=found.is_plane, is_added=found.is_added)
+        model_ground = find_ground(scene, options.ground)
+        ground = AreaGround(
+            model_ground.level, is_plane=model_ground.is_plane, is_added=model_ground.is_added
+        )
         laid = lay_out_areas(self, request, areas, ground)
         level = AreaLevel.of(options.areas_on)
-        told = tell_sampling(laid.group_names, laid.covered, laid.sides, options.cell, level)
-        laid.notes = (*notes, *told)
+        remarks = tell_sampling(laid.group_names, laid.covered, laid.sides, options.cell, level)
+        laid.notes = (*notes, *remarks)
         laid.facts["areas_sampling"] = laid.notes[-1]
         return laid
 
@@ -356,12 +358,12 @@ def _tell_covered(names: Sequence[str], shares: NDArray[np.float64]) -> list[str
         return []
     most = int(under[np.argmax(shares[under])])
     count = "1 area lies" if len(under) == 1 else f"{len(under)} areas lie"
-    told = (
+    note = (
         f"{count} in part under roofs, where it is in shadow (most: '{names[most]}', "
         f"{100 * shares[most]:.0f} %); draw areas without buildings, or judge what is topmost "
         "(areas_on='top')"
     )
-    return [told]
+    return [note]
 
 
 def _tell_lattice(sides: NDArray[np.float64], cell: float | None, level: AreaLevel) -> str:

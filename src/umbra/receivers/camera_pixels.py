@@ -47,11 +47,11 @@ class CameraPicture(ReceiverKind):
             make_camera, plane, shown, canopy=request.canopy,
             lights=request.lights, proposed=request.find_proposed(),
         )  # fmt: skip
-        kept = PIXEL_BYTES + request.bytes_kept + request.bytes_of_masks
-        if cols * rows * kept > find_memory():
+        bytes_each = PIXEL_BYTES + request.bytes_kept + request.bytes_of_masks
+        if cols * rows * bytes_each > find_memory():
             msg = (
-                f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "
-                f"{name_memory(find_memory())}; give a smaller size="
+                f"a picture of {cols}x{rows} pixels needs {cols * rows * bytes_each / 1e9:.1f} GB "
+                f"and {name_memory(find_memory())}; give a smaller size="
             )
             raise InputError(msg, option="size", size=size)
         grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)

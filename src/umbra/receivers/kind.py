@@ -104,8 +104,8 @@ class Request:
         looked_through = set(self.find_proposed())
         if not looked_through:
             return shown
-        some = range(len(self.scene.parts)) if shown is None else shown
-        return [part for part in some if part not in looked_through] or shown
+        parts = range(len(self.scene.parts)) if shown is None else shown
+        return [part for part in parts if part not in looked_through] or shown
 
     def find_proposed(self) -> list[int]:
         """Return the parts of the proposed development."""
@@ -117,7 +117,7 @@ class Request:
         return {
             **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
             "masks": self.bytes_of_masks,
-            "kept": self.bytes_kept,
+            "bytes_kept": self.bytes_kept,
             "threads": self.threads,
             "by_day": self.by_day,
             "is_cut": self.is_cut,

@@ -88,7 +88,7 @@ def lay_out(
     cell: float | None = None,
     size: tuple[int, int] | None = None,
     masks: int = 0,
-    kept: int = 0,
+    bytes_kept: int = 0,
     threads: int = 1,
     by_day: bool = False,
     is_cut: bool = False,
@@ -112,7 +112,7 @@ def lay_out(
         Columns and rows, instead of ``cell``.
     masks : int
         Memory of a cell's masks [byte]: one for eight instants.
-    kept : int
+    bytes_kept : int
         Memory of a cell's other results [byte].
     threads : int
         Each holds its own counts.
@@ -156,7 +156,7 @@ def lay_out(
             )
             raise InputError(msg, extent=tuple(extent))
         _check_near(low, high, skyline)
-    most = _most_cells(masks + kept, threads)
+    most = _most_cells(masks + bytes_kept, threads)
     wide, deep = (float(length) for length in high - low)
     if size is None:
         side = cell or _round_up(max(wide, deep) / _LONG_SIDE)
@@ -171,7 +171,7 @@ def lay_out(
     if cols * rows > most and not is_cut:
         is_vast = extent is None and max(wide, deep) > _VAST
         raise _too_large(
-            cols, rows, most, wide, deep, masks, kept, threads, by_day=by_day, is_vast=is_vast
+            cols, rows, most, wide, deep, masks, bytes_kept, threads, by_day=by_day, is_vast=is_vast
         )
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
@@ -222,14 +222,14 @@ def _count_cells(length: float, side: float) -> int:
     return max(1, math.ceil(min(length / side, 1e15) - 1e-6))
 
 
-def _most_cells(kept: int, threads: int) -> int:
+def _most_cells(bytes_kept: int, threads: int) -> int:
     """Return the number of cells that fit in memory."""
     room = max(find_memory() - _BASE, 0.0)
     work = _WORK + _THREAD_WORK * threads
-    in_one_tile = room / (_BYTES + kept + work)
+    in_one_tile = room / (_BYTES + bytes_kept + work)
     if in_one_tile <= TILE**2:
         return int(in_one_tile)
-    return int((room - TILE**2 * work) / (_BYTES + kept))
+    return int((room - TILE**2 * work) / (_BYTES + bytes_kept))
 
 
 def _too_large(
@@ -239,7 +239,7 @@ def _too_large(
     wide: float,
     deep: float,
     masks: int,
-    kept: int,
+    bytes_kept: int,
     threads: int,
     *,
     by_day: bool,
@@ -247,7 +247,7 @@ def _too_large(
 ) -> InputError:
     cells = cols * rows
     work = min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
-    needed = _BASE + cells * (_BYTES + masks + kept) + work
+    needed = _BASE + cells * (_BYTES + masks + bytes_kept) + work
     side = max(math.sqrt(wide * deep / max(most, 1)), max(wide, deep) / max(most, 1))
     # One more cell than needed each way: a default extent begins at whole cells.
     while (wide / side + 2) * (deep / side + 2) > max(most, 9):

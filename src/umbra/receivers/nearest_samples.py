@@ -54,8 +54,8 @@ def _find_squares(points, surface, axes, start, spacing, square):
     """Find the column and row of the square that holds each sample."""
     for i in range(surface.size):
         for k in range(2):
-            place = _locate(points[i], surface[i], axes, start, spacing, k)
-            square[i, k] = np.int64(np.rint(place))
+            position = _locate(points[i], surface[i], axes, start, spacing, k)
+            square[i, k] = np.int64(np.rint(position))
 
 
 @kernel

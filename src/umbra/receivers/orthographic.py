@@ -168,11 +168,11 @@ class OrthographicKind(ReceiverKind):
         known = find_ground(scene, request.options.ground)
         level, assumed = known.level, known.assumed
         azimuth, tilt = find_direction(request.options.receivers)
-        shown, asked = self.find_drawn(request)
+        shown, requested = self.find_drawn(request)
         bounds = scene.bounds()
         frame = Elevation.of(azimuth, request.true_north, tilt)
         drawn = shown if shown is None or request.options.on else [*shown, *request.find_proposed()]
-        low, high = frame.find_extent(scene, asked or drawn)
+        low, high = frame.find_extent(scene, requested or drawn)
         margin = _MARGIN * (high[0] - low[0]) + 1e-3
         room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # long rows of houses are low
         ground = None
@@ -189,7 +189,12 @@ class OrthographicKind(ReceiverKind):
         grid, _, _ = lay_out(
             Skyline.of(np.array([(*low, level), (*high, level)]), level),
             np.zeros((0, 3)),
-            **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + PIXEL_BYTES},
+            **{
+                **raster,
+                "extent": extent,
+                "cell": cell,
+                "bytes_kept": raster["bytes_kept"] + PIXEL_BYTES,
+            },
         )
         if size is not None:
             grid = _make_square(grid)
@@ -197,7 +202,7 @@ class OrthographicKind(ReceiverKind):
         model = ViewModel(
             scene, casting.soup, casting.caster, request.threads, request.casters,
             lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
-            lights=request.lights, proposed=request.find_proposed(), asked=asked,
+            lights=request.lights, proposed=request.find_proposed(), asked=requested,
             samples=self.samples,
         )  # fmt: skip
         tile = model.make_tile(grid)
@@ -284,17 +289,17 @@ class SurfacesFromAbove(ViewFromAbove):
 
     def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
         """Describe where the hours were counted."""
-        told = f"walls and roofs: samples {facts['spacing_m']:g} m apart"
+        text = f"walls and roofs: samples {facts['spacing_m']:g} m apart"
         cell = facts.get("ground_cell_m")
-        return told if cell is None else f"{told} · ground: cells of {cell:g} m"
+        return text if cell is None else f"{text} · ground: cells of {cell:g} m"
 
     def find_drawn(self, request: Request) -> tuple[list[int] | None, list[int] | None]:
         """Return what is seen of all parts, and the parts asked for."""
         if not request.options.on:
             return request.find_shown(), None
-        asked = request.find_shown() or []
+        requested = request.find_shown() or []
         others = replace(request, options=replace(request.options, on=())).find_shown()
-        return None if others is None else sorted({*others, *asked}), asked
+        return None if others is None else sorted({*others, *requested}), requested
 
 
 def _find_facing(tile: ViewTile) -> NDArray[np.float64]:

@@ -116,11 +116,11 @@ class PlacedKind(SampleKind):
         """Return an array of a shape; filled where nothing is given."""
         if given is None:
             return np.full(shape, by, np.float64)
-        found = np.array(given, np.float64)
-        if found.shape != shape:
-            msg = f"receivers='{self.name}' gave an array {found.shape} for {shape[0]} points"
+        values = np.array(given, np.float64)
+        if values.shape != shape:
+            msg = f"receivers='{self.name}' gave an array {values.shape} for {shape[0]} points"
             raise InputError(msg, option="receivers")
-        return found
+        return values
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the samples."""
@@ -157,5 +157,5 @@ class PlacedReceivers(SingleReceivers):
 
     def sum_up(self, study: Any) -> Variables:
         """Return names and areas, if any."""
-        found: Variables = {"name": (DIMS, np.array(self.names))} if self.names else {}
-        return found if self.areas is None else {**found, "area": (DIMS, self.areas)}
+        variables: Variables = {"name": (DIMS, np.array(self.names))} if self.names else {}
+        return variables if self.areas is None else {**variables, "area": (DIMS, self.areas)}

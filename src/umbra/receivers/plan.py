@@ -147,9 +147,9 @@ class PlanRaster(Raster):
         scene, share = self.casting.scene, self.bare / math.prod(self.shape)
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
         nothing = np.zeros(self.shape if self.casting.has_end else 0, np.bool_)
-        for _, where, found in self._looked.values():
-            if found is not None:
-                nothing[where] = found
+        for _, where, mask in self._looked.values():
+            if mask is not None:
+                nothing[where] = mask
         return nothing if nothing.any() else None
 
     def variables(self) -> Variables:
@@ -257,11 +257,11 @@ class GroundPlane(PlanKind):
     ) -> dict[str, object]:
         """Report that a model's own ground is not shown, or that its buildings' bases differ."""
         if has_terrain(scene):
-            told = (
+            note = (
                 f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
                 "nothing; receivers='top' shows the shadows on it"
             )
-            return {"assumption": told}
+            return {"assumption": note}
         return check_stated(scene, level) if assumed is None else assumed.describe(level)
 
     def describe_receivers(self, study: Any) -> str:
@@ -321,7 +321,7 @@ class TopmostSurface(PlanKind):
         built = study.laid.is_built
         ground = replace(whole, which=whole.which & ~built, what="ground")
         roofs = replace(whole, which=whole.which & built, what="roofs")
-        return [*(some for some in (ground, roofs) if some.which.any()), whole]
+        return [*(group for group in (ground, roofs) if group.which.any()), whole]
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
@@ -331,11 +331,11 @@ class TopmostSurface(PlanKind):
             return {}
         if assumed is None:
             return check_stated(scene, level)
-        told = (
+        note = (
             f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
             f"is assumed level at z = {level:.6g} m (ground=)"
         )
-        return {"assumption": told, "assumed_ground_share": float(bare)}
+        return {"assumption": note, "assumed_ground_share": float(bare)}
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the topmost surface."""

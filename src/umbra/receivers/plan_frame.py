@@ -125,5 +125,5 @@ def _drop_added(scene: Scene, soup: Triangles) -> Triangles:
     own = scene.list_own()
     if own is None:
         return soup
-    kept = np.isin(soup.part, own)
-    return replace(soup, faces=soup.faces[kept], part=soup.part[kept])
+    is_own = np.isin(soup.part, own)
+    return replace(soup, faces=soup.faces[is_own], part=soup.part[is_own])

@@ -72,9 +72,9 @@ class PlanModel(Casting):
             is_added = np.array([part.kind in ADDED_GROUND for part in parts], np.bool_)
             chosen = np.flatnonzero(is_added[soup.part])
             own = replace(soup, faces=soup.faces[chosen], part=soup.part[chosen])
-            found = find_surface(own, grid, self.floor, self.threads, has_end=True)
-            face = np.append(chosen, -1).astype(np.int32)[np.maximum(found.face, -1)]
-            return replace(found, face=face)
+            surface = find_surface(own, grid, self.floor, self.threads, has_end=True)
+            face = np.append(chosen, -1).astype(np.int32)[np.maximum(surface.face, -1)]
+            return replace(surface, face=face)
 
         if grid.rows * grid.cols > _KEPT:
             return look()
@@ -176,7 +176,7 @@ class PlanTile:
         return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
 
     def count_many(self, lights: int) -> None:
-        """Return nothing: a sweep pays for any number of lights."""
+        """Return None: a sweep is the fastest for any number of lights."""
 
     def count_pieces(self, pieces: Sequence[Sequence[int]]) -> None:
         """Return nothing: a sweep counts one caster, on the cells in its reach."""
@@ -300,7 +300,7 @@ class TopmostTile(PlanTile):
         return np.union1d(self.surface.rim, np.flatnonzero(self._find_crowned()))
 
     def _find_crowned(self) -> NDArray[np.bool_]:
-        """Find the cells under canopies, which are looked through."""
+        """Find the cells under canopies, which are see-through."""
         model, surface = self.model, self.receiving
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)

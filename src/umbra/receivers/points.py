@@ -108,10 +108,10 @@ class SurfaceSamples(SingleReceivers):
         """Return the position and normal of each."""
         samples, origin, shape = self.samples, self.casting.scene.origin, self.shape
         z: Any = OnDemand(shape, np.float64, lambda: samples.points[:, 2] + origin[2])
-        place: Any = OnDemand((*shape, 3), np.float64, lambda: samples.points + origin)
+        position: Any = OnDemand((*shape, 3), np.float64, lambda: samples.points + origin)
         normal: Any = OnDemand((*shape, 3), np.float64, lambda: samples.normals)
         axes = (*DIMS, "xyz")
-        return {"receiver_z": (DIMS, z), "position": (axes, place), "normal": (axes, normal)}
+        return {"receiver_z": (DIMS, z), "position": (axes, position), "normal": (axes, normal)}
 
     def sum_up(self, study: Any) -> Variables:
         """Return the results of each surface and of each part."""
@@ -121,17 +121,17 @@ class SurfaceSamples(SingleReceivers):
         normal = samples.surface_normal
         turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - study.true_north
         level = np.hypot(normal[:, 0], normal[:, 1]) < LEVEL
-        one, part, area = ("surface",), ("part",), cast("Any", self.area)
+        dims, part, area = ("surface",), ("part",), cast("Any", self.area)
         surface: Any = OnDemand(self.shape, np.int32, lambda: np.array(samples.surface))
-        found: Variables = {
+        variables: Variables = {
             "area": (DIMS, area),
             "surface_of_sample": (DIMS, surface),
-            "surface_part": (one, owner.astype(np.int32)),
-            "surface_kind": (one, np.array([scene.parts[p].kind for p in samples.part])),
+            "surface_part": (dims, owner.astype(np.int32)),
+            "surface_kind": (dims, np.array([scene.parts[p].kind for p in samples.part])),
             # A copy: the samples stay with the scene, and results may be written to.
-            "surface_area": (one, samples.surface_area.copy()),
-            "surface_azimuth": (one, np.where(level, np.nan, turn % 360)),
-            "surface_tilt": (one, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
+            "surface_area": (dims, samples.surface_area.copy()),
+            "surface_azimuth": (dims, np.where(level, np.nan, turn % 360)),
+            "surface_tilt": (dims, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
             "part": (part, labels),
         }
         first = samples.surface_first
@@ -142,25 +142,29 @@ class SurfaceSamples(SingleReceivers):
             _weigh(first, owner, samples.share, np.asarray(values, np.float64), *sums)
             return sums
 
-        measured = {one.name: study.more[one.name][1] for one in study.quantities if not one.per}
+        measured = {
+            quantity.name: study.more[quantity.name][1]
+            for quantity in study.quantities
+            if not quantity.per
+        }
         if study.has_hours:
             measured["sun_hours"] = study.sun_hours
-        each = {name: weigh(values) for name, values in measured.items()}
-        (_, whole), *_ = each.values() or [weigh(np.zeros(samples.count))]
+        results = {name: weigh(values) for name, values in measured.items()}
+        (_, whole), *_ = results.values() or [weigh(np.zeros(samples.count))]
         by_day = study.more.get("sun_hours_by_day")
         days = [] if by_day is None else [weigh(sun) for sun in by_day[1]]
         for k, name in enumerate(("surface", "part")):
             if name == "part":
-                found["part_area"] = (part, whole[:, 0].copy())
-            for what, sums in each.items():
+                variables["part_area"] = (part, whole[:, 0].copy())
+            for what, sums in results.items():
                 for which, figure in _tell_figures(sums[k]).items():
-                    found[f"{name}_{which}_{what}"] = ((name,), figure)
+                    variables[f"{name}_{which}_{what}"] = ((name,), figure)
             if days:
                 of_days = [_tell_figures(sums[k]) for sums in days]
                 for which in of_days[0]:
                     values = np.array([day[which] for day in of_days])
-                    found[f"{name}_{which}_sun_hours_by_day"] = (("day", name), values)
-        return found
+                    variables[f"{name}_{which}_sun_hours_by_day"] = (("day", name), values)
+        return variables
 
 
 def _tell_figures(sums: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
@@ -262,7 +266,7 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
     points = []
     for line, row in rows:
         try:
-            points.append([float(row[place]) for place in places])
+            points.append([float(row[index]) for index in places])
         except (ValueError, IndexError):
             msg = (
                 f"{path}: line {line} has not {len(places)} numbers ({','.join(row)[:60]}); "

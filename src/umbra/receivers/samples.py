@@ -69,12 +69,12 @@ def sample_surfaces(
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(normals, axis=1)
     normals /= np.maximum(double, 1e-300)[:, None]
-    kept = np.flatnonzero((double > 0) & (normals[:, 2] > -_COS))
-    if not len(kept):
+    sampled = np.flatnonzero((double > 0) & (normals[:, 2] > -_COS))
+    if not len(sampled):
         msg = "nothing is left to sample: all surfaces face straight down; choose others with on="
         raise InputError(msg, option="on")
-    faces, normals, corners = faces[kept], normals[kept], corners[kept]
-    area, part = double[kept] / 2, soup.part[kept]
+    faces, normals, corners = faces[sampled], normals[sampled], corners[sampled]
+    area, part = double[sampled] / 2, soup.part[sampled]
     owner, is_border = join_coplanar(weld_vertices(soup.vertices)[faces], normals, part)
     order = np.argsort(owner, kind="stable")
     owner, normals, corners, area = owner[order], normals[order], corners[order], area[order]
@@ -112,7 +112,7 @@ def sample_surfaces(
         is_border=is_border,
         face_normals=normals,
         owner=owner,
-        source=find_sources(scene, soup.part)[kept][order],
+        source=find_sources(scene, soup.part)[sampled][order],
         first=np.append(0, np.cumsum(counts)),
         is_lone=is_lone,
         axes=axes,
@@ -125,7 +125,7 @@ def sample_surfaces(
 
 def find_sources(scene: Scene, part: NDArray[np.integer]) -> NDArray[np.int64]:
     """Return the faces in ``scene.triangles()`` of the triangles of some whole parts."""
-    first = np.cumsum([0, *(len(each.mesh.faces) for each in scene.parts)])
+    first = np.cumsum([0, *(len(part.mesh.faces) for part in scene.parts)])
     _, begin, which = np.unique(part, return_index=True, return_inverse=True)
     sources: NDArray[np.int64] = first[part] + np.arange(len(part)) - begin[which]
     return sources
@@ -143,9 +143,9 @@ def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
     )  # fmt: skip
     inward = np.zeros(len(everything.faces), np.bool_)
     inward[caster.source] = (caster.is_closed & caster.is_inward)[caster.component]
-    mine = inward[np.isin(everything.part, parts)]
+    is_inward = inward[np.isin(everything.part, parts)]
     faces = soup.faces.copy()
-    faces[mine] = faces[mine][:, ::-1]
+    faces[is_inward] = faces[is_inward][:, ::-1]
     return faces
 
 
@@ -168,9 +168,9 @@ def join_coplanar(
     half = np.lexsort((high, low, part[face]))
     low, high, face = low[half], high[half], face[half]
     same = (low[1:] == low[:-1]) & (high[1:] == high[:-1]) & (part[face[1:]] == part[face[:-1]])
-    one, two = face[:-1][same], face[1:][same]
-    flat = np.einsum("ij,ij->i", normals[one], normals[two]) > _COS
-    root = find_roots(one[flat], two[flat], len(faces))
+    first, second = face[:-1][same], face[1:][same]
+    flat = np.einsum("ij,ij->i", normals[first], normals[second]) > _COS
+    root = find_roots(first[flat], second[flat], len(faces))
     is_border = np.ones(3 * len(faces), np.bool_)
     is_border[half[:-1][same][flat]] = False
     is_border[half[1:][same][flat]] = False

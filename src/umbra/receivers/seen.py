@@ -172,18 +172,18 @@ class ViewTile(CounterByMasks):
         known = samples.source < len(surface)
         surface[samples.source[known]] = samples.owner[known]
         face = self.view.face[::-1]
-        found = np.append(surface[sources], -1)[np.maximum(face, -1)]  # -1 is the last
-        seen = np.flatnonzero(found >= 0)
-        normal = samples.surface_normal[found.flat[seen]]
+        shown = np.append(surface[sources], -1)[np.maximum(face, -1)]  # -1 is the last
+        seen = np.flatnonzero(shown >= 0)
+        normal = samples.surface_normal[shown.flat[seen]]
         facing = np.einsum("ij,ij->i", normal, self.frame.normal[::-1].reshape(-1, 3)[seen])
-        found.flat[seen[facing <= 0]] = -1
-        return found
+        shown.flat[seen[facing <= 0]] = -1
+        return shown
 
     @property
     def is_ground(self) -> NDArray[np.bool_]:
         """Pixels of a ground that is no part of the model, (rows, cols) bool."""
         part, parts = self.frame.part[::-1], self.model.scene.parts
-        added = [k for k, one in enumerate(parts) if one.kind in ADDED_GROUND]
+        added = [k for k, part in enumerate(parts) if part.kind in ADDED_GROUND]
         return (part == GROUND) | np.isin(part, added)
 
     @property
@@ -229,7 +229,7 @@ class ViewTile(CounterByMasks):
         return PixelCounter(self._patches, model.caster, model.tree, self.shape, model.threads)
 
     def count_many(self, lights: int) -> PixelCounter | None:
-        """Return a counter by patches, which pays for many lights in an orthographic view."""
+        """Return a counter by patches, the faster one for many lights in an orthographic view."""
         model = self.model
         if self.camera.is_perspective or lights < _MANY:
             return None
@@ -248,8 +248,8 @@ class ViewTile(CounterByMasks):
         """Return for each sun the pixels in shadow, cast or attached."""
         if self.model.shown is not None:
             tree, where = self.model.tree, self.places
-            found = find_hidden(tree, where.points, where.normals, suns, self.model.threads)
-            return found.reshape(-1, *self.shape)
+            hidden = find_hidden(tree, where.points, where.normals, suns, self.model.threads)
+            return hidden.reshape(-1, *self.shape)
         masks = np.zeros((len(suns), *self.shape), np.uint8)
         counter, normal = self.model.counter, np.nan_to_num(self.frame.normal)
         is_seen = self.view.face != NOTHING
@@ -283,7 +283,7 @@ class ViewTile(CounterByMasks):
         return self.find_cells(() if canopy is None else canopy.parts)
 
     def find_cells(self, parts: Sequence[int]) -> NDArray[np.bool_]:
-        """Find the pixels in which some parts, also such as are looked through, are in front."""
+        """Find the pixels in which some parts, see-through ones included, are in front."""
         model = self.model
         tile = self
         if model.shown is not None and not set(parts) <= set(model.shown):
@@ -300,13 +300,13 @@ class ViewTile(CounterByMasks):
 
     def find_below(self, parts: Sequence[int]) -> NDArray[np.bool_]:
         """Find the pixels of the ground over which some parts of ``scene.whole`` stand."""
-        model, found = self.model, np.zeros(self.shape, np.bool_)
+        model, is_covered = self.model, np.zeros(self.shape, np.bool_)
         below = np.flatnonzero(self.is_ground & self.is_seen)
         tree, where = model.with_casters(parts).tree, self.places
         points, normals = where.points[below], where.normals[below]
         covered = find_hidden(tree, points, normals, np.array([[0.0, 0.0, 1.0]]), model.threads)
-        found.flat[below[covered[0].view(np.bool_)]] = True
-        return found
+        is_covered.flat[below[covered[0].view(np.bool_)]] = True
+        return is_covered
 
 
 @dataclass(eq=False)

@@ -31,9 +31,9 @@ CHUNK = 65_536
 """Points per tile."""
 _CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
 MANY_SUNS = 16
-"""Number of suns from which patches of surfaces pay; rays are faster for fewer,"""
+"""Number of suns from which patches of surfaces are faster than rays."""
 _FEW_SUNS, _MANY_SAMPLES = 4, 1_000_000
-"""but from so many suns on of so many samples: a patch serves all of its own at once."""
+"""The same for a surface study of many samples: a patch counts all of its own at once."""
 _KEPT = 256_000_000  # memory for silhouettes that chunks share [byte]
 _SAMPLE = 150  # of a surface, with its share of a patch [byte]
 _SHARE = 0.03  # of the memory, for samples and patches that are kept for the next study
@@ -203,10 +203,10 @@ class SingleReceivers(Receivers):
             If the results do not fit in memory.
         """
         count = len(self.local)
-        kept = count * (_BYTES + request.bytes_kept + request.bytes_of_masks)
-        if kept > find_memory():
+        needed = count * (_BYTES + request.bytes_kept + request.bytes_of_masks)
+        if needed > find_memory():
             msg = (
-                f"{count:,} samples need {kept / 1e9:.1f} GB and {name_memory(find_memory())}; "
+                f"{count:,} samples need {needed / 1e9:.1f} GB and {name_memory(find_memory())}; "
                 "give a larger spacing=, or choose parts with on="
             )
             raise InputError(msg, option="spacing", samples=count)
@@ -226,15 +226,15 @@ class SingleReceivers(Receivers):
     ) -> list[tuple[slice, Callable[[], PointTile]]]:
         pieces = [slice(at, at + chunk) for at in range(0, len(self.local), chunk)]
         shared = SharedEdges()
-        return [(some, partial(self._make_tile, samples, some, shared)) for some in pieces]
+        return [(span, partial(self._make_tile, samples, span, shared)) for span in pieces]
 
-    def _make_tile(self, samples: Samples | None, some: slice, shared: SharedEdges) -> PointTile:
+    def _make_tile(self, samples: Samples | None, span: slice, shared: SharedEdges) -> PointTile:
         if samples is None:
-            return PointTile(self.casting, self.local.pick(some), self.part[some], shared=shared)
-        piece = samples.piece(some)
+            return PointTile(self.casting, self.local.pick(span), self.part[span], shared=shared)
+        piece = samples.piece(span)
         return PointTile(
             self.casting, SampledPlaces(piece), piece.part[piece.surface], piece, shared,
-            self.samples, some.start,
+            self.samples, span.start,
         )  # fmt: skip
 
     def variables(self) -> Variables:

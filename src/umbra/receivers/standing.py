@@ -26,23 +26,23 @@ def name_holders(scene: Scene, soup: Triangles, points: ArrayLike) -> list[str]:
     corners = soup.vertices[:, :2][soup.faces]
     # Bounds are found once for all points, in columns: a point then reads each of them once.
     (west, south), (east, north) = corners.min(1).T.copy(), corners.max(1).T.copy()
-    found = []
+    names = []
     for x, y, height in np.asarray(points, np.float64).reshape(-1, 3).tolist():
         near = np.flatnonzero((west <= x) & (east >= x) & (south <= y) & (north >= y))
         faces, z, turns = find_crossings(soup, x, y, near)
-        things = scene.groups()[soup.part[faces]]
+        groups = scene.groups()[soup.part[faces]]
         holder = ""
-        for thing in np.unique(things):
-            mine = things == thing
-            if turns[mine].sum() == 0 and turns[mine & (z > height)].sum() != 0:
-                holder = str(scene.parts[soup.part[faces[mine][0]]].full_name)
+        for group in np.unique(groups):
+            is_own = groups == group
+            if turns[is_own].sum() == 0 and turns[is_own & (z > height)].sum() != 0:
+                holder = str(scene.parts[soup.part[faces[is_own][0]]].full_name)
                 break
-        found.append(holder)
-    return found
+        names.append(holder)
+    return names
 
 
 def find_crossings(
-    soup: Triangles, x: float, y: float, some: NDArray[np.intp] | None = None
+    soup: Triangles, x: float, y: float, among: NDArray[np.intp] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.int64]]:
     """
     Find the faces that a vertical line meets.
@@ -52,7 +52,7 @@ def find_crossings(
     soup : Triangles
     x, y : float
         In the soup's frame [m].
-    some : (m,) int, optional
+    among : (m,) int, optional
         Faces to look at; all by default.
 
     Returns
@@ -64,7 +64,7 @@ def find_crossings(
     turns : (n,) int
         1 where the line, upward, leaves the body that the face bounds, -1 where it enters.
     """
-    near = np.arange(len(soup.faces)) if some is None else some
+    near = np.arange(len(soup.faces)) if among is None else among
     a, b, c = (soup.vertices[soup.faces[near, k], :2] - (x, y) for k in range(3))
     # Twice the areas of the triangles from the place to each edge; they sum to the face's.
     shares = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], 1)
@@ -75,5 +75,5 @@ def find_crossings(
     return near, z, np.sign(whole).astype(np.int64)
 
 
-def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+def _cross(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

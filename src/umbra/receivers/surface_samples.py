@@ -83,10 +83,10 @@ class Samples:
         """Positions in the scene's local frame, (n, 3) [m]."""
         points = np.zeros((self.count, 3))
         begin = int(np.searchsorted(self.first, 0, "right")) - 1
-        some = slice(begin, int(np.searchsorted(self.first, self.count)))
+        span = slice(begin, int(np.searchsorted(self.first, self.count)))
         place_samples(
-            self.flat[some], self.owner[some], self.is_border[some], self.start, self.spacing,
-            self.corners[some], np.diff(self.first[begin : some.stop + 1]), self.is_lone,
+            self.flat[span], self.owner[span], self.is_border[span], self.start, self.spacing,
+            self.corners[span], np.diff(self.first[begin : span.stop + 1]), self.is_lone,
             self.first[begin], points,
         )  # fmt: skip
         return points
@@ -125,16 +125,16 @@ class Samples:
     def _count_each(self) -> NDArray[np.int64]:
         return np.diff(self.surface_first)
 
-    def piece(self, some: slice) -> "Samples":
+    def piece(self, span: slice) -> "Samples":
         """
         Return some of the samples, with the surfaces and triangles on which they lie.
 
         Parameters
         ----------
-        some : slice
+        span : slice
             Of at least one sample.
         """
-        begin, end, _ = some.indices(self.count)
+        begin, end, _ = span.indices(self.count)
         if (begin, end) == (0, self.count):
             return self
         held = np.searchsorted(self.first, begin, "right") - 1, np.searchsorted(self.first, end) - 1

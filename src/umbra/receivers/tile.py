@@ -68,7 +68,7 @@ class Tile(Protocol):
         """Return a counter of all casters and of attached shadow."""
 
     def count_many(self, lights: int) -> Counter | None:
-        """Return a counter of all casters that pays for so many lights; None: the usual one."""
+        """Return a counter of all casters that is faster for n lights; None: the usual one."""
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: the receivers in reach, and their masks."""

@@ -106,7 +106,7 @@ def make_pixel_patches(
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     owner, _ = join_coplanar(faces, normals, part)
     order = np.argsort(owner, kind="stable")
-    place = np.argsort(order)  # of each triangle in this order
+    rank = np.argsort(order)  # of each triangle in this order
     count = int(owner.max(initial=-1)) + 1
     rows = camera.size[1]
     pixel = float(camera.height or 0.0) / rows
@@ -118,7 +118,7 @@ def make_pixel_patches(
     planes = SeenPlanes(
         places.points[seen],
         places.normals[seen],
-        place[triangle.ravel()],
+        rank[triangle.ravel()],
         corners[order],
         owner[order].astype(np.int64),
         np.tile(np.array([right, up]), (count, 1, 1)),
@@ -192,6 +192,6 @@ class PixelCounter:
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """Add to each pixel the weights (n, k) of the suns that leave it in shadow."""
-        found = np.zeros((len(sums), len(self._pixels)), np.int32)
-        self._counter.add_weights(suns, weights, found, progress)
-        sums.reshape(len(sums), -1)[:, self._pixels] += found
+        added = np.zeros((len(sums), len(self._pixels)), np.int32)
+        self._counter.add_weights(suns, weights, added, progress)
+        sums.reshape(len(sums), -1)[:, self._pixels] += added

@@ -56,8 +56,10 @@ def find_model_windows(scene: Scene, casting: Casting) -> tuple[list[Window], li
     panes = list_panes(scene)
     if not panes:
         return [], []
-    centers, normals = (np.array([getattr(one, k) for one in panes]) for k in ("center", "normal"))
-    thick = np.array([one.reveal or 0.0 for one in panes])
+    centers, normals = (
+        np.array([getattr(pane, k) for pane in panes]) for k in ("center", "normal")
+    )
+    thick = np.array([pane.reveal or 0.0 for pane in panes])
     front = _count_free(casting, centers + _FRONT * normals, normals)
     back = _count_free(casting, centers - (thick + _FRONT)[:, None] * normals, -normals)
     is_turned, is_inside = back > front, np.maximum(front, back) == 0
@@ -146,17 +148,17 @@ def _measure_surfaces(scene: Scene, name: str, part: int) -> list[Window]:
     unit = np.divide(across, length, out=np.zeros_like(across), where=length > 0)
     owner, _ = join_coplanar(weld_vertices(soup.vertices)[soup.faces], unit, soup.part)
     rooms = scene.parts[part].name if scene.parts[part].kind == "Aperture" else ""
-    found = []
+    panes = []
     for k in range(int(owner.max(initial=-1)) + 1):
         own = corners[owner == k]
         whole = across[owner == k].sum(0)
         area = np.linalg.norm(whole)
         if area > 0:
-            found.append((own.reshape(-1, 3), whole / area))
+            panes.append((own.reshape(-1, 3), whole / area))
     word = _find_word([scene.parts[part]], "storey")
     return [
-        _frame(f"{name} window {n}" if len(found) > 1 else name, points, normal, word, rooms)
-        for n, (points, normal) in enumerate(found, 1)
+        _frame(f"{name} window {n}" if len(panes) > 1 else name, points, normal, word, rooms)
+        for n, (points, normal) in enumerate(panes, 1)
     ]
 
 
@@ -225,7 +227,7 @@ def _measure_reveals(windows: Sequence[Window], scene: Scene) -> list[Window]:
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(across, axis=1)
     unit = across / np.where(area > 0, area, 1.0)[:, None]
-    found = []
+    measured = []
     for window in windows:
         right, up = window.axes
         facing = np.flatnonzero(unit @ window.normal > _PARALLEL)
@@ -240,5 +242,5 @@ def _measure_reveals(windows: Sequence[Window], scene: Scene) -> list[Window]:
         depths, which = np.unique(np.round(high[is_near, 2], 3), return_inverse=True)
         sizes = np.bincount(which.ravel(), area[facing][is_near], len(depths))
         reveal = float(depths[np.argmax(sizes)]) if len(depths) else 0.0
-        found.append(replace(window, reveal=reveal))
-    return found
+        measured.append(replace(window, reveal=reveal))
+    return measured

@@ -25,7 +25,7 @@ from umbra.scene import Scene
 from umbra.scene.grid import Places
 from umbra.scene.named_places import Window
 
-__all__ = ["JUDGED", "WindowKind", "WindowReceivers", "find_windows"]
+__all__ = ["JUDGED", "MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
 
 JUDGED = ("centre", "sill", "pane")
 """Where windows are judged."""
@@ -36,7 +36,7 @@ HOW = (  # a house without windows in its file gets them
 _FRONT = 1e-3  # of a pane, at which it is judged [m]
 _SILL = 0.01  # above the lower edge of a pane, at which its sill is judged [m]
 _SIDE, _LEAST = 0.25, 4  # of a pane's squares [m], and least number along a side
-_MOST_HELD = 2000  # windows of which it is looked whether they lie in a body
+MOST_HELD = 2000  # windows of which it is looked whether they lie in a body
 
 
 def find_windows(request: Request) -> tuple[list[Window], list[str]]:
@@ -115,31 +115,31 @@ class WindowReceivers(NamedReceivers):
     halves: NDArray[np.float64]
     true_north: float = 0.0
 
-    def _make_tile(self, samples: Any, some: slice, shared: SharedEdges) -> PointTile:
-        plain = super()._make_tile(None, some, shared)
-        if not (self.openings[some, 3, 2] > 0).any():
+    def _make_tile(self, samples: Any, span: slice, shared: SharedEdges) -> PointTile:
+        plain = super()._make_tile(None, span, shared)
+        if not (self.openings[span, 3, 2] > 0).any():
             return plain
         return OpeningTile(
-            plain.casting, plain.places, plain.part, None, shared, None, some.start,
-            openings=self.openings[some], halves=self.halves[some],
+            plain.casting, plain.places, plain.part, None, shared, None, span.start,
+            openings=self.openings[span], halves=self.halves[span],
         )  # fmt: skip
 
     def sum_up(self, study: Any) -> Variables:
         """Return the names, places and rooms of the windows, and their figures."""
-        windows, one = self.records, ("window",)
-        found: Variables = {
+        windows, dims = self.records, ("window",)
+        variables: Variables = {
             "name": (DIMS, np.array(self.group_names)[self.owner]),
             **super().sum_up(study),
-            "window": (one, np.array(self.group_names)),
-            "window_position": ((*one, "xyz"), np.array([w.center for w in windows])),
-            "window_azimuth": (one, np.array([w.find_azimuth(self.true_north) for w in windows])),
-            "window_area": (one, np.array([w.area_m2 for w in windows])),
+            "window": (dims, np.array(self.group_names)),
+            "window_position": ((*dims, "xyz"), np.array([w.center for w in windows])),
+            "window_azimuth": (dims, np.array([w.find_azimuth(self.true_north) for w in windows])),
+            "window_area": (dims, np.array([w.area_m2 for w in windows])),
         }
         for what in ("storey", "flat", "room"):
             words = [getattr(window, what) for window in windows]
             if any(words):
-                found[f"window_{what}"] = (one, np.array(words))
-        return found
+                variables[f"window_{what}"] = (dims, np.array(words))
+        return variables
 
 
 class WindowKind(PlacedKind):
@@ -159,11 +159,11 @@ class WindowKind(PlacedKind):
         options, scene = request.options, request.scene
         windows, notes = find_windows(request)
         windows = [_settle_reveal(window, options.reveal) for window in windows]
-        windows, told = _bring_out(windows, request)
-        notes += told
+        windows, remarks = _bring_out(windows, request)
+        notes += remarks
         judge = options.judge
         local = [_sample(window, judge) for window in windows]
-        owner = np.repeat(np.arange(len(windows)), [len(one) for one in local])
+        owner = np.repeat(np.arange(len(windows)), [len(points) for points in local])
         flat = np.concatenate(local)
         axes = np.array([[*window.axes, window.normal] for window in windows])[owner]
         middles = np.array([window.center for window in windows])[owner]
@@ -206,20 +206,20 @@ class WindowKind(PlacedKind):
                        "windows")  # fmt: skip
 
 
-def _settle_reveal(window: Window, asked: float | str | None) -> Window:
+def _settle_reveal(window: Window, reveal: float | str | None) -> Window:
     """Return a window as it is judged: on the wall's outer face, or behind a depth [m]."""
     if window.is_of_model:  # whose walls have the hole: they cast the shadow of its edges
         outer = window.center + (window.reveal or 0.0) * window.normal
-        return replace(window, reveal=0.0, center=outer if asked == "none" else window.center)
-    if asked == "none":
+        return replace(window, reveal=0.0, center=outer if reveal == "none" else window.center)
+    if reveal == "none":
         return replace(window, reveal=0.0)
-    depth = window.reveal if window.reveal is not None else (asked or 0.0)
+    depth = window.reveal if window.reveal is not None else (reveal or 0.0)
     return replace(window, reveal=float(depth))
 
 
 def _bring_out(windows: Sequence[Window], request: Request) -> tuple[list[Window], list[str]]:
     """Bring panes that lie within a wall by their reveal to its outer face; tell of all others."""
-    if len(windows) > _MOST_HELD:
+    if len(windows) > MOST_HELD:
         return list(windows), []
     scene, soup = request.scene, request.prepare().soup
     settled, lost = list(windows), []
@@ -238,12 +238,12 @@ def _bring_out(windows: Sequence[Window], request: Request) -> tuple[list[Window
     if not lost:
         return settled, []
     count = "1 window lies" if len(lost) == 1 else f"{len(lost)} windows lie"
-    told = (
+    note = (
         f"{count} inside a body, where no sun comes (first: '{lost[0][0]}' in '{lost[0][1]}'); "
         "x,y,z is the middle of the pane's outer face: move it out of the wall, or tell how deep "
         "it lies (the column reveal)"
     )
-    return settled, [told]
+    return settled, [note]
 
 
 def _sample(window: Window, judge: str) -> NDArray[np.float64]:

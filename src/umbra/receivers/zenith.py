@@ -77,9 +77,9 @@ def find_surface(
         for way in ((-1, -1), (1, -1), (-1, 1)) if len(near) else ():
             aside = np.multiply(_INWARD, way)
             again = _look_down(there, grid, ground, threads, aside)
-            found = (view.face == NOTHING) & (again.face != NOTHING)
-            view.key[found], view.face[found] = again.key[found], near[again.face[found]]
-            rim = np.append(rim, np.flatnonzero(found))
+            filled = (view.face == NOTHING) & (again.face != NOTHING)
+            view.key[filled], view.face[filled] = again.key[filled], near[again.face[filled]]
+            rim = np.append(rim, np.flatnonzero(filled))
             inward = np.append(inward, np.tile(aside, (len(rim) - len(inward), 1)), 0)
     seen = np.flatnonzero(view.face.ravel() != NOTHING)
     faces, owner = _list_once(view.face.ravel()[seen], len(soup.faces))
@@ -105,8 +105,8 @@ def _list_once(
     """Return the numbers below ``count`` that occur, sorted, and which of them each one is."""
     occurs = np.zeros(count, np.bool_)
     occurs[numbers] = True
-    place = np.cumsum(occurs, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(occurs), place[numbers]
+    position = np.cumsum(occurs, dtype=np.int32) - np.int32(1)
+    return np.flatnonzero(occurs), position[numbers]
 
 
 def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -31,6 +31,10 @@ def describe_rule(rules: list[Rule]) -> dict[str, object]:
         )
     }  # fmt: skip
     facts["standing_means"] = STANDINGS[rule.standing]
-    facts["variants"] = {one.variant: one.about_variant for one in rules if one.variant}
-    facts["receivers"] = sorted({word for one in rule.requirements for word in one.receivers})
+    facts["variants"] = {
+        variant.variant: variant.about_variant for variant in rules if variant.variant
+    }
+    facts["receivers"] = sorted(
+        {word for requirement in rule.requirements for word in requirement.receivers}
+    )
     return facts

@@ -88,43 +88,43 @@ def _read_levels(block: Block, base: Condition) -> Alternative:
 def _read_leaf(block: Block, base: Condition) -> Condition:
     """Read what a block says itself of measure, time and limits."""
     measure = _pick(block, "measure", tuple(MEASURES)) if block.has("measure") else base.measure
-    found = {"measure": measure, **_read_time(block), **_read_limits(block, MEASURES[measure].unit)}
+    facts = {"measure": measure, **_read_time(block), **_read_limits(block, MEASURES[measure].unit)}
     for key, most in _NUMBERS.items():
         if block.has(key):
-            found[key] = block.number(key)
-            if not 0 <= found[key] <= most:
-                block.refuse(f"'{key}' is 0 to {most:g}; got {found[key]:g}", block.values[key])
+            facts[key] = block.number(key)
+            if not 0 <= facts[key] <= most:
+                block.refuse(f"'{key}' is 0 to {most:g}; got {facts[key]:g}", block.values[key])
     if block.has("min_spell"):
-        found["min_spell"] = _read_duration(block, "min_spell")
+        facts["min_spell"] = _read_duration(block, "min_spell")
     if block.has("cast"):
-        found["casters"] = _pick(block, "cast", _WORDS["cast"])
-    return replace(base, **found)
+        facts["casters"] = _pick(block, "cast", _WORDS["cast"])
+    return replace(base, **facts)
 
 
 def _read_time(block: Block) -> dict[str, Any]:
     """Read dates, hours, steps and clock."""
-    found: dict[str, Any] = {}
+    times: dict[str, Any] = {}
     if block.has("dates"):
-        found["dates"] = tuple(_read_date(block, node) for node in block.items("dates"))
+        times["dates"] = tuple(_read_date(block, node) for node in block.items("dates"))
     if block.has("over"):
-        found["over"] = OVER[_pick(block, "over", tuple(OVER))]
+        times["over"] = OVER[_pick(block, "over", tuple(OVER))]
     for key, name in (("from", "start"), ("to", "end")):
         if block.has(key):
-            found[name] = block.text(key)
-            wrong = check_time(found[name])
+            times[name] = block.text(key)
+            wrong = check_time(times[name])
             if wrong:
                 block.refuse(wrong, block.values[key])
     if block.has("every"):
         _read_duration(block, "every")
-        found["every"] = block.text("every")
+        times["every"] = block.text("every")
     if block.has("clock"):
-        found["clock"] = _pick(block, "clock", _WORDS["clock"])
-    return found
+        times["clock"] = _pick(block, "clock", _WORDS["clock"])
+    return times
 
 
 def _read_limits(block: Block, unit: str) -> dict[str, Any]:
     """Read the limits, in the unit of the measure."""
-    found: dict[str, Any] = {}
+    limits: dict[str, Any] = {}
     if block.has("at_least") and block.has("at_most"):
         block.refuse(f"{block.what} has both 'at_least' and 'at_most'; leave one out")
     for key in ("at_least", "at_most", "loss_at_most"):
@@ -136,11 +136,11 @@ def _read_limits(block: Block, unit: str) -> dict[str, Any]:
                     f"'{key}' is an amount [{unit}], such as {example}; got '{block.text(key)}'",
                     block.values[key],
                 )
-            found[key] = amount
+            limits[key] = amount
             other = {"at_least": "at_most", "at_most": "at_least"}.get(key)
             if other:
-                found[other] = None
-    return found
+                limits[other] = None
+    return limits
 
 
 def _check_leaf(block: Block, leaf: Condition) -> None:

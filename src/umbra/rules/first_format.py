@@ -122,9 +122,9 @@ def read_rules(path: str | os.PathLike[str]) -> Rules:
 def _read_check(block: Block) -> Check:
     measure = _choose(block, "measure", MEASURES, "sun_hours")
     if block.has("at_least") == block.has("at_most"):
-        one = "has both 'at_least' and 'at_most'; leave one out"
+        both = "has both 'at_least' and 'at_most'; leave one out"
         none = "needs 'at_least' or 'at_most'"
-        block.refuse(f"{block.what} {one if block.has('at_least') else none}")
+        block.refuse(f"{block.what} {both if block.has('at_least') else none}")
     if block.has("min_spell") != (measure == "sun_hours_in_spells"):
         block.refuse(f"{block.what}: 'min_spell' goes with measure: sun_hours_in_spells")
     limit = "at_least" if block.has("at_least") else "at_most"

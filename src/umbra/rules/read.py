@@ -154,22 +154,22 @@ def _read_variants(block: Block) -> list[tuple[str, str, dict[str, str]]]:
     nodes = block.items("variants")
     if len(nodes) > _MOST_VARIANTS:
         block.refuse(f"there are {len(nodes)} variants; give {_MOST_VARIANTS} at most", nodes[0])
-    found: list[tuple[str, str, dict[str, str]]] = []
+    variants: list[tuple[str, str, dict[str, str]]] = []
     keys: Any = None
     for number, node in enumerate(nodes, 1):
-        one = Block(block.path, node, f"variant {number}", VARIANT_KEYS)
-        name = one.text("name")
-        inner = one.values.get("values")
+        variant = Block(block.path, node, f"variant {number}", VARIANT_KEYS)
+        name = variant.text("name")
+        inner = variant.values.get("values")
         if inner is None or inner.id != "mapping":
-            one.refuse(f"variant '{name}' lacks 'values', keys with values; give them")
+            variant.refuse(f"variant '{name}' lacks 'values', keys with values; give them")
         values = {str(key.value): str(value.value).strip() for key, value in inner.value}
         if keys is not None and values.keys() != keys:
-            one.refuse(f"variant '{name}' has other values than the first ({', '.join(keys)})")
+            variant.refuse(f"variant '{name}' has other values than the first ({', '.join(keys)})")
         keys = values.keys()
-        if name in [each for each, _, _ in found]:
-            one.refuse(f"there are two variants '{name}'; rename one", node)
-        found.append((name, one.text("about", ""), values))
-    return found
+        if name in [known for known, _, _ in variants]:
+            variant.refuse(f"there are two variants '{name}'; rename one", node)
+        variants.append((name, variant.text("about", ""), values))
+    return variants
 
 
 def _choose(rules: list[Rule], choice: str, block: Block, path: Path) -> list[Rule]:
@@ -192,14 +192,14 @@ def _choose(rules: list[Rule], choice: str, block: Block, path: Path) -> list[Ru
                     f"rule '{path.stem}' has no value '{key}'; it has {', '.join(known) or 'none'}"
                 )
                 raise InputError(msg, option="rules", key=key)
-        kept: list[Rule] = []
+        chosen: list[Rule] = []
         for rule, (_, _, values) in zip(rules, variants, strict=True):
             checks = _read_checks(block, values | dict(pairs))
-            if checks not in [one.requirements for one in kept]:
-                kept.append(replace(rule, requirements=checks, about_variant=rule.about_variant))
-        if len(kept) == 1:
-            kept = [replace(kept[0], variant=choice, about_variant="as set")]
-        return kept
+            if checks not in [other.requirements for other in chosen]:
+                chosen.append(replace(rule, requirements=checks, about_variant=rule.about_variant))
+        if len(chosen) == 1:
+            chosen = [replace(chosen[0], variant=choice, about_variant="as set")]
+        return chosen
     if choice not in names:
         near = find_similar(choice, names)
         advice = f"did you mean '{near[0]}'?" if near else f"there are {listed}"
@@ -275,7 +275,9 @@ def _read_check(block: Block) -> Requirement:
 
 def _check_shares(block: Block, requirement: Requirement) -> None:
     """Refuse shares of an area where no receiver has one."""
-    has_share = any(one.share is not None for one in list_conditions(requirement.condition))
+    has_share = any(
+        condition.share is not None for condition in list_conditions(requirement.condition)
+    )
     if has_share and not {"areas", "band"} & {*requirement.receivers}:
         block.refuse("'share' is of areas and bands; windows have lit_share")
 
@@ -285,12 +287,12 @@ def _read_places(block: Block, receivers: tuple[str, ...]) -> tuple[Place, ...]:
         block.refuse("'where' goes with receivers: places, a list of name, x and y")
     if not block.has("where"):
         return ()
-    found = []
+    places = []
     for number, item in enumerate(block.items("where"), 1):
-        one = Block(block.path, item, f"place {number} of {block.what}", ("name", "x", "y", "z"))
-        z = one.number("z") if one.has("z") else None
-        found.append(Place(one.text("name"), one.number("x"), one.number("y"), z))
-    return tuple(found)
+        place = Block(block.path, item, f"place {number} of {block.what}", ("name", "x", "y", "z"))
+        z = place.number("z") if place.has("z") else None
+        places.append(Place(place.text("name"), place.number("x"), place.number("y"), z))
+    return tuple(places)
 
 
 def _read_words(block: Block, key: str) -> tuple[str, ...]:
@@ -320,10 +322,10 @@ def _read_percent(block: Block, key: str) -> float | None:
 def _read_facing(block: Block) -> tuple[float, float] | None:
     if not block.has("facing"):
         return None
-    found = _BAND.fullmatch(block.text("facing"))
-    if not found or found[2] is None or not float(found[1]) < float(found[2]) <= 360:
+    match = _BAND.fullmatch(block.text("facing"))
+    if not match or match[2] is None or not float(match[1]) < float(match[2]) <= 360:
         block.refuse("'facing' is a range of azimuths, such as 90..270", block.values["facing"])
-    return float(found[1]), float(found[2])
+    return float(match[1]), float(match[2])
 
 
 def _read_band(block: Block, receivers: tuple[str, ...]) -> tuple[float, float] | None:
@@ -331,8 +333,8 @@ def _read_band(block: Block, receivers: tuple[str, ...]) -> tuple[float, float] 
         block.refuse("'band' goes with receivers: band, such as band: 5..10")
     if not block.has("band"):
         return None
-    found = _BAND.fullmatch(block.text("band"))
-    far = float("inf") if not found or found[2] is None else float(found[2])
-    if not found or not float(found[1]) < far:
+    match = _BAND.fullmatch(block.text("band"))
+    far = float("inf") if not match or match[2] is None else float(match[2])
+    if not match or not float(match[1]) < far:
         block.refuse("'band' is written 5..10, or 10.. without an end [m]", block.values["band"])
-    return float(found[1]), far
+    return float(match[1]), far

@@ -81,13 +81,13 @@ def check_time(text: str) -> str | None:
         hour, minute = map(int, text.split(":")[:2])
         known = hour < 24 and minute < 60 if (hour, minute) != (24, 0) else True
         return None if known else f"the time {text} is not on the clock; write 00:00 to 24:00"
-    found = _EVENT.fullmatch(text)
+    match = _EVENT.fullmatch(text)
     try:
-        if found and found["past"] is not None:
-            parse_duration(found["past"], "time past sunrise or sunset", "")
+        if match and match["past"] is not None:
+            parse_duration(match["past"], "time past sunrise or sunset", "")
     except InputError as error:
         return str(error)
-    if found:
+    if match:
         return None
     return f"'{text}' is not a time of a day; write 09:00, sunrise+1h, sunset-90min or altitude:10"
 

@@ -220,13 +220,13 @@ class Camera:
         eye = self.eye - np.asarray(origin, np.float64)
         right, up, depth = (_join(axis, -axis @ eye) for axis in self.axes())
         centre = self.center
-        one = np.array([0.0, 0.0, 0.0, 1.0])
+        constant = np.array([0.0, 0.0, 0.0, 1.0])
         if self.height is None:
             scale = rows / 2 / np.tan(np.radians(self.fov) / 2)
-            weight, key = depth, one
+            weight, key = depth, constant
         else:
             scale = rows / self.height
-            weight, key = one, -depth
+            weight, key = constant, -depth
         across = scale / self.stretch * right
         return np.array(
             [across + centre[0] * weight, -scale * up + centre[1] * weight, weight, key]
@@ -268,7 +268,7 @@ def fit_camera(camera: Camera, points: NDArray[np.float64], margin: float = 0.06
     axes, (cols, rows) = camera.axes(), camera.size
     x, y, z = (points @ axes.T).T
     if camera.height is not None:
-        place = [float(along.min() + along.max()) / 2 for along in (x, y)]
+        middle = [float(along.min() + along.max()) / 2 for along in (x, y)]
         depth = float(z.min()) - max(float(np.ptp(z)), 1.0)
     else:
         half = np.tan(np.radians(camera.fov) / 2) * (1.0 - 2.0 * margin)
@@ -276,8 +276,8 @@ def fit_camera(camera: Camera, points: NDArray[np.float64], margin: float = 0.06
         for along, slope in ((x, half * cols / rows), (y, half)):
             sides = float((along - slope * z).max()), float((-along - slope * z).max())
             depth = min(depth, -sum(sides) / (2 * slope))
-        place = [_find_middle(along, z - depth) for along in (x, y)]
-    eye = np.array([*place, depth]) @ axes
+        middle = [_find_middle(along, z - depth) for along in (x, y)]
+    eye = np.array([*middle, depth]) @ axes
     away = max(float(np.median(z)) - depth, camera.near)
     return replace(camera, eye=eye, target=eye + away * axes[2])
 

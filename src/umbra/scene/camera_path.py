@@ -56,14 +56,14 @@ def follow_cameras(cameras: Sequence[Camera], count: int) -> list[Camera]:
     if len(cameras) < 2:
         msg = f"a path needs at least two views, and this has {len(cameras)}"
         raise InputError(msg)
-    for number, one in enumerate(cameras, start=1):
-        if one.height is not None:
+    for number, camera in enumerate(cameras, start=1):
+        if camera.height is not None:
             msg = f"view {number} of the path is orthographic; a path is of perspective views"
             raise InputError(msg)
     from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
 
-    eyes = np.array([one.eye for one in cameras], np.float64)
-    targets = np.array([one.target for one in cameras], np.float64)
+    eyes = np.array([camera.eye for camera in cameras], np.float64)
+    targets = np.array([camera.target for camera in cameras], np.float64)
     back = eyes - targets
     level = np.hypot(back[:, 0], back[:, 1])
     heading = np.unwrap(np.arctan2(back[:, 1], back[:, 0]))  # the shorter way round
@@ -72,23 +72,23 @@ def follow_cameras(cameras: Sequence[Camera], count: int) -> list[Camera]:
             np.log(np.linalg.norm(back, axis=1)),
             np.arctan2(back[:, 2], level),
             heading,
-            [one.fov for one in cameras],
-            np.log([one.near for one in cameras]),
+            [camera.fov for camera in cameras],
+            np.log([camera.near for camera in cameras]),
         ]
     )
     stops = np.arange(len(cameras), dtype=np.float64)
     at = np.linspace(0, stops[-1], count)
     aims = PchipInterpolator(stops, targets)(at)
-    found = []
+    path = []
     for aim, (far, tilt, turned, fov, near) in zip(
         aims, PchipInterpolator(stops, shape)(at), strict=True
     ):
         way = [np.cos(tilt) * np.cos(turned), np.cos(tilt) * np.sin(turned), np.sin(tilt)]
         eye = aim + np.exp(far) * np.array(way)
-        found.append(
+        path.append(
             replace(
                 cameras[0], eye=eye, target=aim, fov=float(fov),
                 near=float(np.exp(near)),
             )
         )  # fmt: skip
-    return found
+    return path

@@ -117,20 +117,20 @@ class Exchange:
     def to_trimesh(self) -> Any:
         """Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m]."""
         trimesh = need("trimesh", "", "to_trimesh")
-        found = trimesh.Scene()
+        trimesh_scene = trimesh.Scene()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]
             mesh = trimesh.Trimesh(vertices, faces, process=False)
-            found.add_geometry(mesh, node_name=name, geom_name=name)
-        return found
+            trimesh_scene.add_geometry(mesh, node_name=name, geom_name=name)
+        return trimesh_scene
 
     def to_pyvista(self) -> Any:
         """Return a ``pyvista.MultiBlock``, a block a part, in the model's own coordinates [m]."""
         pyvista = need("pyvista", "", "to_pyvista")
-        found = pyvista.MultiBlock()
+        blocks = pyvista.MultiBlock()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]
             corners = np.column_stack([np.full(len(faces), 3), faces])
-            found.append(pyvista.PolyData(vertices, corners.ravel()), name)
-        return found
+            blocks.append(pyvista.PolyData(vertices, corners.ravel()), name)
+        return blocks
 
 
 def _list_array_parts(
@@ -164,14 +164,14 @@ def _list_array_parts(
 def _list_trimesh_parts(mesh: Any) -> list[Part]:
     """Return the parts of a ``trimesh.Trimesh``, or of a ``trimesh.Scene``, one for each node."""
     if hasattr(mesh, "graph") and hasattr(mesh, "geometry"):
-        found = []
+        parts = []
         for node in mesh.graph.nodes_geometry:
             transform, name = mesh.graph[node]
             geometry = mesh.geometry[name]
             if hasattr(geometry, "faces"):
                 shape = Mesh(np.array(geometry.vertices, float), np.array(geometry.faces))
-                found.append(Part(str(node), "", shape, np.array(transform, float)))
-        return found
+                parts.append(Part(str(node), "", shape, np.array(transform, float)))
+        return parts
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
         msg = f"this is a {type(mesh).__name__}, not a mesh or scene of trimesh"
         raise InputError(msg)
@@ -184,11 +184,11 @@ def _list_pyvista_parts(data: Any) -> list[Part]:
     if hasattr(data, "keys") and hasattr(data, "n_blocks"):
         blocks = [(str(key or n), data[n]) for n, key in enumerate(data.keys())]
         return [
-            Part(key if len(found) == 1 else f"{key}/{part.name}", part.kind, part.mesh)
+            Part(key if len(parts) == 1 else f"{key}/{part.name}", part.kind, part.mesh)
             for key, block in blocks
             if block is not None
-            for found in [_list_pyvista_parts(block)]
-            for part in found
+            for parts in [_list_pyvista_parts(block)]
+            for part in parts
         ]
     if not hasattr(data, "extract_surface"):
         msg = f"this is a {type(data).__name__}, not a dataset of PyVista"

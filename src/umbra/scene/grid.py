@@ -123,10 +123,10 @@ class Places:
         margin = 1e-6 * (1.0 + np.abs([low, high]).max())
         x, y, z = self.points.T
         climb = high[2] - z
-        found = climb >= -margin
+        is_reached = climb >= -margin
         for at, k in ((x, 0), (y, 1)):
             slope = suns[:, k] / suns[:, 2]
             rise = np.maximum(climb, 0.0)
             nearest, farthest = at + min(slope.min(), 0.0) * rise, at + max(slope.max(), 0.0) * rise
-            found &= (farthest >= low[k] - margin) & (nearest <= high[k] + margin)
-        return np.flatnonzero(found)
+            is_reached &= (farthest >= low[k] - margin) & (nearest <= high[k] + margin)
+        return np.flatnonzero(is_reached)

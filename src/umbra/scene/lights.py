@@ -322,8 +322,8 @@ def spot_light(
     """
     position = read_vector("a spot light's position", position)
     target = read_vector("a spot light's target", target)
-    for place in (position, target):
-        check_reach("a spot light's coordinates", place, "place it near the model", OUTSIDE)
+    for point in (position, target):
+        check_reach("a spot light's coordinates", point, "place it near the model", OUTSIDE)
     axis = target - position
     half_angle = read_number("a spot light's half angle", half_angle)
     length = float(np.linalg.norm(axis))
@@ -351,9 +351,9 @@ def make_lights(lights: SomeLights) -> list[Light]:
         given: list[Any] = [lights] if is_one else list(lights)  # type: ignore[arg-type]
     except TypeError:  # an array without axes
         given = [lights]
-    if given and all(isinstance(one, Real) for one in given):
+    if given and all(isinstance(number, Real) for number in given):
         given = [given]
-    return [one if isinstance(one, Light) else _make_light(one) for one in given]
+    return [light if isinstance(light, Light) else _make_light(light) for light in given]
 
 
 def _make_light(numbers: ArrayLike) -> Light:

@@ -61,29 +61,29 @@ def make_scene(
         parts = Part(name, "", parts)
     if isinstance(parts, Part) or not isinstance(parts, Iterable):
         parts = (cast("Part", parts),)
-    kept = list(cast("Iterable[Part]", parts))
-    other = next((each for each in kept if not isinstance(each, Part)), None)
+    scene_parts = list(cast("Iterable[Part]", parts))
+    other = next((item for item in scene_parts if not isinstance(item, Part)), None)
     if other is not None:
         msg = (
             f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
             "(umbra.read reads files, Scene.from_trimesh and Scene.from_pyvista take their meshes)"
         )
         raise InputError(msg)
-    kept = [part for part in kept if part.triangles]
-    if not kept:
+    scene_parts = [part for part in scene_parts if part.triangles]
+    if not scene_parts:
         msg = "there are no triangles; export the model with its surfaces"
         raise InputError(msg)
-    bounds = Scene(tuple(kept), np.zeros(3)).bounds()
+    bounds = Scene(tuple(scene_parts), np.zeros(3)).bounds()
     if not np.isfinite(bounds).all():
-        _refuse_infinite(tuple(kept))
+        _refuse_infinite(tuple(scene_parts))
     check_reach("coordinates", bounds, "it is damaged or in another unit, not in metres")
-    kept = _drop_unused(kept)
+    scene_parts = _drop_unused(scene_parts)
     # Whole metres, so that adding the origin back restores the file's digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
     origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
     if origin.any():
-        return Scene(_shift(_drain(kept), origin), origin, **facts)
-    scene = Scene(tuple(kept), origin, **facts)
+        return Scene(_shift(_drain(scene_parts), origin), origin, **facts)
+    scene = Scene(tuple(scene_parts), origin, **facts)
     vars(scene)["_bounds"] = bounds
     return scene
 
@@ -132,15 +132,15 @@ def _drop_unused(parts: list[Part]) -> list[Part]:
     if not arrays:
         return parts
     # Once for each array: a city's parts share one, and there are many of them.
-    kept = {key: np.flatnonzero(used[key]) for key in arrays}
+    indices = {key: np.flatnonzero(used[key]) for key in arrays}
     number = {key: np.cumsum(used[key], dtype=np.int32) - np.int32(1) for key in arrays}
-    shorter = {key: array[kept[key]] for key, array in arrays.items()}
+    shorter = {key: array[indices[key]] for key, array in arrays.items()}
     meshes: dict[int, Mesh] = {}
     dropped = []
     for part in parts:
         mesh, key = part.mesh, id(part.mesh.vertices)
         if key in shorter and id(mesh) not in meshes:
-            meshes[id(mesh)] = mesh.with_vertices(kept[key], number[key], shorter[key])
+            meshes[id(mesh)] = mesh.with_vertices(indices[key], number[key], shorter[key])
         dropped.append(change(part, mesh=meshes.get(id(mesh), mesh)))
     return dropped
 
@@ -223,7 +223,13 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
     rigs |= {id(light.binding.rig): light.binding.rig for light in scene.lights if light.binding}
     placed = {
         key: rig.place(
-            tuple(track for one in chosen if one in rig.animations for track in one.tracks), time
+            tuple(
+                track
+                for animation in chosen
+                if animation in rig.animations
+                for track in animation.tracks
+            ),
+            time,
         )
         for key, rig in rigs.items()
     }
@@ -263,33 +269,33 @@ def place_part(
 
 def place_light(light: Light, binding: RigBinding, places: NDArray[np.float64]) -> Light:
     """Return a light at its node, along the node's -z."""
-    place = places[binding.node]
-    toward = place[:3, 2]
+    matrix = places[binding.node]
+    toward = matrix[:3, 2]
     if not light.is_point:
         return replace(light, position=np.append(toward, 0.0))
     if light.axis is not None:
-        return replace(light, position=place[:, 3], axis=-toward, up=place[:3, 1])
-    return replace(light, position=place[:, 3])
+        return replace(light, position=matrix[:, 3], axis=-toward, up=matrix[:3, 1])
+    return replace(light, position=matrix[:, 3])
 
 
 def find_animations(scene: Scene, animation: int | str) -> tuple[Animation, ...]:
     """Find what ``pose`` means by an animation: its number or name, or ``all``; raises as it."""
-    found = scene.animations
-    if not found:
+    animations = scene.animations
+    if not animations:
         msg = "the scene has no animation; export the file with it, or leave the time out"
         raise InputError(msg)
     if isinstance(animation, str):
-        for one in found:
-            if one.name == animation:
-                return (one,)
+        for candidate in animations:
+            if candidate.name == animation:
+                return (candidate,)
         if animation == "all":
-            return found
+            return animations
         if not animation.isdecimal():
-            names = ", ".join(f"'{one.name}'" for one in found[:12])
+            names = ", ".join(f"'{candidate.name}'" for candidate in animations[:12])
             msg = f"there is no animation '{animation}'; the scene has {names}"
             raise InputError(msg, animation=animation)
     index = int(animation)
-    if not 0 <= index < len(found):
-        msg = f"there is no animation {index}; the scene has {len(found)}, counted from 0"
+    if not 0 <= index < len(animations):
+        msg = f"there is no animation {index}; the scene has {len(animations)}, counted from 0"
         raise InputError(msg, animation=index)
-    return (found[index],)
+    return (animations[index],)

@@ -278,10 +278,10 @@ def sample(
     decode = _to_share if image.is_data else to_linear
     pixels = image.pixels
     rows, cols = pixels.shape[:2]
-    place = np.nan_to_num(np.asarray(uv, np.float64), posinf=0.0, neginf=0.0)
+    coordinates = np.nan_to_num(np.asarray(uv, np.float64), posinf=0.0, neginf=0.0)
     how = wrap or image.wrap
-    (left, right), along = _find_texels(place[..., 0], cols, how[0])
-    (above, below), down = _find_texels(place[..., 1], rows, how[1])
+    (left, right), along = _find_texels(coordinates[..., 0], cols, how[0])
+    (above, below), down = _find_texels(coordinates[..., 1], rows, how[1])
     along, down = along[..., None], down[..., None]
     # Mixed in linear light, as graphics hardware does with sRGB textures.
     upper = (1 - along) * decode(pixels[above, left]) + along * decode(pixels[above, right])
@@ -290,10 +290,10 @@ def sample(
 
 
 def _find_texels(
-    place: NDArray[np.float64], count: int, wrap: str
+    coordinate: NDArray[np.float64], count: int, wrap: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the texels on both sides of places, (2, ...), and how far to the second."""
-    at = place * count - 0.5
+    at = coordinate * count - 0.5
     first = np.floor(at)
     share = at - first
     texel = np.stack([first, first + 1])

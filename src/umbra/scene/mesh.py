@@ -128,7 +128,7 @@ class Mesh:
         return change(self, vertices=np.ascontiguousarray(vertices, np.float64))
 
     def with_vertices(
-        self, kept: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
+        self, used: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
     ) -> Mesh:
         """
         Return the same triangles on a subset of the vertices that includes all used ones.
@@ -136,7 +136,7 @@ class Mesh:
         ``number`` (n_vertices,) is that of each vertex among the kept ones; the vertices
         (n_kept, 3) are those, and meshes that share an array go on sharing it.
         """
-        rows = {n: getattr(self, n)[kept] for n in _ROWS if getattr(self, n) is not None}
+        rows = {n: getattr(self, n)[used] for n in _ROWS if getattr(self, n) is not None}
         return change(self, vertices=vertices, faces=number[self.faces], **rows)
 
     def find_uv(self, image: Image) -> NDArray[np.float32] | None:
@@ -325,8 +325,8 @@ def multiply_rows(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDA
     """
     products = np.zeros((len(rows), matrix.shape[1]))
     for first in range(0, len(rows), _BLOCK):
-        some = slice(first, first + _BLOCK)
-        products[some] = rows[some] @ matrix
+        block = slice(first, first + _BLOCK)
+        products[block] = rows[block] @ matrix
     return products
 
 

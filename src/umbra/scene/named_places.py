@@ -103,7 +103,7 @@ class Window:
 
     @property
     def tilt(self) -> float:
-        """Angle of the normal from the zenith: 90 upright, 0 level [degrees]."""
+        """Angle of the normal from the zenith: 0 level, 90 vertical [degrees]."""
         return float(np.degrees(np.arccos(np.clip(self.normal[2], -1.0, 1.0))))
 
     def find_azimuth(self, true_north: float) -> float:

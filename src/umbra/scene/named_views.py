@@ -53,7 +53,7 @@ def make_named_view(
     if view == "street":
         lowest = float(points[:, 2].min())
         return _stand_in_street(points, size, fov, near, find_height or (lambda _x, _y: lowest))
-    forward, up = (np.array(one) for one in _FROM[view])
+    forward, up = (np.array(vector) for vector in _FROM[view])
     middle = points.mean(0)
     camera = Camera(middle - forward, middle, up, size, fov, near=near)
     if view != "bird":

@@ -48,7 +48,7 @@ def read_array(what: str, value: object, dtype: Any = np.float64) -> NDArray[Any
     try:
         array = np.asarray(value)
         # Decimal, Fraction, very large integers; not None, which numpy takes for NaN.
-        if array.dtype.kind == "O" and not any(one is None for one in array.flat):
+        if array.dtype.kind == "O" and not any(value is None for value in array.flat):
             array = array.astype(np.float64)
     except (TypeError, ValueError, OverflowError, RuntimeError):
         array = np.array("")

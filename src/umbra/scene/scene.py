@@ -168,7 +168,7 @@ class Scene(Exchange):
     def animations(self) -> tuple[Animation, ...]:
         """The file's animations: each has a name and a duration; `pose` plays them."""
         bound: tuple[Part | Light, ...] = (*self.parts, *self.lights)
-        rigs = {id(one.binding.rig): one.binding.rig for one in bound if one.binding}
+        rigs = {id(light.binding.rig): light.binding.rig for light in bound if light.binding}
         return tuple(animation for rig in rigs.values() for animation in rig.animations)
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
@@ -289,10 +289,10 @@ class Scene(Exchange):
 
     def with_facts(self, **facts: Any) -> Scene:
         """Return the scene with other facts, all but its parts, origin and bounds."""
-        told = replace(self, **facts)
+        scene = replace(self, **facts)
         if "_bounds" in vars(self):
-            vars(told)["_bounds"] = self._bounds
-        return told
+            vars(scene)["_bounds"] = self._bounds
+        return scene
 
     def select(
         self, cast: Sequence[str] = (), no_cast: Sequence[str] = (), *, option: str = "cast"
@@ -319,8 +319,8 @@ class Scene(Exchange):
         """
 
         def matches(pattern: str, name: str) -> set[int]:
-            found = {i for i, part in enumerate(self.parts) if part.matches(pattern)}
-            if not found:
+            indices = {i for i, part in enumerate(self.parts) if part.matches(pattern)}
+            if not indices:
                 kinds = sorted({part.kind for part in self.parts if part.kind})
                 names = sorted({part.name for part in self.parts})
                 layers = sorted({part.layer for part in self.parts} - {""})
@@ -338,7 +338,7 @@ class Scene(Exchange):
                     + " (umbra inspect lists them)"
                 )
                 raise InputError(msg, option=name, pattern=pattern, names=names, kinds=kinds)
-            return found
+            return indices
 
         chosen = set(range(len(self.parts)))
         if cast:
@@ -383,9 +383,9 @@ def _sum_up(scene: Scene) -> list[str]:
         return [head]
     low, high = scene.bounds()
     size = " x ".join(f"{length:.2f}" for length in np.subtract(high, low))
-    place = ", ".join(f"{value:.2f}" for value in low)
+    corner = ", ".join(f"{value:.2f}" for value in low)
     crs = f" ({make_printable(scene.crs)[:60]})" if scene.crs else ""
-    return [head, f"{size} m, from {place}{crs}"]
+    return [head, f"{size} m, from {corner}{crs}"]
 
 
 def _tell_more(scene: Scene) -> list[str]:

@@ -73,10 +73,10 @@ def _move(pulls, joints, influences, vertices, normals, moved, turned):
 def _find_cofactors(matrix, cofactors):
     """Write the inverse transposed of a matrix, up to scale, by which normals move."""
     for i in range(3):
-        one, other = matrix[(i + 1) % 3], matrix[(i + 2) % 3]
+        first, second = matrix[(i + 1) % 3], matrix[(i + 2) % 3]
         for j in range(3):
             u, v = (j + 1) % 3, (j + 2) % 3
-            cofactors[i, j] = one[u] * other[v] - one[v] * other[u]
+            cofactors[i, j] = first[u] * second[v] - first[v] * second[u]
 
 
 @kernel

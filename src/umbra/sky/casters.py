@@ -96,15 +96,15 @@ def make_sky_casters(
     """
     welded = weld_vertices(vertices).take(faces) if len(faces) else faces.reshape(0, 3)
     part = np.zeros(len(faces), np.int32) if part is None else part
-    kept = find_whole(welded)
-    a, b, c = (vertices[welded[kept, k]] for k in range(3))
+    whole = find_whole(welded)
+    a, b, c = (vertices[welded[whole, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1)
     has_area = size > 0
-    kept, normal, size = kept[has_area], normal[has_area], size[has_area]
-    order = sort_along_curve(vertices[welded[kept]].mean(1))
-    kept, normal, size = kept[order], normal[order] / size[order, None], size[order]
-    welded = np.ascontiguousarray(welded[kept])
+    whole, normal, size = whole[has_area], normal[has_area], size[has_area]
+    order = sort_along_curve(vertices[welded[whole]].mean(1))
+    whole, normal, size = whole[order], normal[order] / size[order, None], size[order]
+    welded = np.ascontiguousarray(welded[whole])
     edges, n_edges = _number_edges(welded, len(vertices))
     corners = vertices[welded]
     touch = TOUCH * max(float(np.abs(corners).max(initial=0.0)), farthest)
@@ -117,7 +117,7 @@ def make_sky_casters(
     strips = find_strips(vertices, welded, edges, planes, n_edges)
     strip_low = np.minimum(strips[:, :3], strips[:, 3:6])
     strip_high = np.maximum(strips[:, :3], strips[:, 3:6])
-    part = np.ascontiguousarray(part[kept], np.int32)
+    part = np.ascontiguousarray(part[whole], np.int32)
     return SkyCasters(
         vertices, welded, edges, planes, part, _find_between(edges, part, n_edges),
         _bound(corners.min(1), corners.max(1), BLOCK), strips,
@@ -132,9 +132,9 @@ def _find_between(
     number, owner = edges.ravel() >> 1, np.repeat(part, 3)
     first = np.full(n_edges, -1, np.int32)
     first[number] = owner  # any one of them
-    found = np.zeros(n_edges, np.bool_)
-    found[number[first[number] != owner]] = True
-    return found
+    is_between = np.zeros(n_edges, np.bool_)
+    is_between[number[first[number] != owner]] = True
+    return is_between
 
 
 def _bound(low: NDArray[np.float64], high: NDArray[np.float64], size: int) -> NDArray[np.float64]:

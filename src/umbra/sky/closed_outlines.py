@@ -54,12 +54,12 @@ def trace_outlines(
 
     ``name`` returns what obstructs in each of some directions (n, 3), None where nothing does.
     """
-    edges, place = _find_edges(pieces)
-    loops = [_merge(loop, place) for loop in _trace(edges, place)]
+    edges, position = _find_edges(pieces)
+    loops = [_merge(loop, position) for loop in _trace(edges, position)]
     loops = [loop for loop in loops if len(loop) > 2]
-    found = []
+    outlines = []
     for loop in loops:
-        points = np.array([place[edge.start] for edge in loop])
+        points = np.array([position[edge.start] for edge in loop])
         after = np.roll(points, -1, 0)
         normal = np.cross(points, after)
         normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -72,8 +72,8 @@ def trace_outlines(
                 None if edge.code in {HORIZON, PLANE} else known or other
                 for edge, known, other in zip(loop, parts, hit, strict=True)
             ]
-        found.append(Outline(points, tuple(parts)))
-    return tuple(found)
+        outlines.append(Outline(points, tuple(parts)))
+    return tuple(outlines)
 
 
 def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.float64]]]:
@@ -88,15 +88,15 @@ def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.floa
             top = max(math.atan2(a[2 * k + 1], a[2 * k]), bottom)
             ends.setdefault((int(s) + k) % turn, []).append((which, k, bottom, top))
     node: dict[tuple[int, int, int], Node] = {}  # piece, meridian, below or above
-    place: dict[Node, NDArray[np.float64]] = {}
+    position: dict[Node, NDArray[np.float64]] = {}
     edges: list[_Edge] = []
-    for event, some in ends.items():
-        angles = np.array([angle for row in some for angle in row[2:]])
+    for event, rows in ends.items():
+        angles = np.array([angle for row in rows for angle in row[2:]])
         order = np.argsort(angles)
         number = np.zeros(len(angles), int)
         number[order] = np.cumsum(np.diff(angles[order], prepend=-9.0) > _SAME) - 1
         rise = np.zeros(int(number.max()) + 2, int)
-        for q, (which, k, _, _) in enumerate(some):
+        for q, (which, k, _, _) in enumerate(rows):
             low, high = int(number[2 * q]), int(number[2 * q + 1])
             node[which, k, 0], node[which, k, 1] = (event, low), (event, high)
             rise[low:high] += 1 if k else -1
@@ -108,12 +108,14 @@ def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.floa
                 at = (-1, 0)
                 angle = math.pi / 2
             level = math.cos(angle)
-            place[event, q] = np.array([level * x, level * y, math.sin(angle)])
+            position[event, q] = np.array([level * x, level * y, math.sin(angle)])
             if at[0] < 0:
-                place[at] = place[event, q] = np.array([0.0, 0.0, 1.0])
+                position[at] = position[event, q] = np.array([0.0, 0.0, 1.0])
                 node.update({key: at for key, value in node.items() if value == (event, q)})
         zenith = {
-            (event, q): (-1, 0) for q in range(int(number.max()) + 1) if place[event, q][2] == 1.0
+            (event, q): (-1, 0)
+            for q in range(int(number.max()) + 1)
+            if position[event, q][2] == 1.0
         }
         for q, up in enumerate(rise[:-1]):
             pair = [zenith.get((event, e), (event, e)) for e in (q, q + 1)]
@@ -125,10 +127,10 @@ def _find_edges(pieces: Pieces) -> tuple[list[_Edge], dict[Node, NDArray[np.floa
         edges.append(_Edge(node[which, 0, 0], node[which, 1, 0], int(pieces.under[which])))
         if pieces.over[which] != ZENITH:
             edges.append(_Edge(node[which, 1, 1], node[which, 0, 1], int(pieces.over[which])))
-    return [edge for edge in edges if edge.start != edge.end], place
+    return [edge for edge in edges if edge.start != edge.end], position
 
 
-def _trace(edges: list[_Edge], place: dict[Node, NDArray[np.float64]]) -> list[list[_Edge]]:
+def _trace(edges: list[_Edge], position: dict[Node, NDArray[np.float64]]) -> list[list[_Edge]]:
     """Join edges to loops; where several leave a node the leftmost follows."""
     leaving: dict[Node, list[_Edge]] = {}
     for edge in edges:
@@ -143,35 +145,35 @@ def _trace(edges: list[_Edge], place: dict[Node, NDArray[np.float64]]) -> list[l
             choices = leaving.get(loop[-1].end)
             if not choices:  # rounding: a node without a way on; the gap is of its size
                 break
-            best = max(choices, key=lambda one: _find_turn(loop[-1], one, place))
+            best = max(choices, key=lambda choice: _find_turn(loop[-1], choice, position))
             choices.remove(best)
             loop.append(best)
         loops.append(loop)
     return loops
 
 
-def _find_turn(edge: _Edge, after: _Edge, place: dict[Node, NDArray[np.float64]]) -> float:
+def _find_turn(edge: _Edge, after: _Edge, position: dict[Node, NDArray[np.float64]]) -> float:
     """Return the angle by which one edge turns left into another [radians]."""
-    p, q, r = place[edge.start], place[edge.end], place[after.end]
+    p, q, r = position[edge.start], position[edge.end], position[after.end]
     on, way = q * (p @ q) - p, r - q * (r @ q)
     return math.atan2(float(np.cross(on, way) @ q), float(on @ way))
 
 
-def _merge(loop: list[_Edge], place: dict[Node, NDArray[np.float64]]) -> list[_Edge]:
+def _merge(loop: list[_Edge], position: dict[Node, NDArray[np.float64]]) -> list[_Edge]:
     """Join neighbours of one great circle."""
-    found: list[_Edge] = []
+    merged: list[_Edge] = []
     for edge in loop:
-        if found and _is_one(found[-1], edge, place):
-            found[-1] = _Edge(found[-1].start, edge.end, edge.code)
+        if merged and _is_one(merged[-1], edge, position):
+            merged[-1] = _Edge(merged[-1].start, edge.end, edge.code)
         else:
-            found.append(edge)
-    while len(found) > 3 and _is_one(found[-1], found[0], place):
-        last = found.pop()
-        found[0] = _Edge(last.start, found[0].end, last.code)
-    return found
+            merged.append(edge)
+    while len(merged) > 3 and _is_one(merged[-1], merged[0], position):
+        last = merged.pop()
+        merged[0] = _Edge(last.start, merged[0].end, last.code)
+    return merged
 
 
-def _is_one(one: _Edge, two: _Edge, place: dict[Node, NDArray[np.float64]]) -> bool:
-    if one.code != two.code or (one.code == _UPRIGHT and one.start[0] != two.end[0]):
+def _is_one(first: _Edge, second: _Edge, position: dict[Node, NDArray[np.float64]]) -> bool:
+    if first.code != second.code or (first.code == _UPRIGHT and first.start[0] != second.end[0]):
         return False
-    return float(place[one.start] @ place[two.end]) > math.cos(_LONGEST)
+    return float(position[first.start] @ position[second.end]) > math.cos(_LONGEST)

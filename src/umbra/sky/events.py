@@ -108,12 +108,12 @@ def find_events(seen, normal, is_asked, skyline):
     active = np.empty(m, np.int32)
     n_active = 0
     for which in order:
-        kept = 0
+        n_left = 0
         for q in range(n_active):
             if spans[active[q], 1] >= spans[which, 0]:
-                active[kept] = active[q]
-                kept += 1
-        n_active = kept
+                active[n_left] = active[q]
+                n_left += 1
+        n_active = n_left
         for q in range(n_active):
             x, y = _cross(ends, turns, owner[which], owner[active[q]])
             if x != 0.0 or y != 0.0:
@@ -149,13 +149,13 @@ def _side(turn, point):
 
 
 @borrowing
-def _cross(ends, turns, one, two):
+def _cross(ends, turns, first, second):
     """Return the horizontal direction in which two edges cross; 0 if they do not."""
-    if (_side(turns[one], ends[two, 0]) > 0.0) == (_side(turns[one], ends[two, 1]) > 0.0):
+    if (_side(turns[first], ends[second, 0]) > 0.0) == (_side(turns[first], ends[second, 1]) > 0.0):
         return 0.0, 0.0
-    if (_side(turns[two], ends[one, 0]) > 0.0) == (_side(turns[two], ends[one, 1]) > 0.0):
+    if (_side(turns[second], ends[first, 0]) > 0.0) == (_side(turns[second], ends[first, 1]) > 0.0):
         return 0.0, 0.0
-    a, b = turns[one], turns[two]
+    a, b = turns[first], turns[second]
     x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
     up = a[0] * b[1] - a[1] * b[0]
     return (x, y) if up > 0.0 else (-x, -y)
@@ -174,16 +174,16 @@ def _order(rows):
 def _sort(events):
     """Sort events, drop the same ones, and close the turn at -pi."""
     order = _order(events)
-    found = np.empty((events.shape[0] + 2, 2))
-    found[0, 0], found[0, 1] = -1.0, 0.0
+    distinct = np.empty((events.shape[0] + 2, 2))
+    distinct[0, 0], distinct[0, 1] = -1.0, 0.0
     n = 1
     for which in order:
         x, y = events[which, 1], events[which, 2]
-        if abs(found[n - 1, 0] * y - found[n - 1, 1] * x) > _SAME and x > -1.0:
-            found[n, 0], found[n, 1] = x, y
+        if abs(distinct[n - 1, 0] * y - distinct[n - 1, 1] * x) > _SAME and x > -1.0:
+            distinct[n, 0], distinct[n, 1] = x, y
             n += 1
     # The last may be as near to the end as those that were dropped.
-    if n > 1 and abs(found[n - 1, 1]) <= _SAME and found[n - 1, 0] < 0.0:
+    if n > 1 and abs(distinct[n - 1, 1]) <= _SAME and distinct[n - 1, 0] < 0.0:
         n -= 1
-    found[n, 0], found[n, 1] = -1.0, 0.0
-    return found[: n + 1]
+    distinct[n, 0], distinct[n, 1] = -1.0, 0.0
+    return distinct[: n + 1]

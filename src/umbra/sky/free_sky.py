@@ -232,8 +232,8 @@ class ExactSky:
                 for spell in (self.sun(dates) if dates else ())
             ],
             "outlines": [
-                {"part": list(one.part), "directions": one.directions.tolist()}
-                for one in self.outlines
+                {"part": list(outline.part), "directions": outline.directions.tolist()}
+                for outline in self.outlines
             ],
         }  # fmt: skip
 

@@ -103,7 +103,7 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
     edge = np.empty((room, CORNERS), np.int32)
     face, slope = np.empty(room, np.int32), np.empty(room)
     sides = np.zeros(casters.n_edges, np.uint8)
-    one, two = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
+    polygon, clipped = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
     keys, other = np.empty(CORNERS, np.int32), np.empty(CORNERS, np.int32)
     level = np.array([0.0, 0.0, 1.0])
     n = 0
@@ -116,22 +116,26 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
             for k in range(3):
                 ahead = 0.0
                 for j in range(3):
-                    one[k, j] = vertices[faces[f, k], j] - p[j]
-                    ahead += normal[j] * one[k, j]
-                highest = max(highest, one[k, 2])
+                    polygon[k, j] = vertices[faces[f, k], j] - p[j]
+                    ahead += normal[j] * polygon[k, j]
+                highest = max(highest, polygon[k, 2])
                 nearest = max(nearest, ahead)
                 keys[k] = edges[f, k] >> 1
             if highest <= 0.0 or nearest <= least:
                 continue
-            height = planes[f, 0] * one[0, 0] + planes[f, 1] * one[0, 1] + planes[f, 2] * one[0, 2]
+            height = (
+                planes[f, 0] * polygon[0, 0]
+                + planes[f, 1] * polygon[0, 1]
+                + planes[f, 2] * polygon[0, 2]
+            )
             if abs(height) <= planes[f, 3]:
                 continue
-            layer = find_layer(reaches, _find_distance(one))
-            highest = find_highest(skylines[max(layer, 0)], one, 3, layer >= 0)
+            layer = find_layer(reaches, _find_distance(polygon))
+            highest = find_highest(skylines[max(layer, 0)], polygon, 3, layer >= 0)
             if highest < 0.0:
                 continue
-            m = _cut(one, keys, 3, level, HORIZON, two, other)
-            m = _cut(two, other, m, normal, PLANE, one, keys)
+            m = _cut(polygon, keys, 3, level, HORIZON, clipped, other)
+            m = _cut(clipped, other, m, normal, PLANE, polygon, keys)
             if m < 3:
                 continue
             for k in range(3):
@@ -140,7 +144,7 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
             for k in range(m):
                 edge[n, k] = keys[k]
                 for j in range(3):
-                    corners[n, k, j] = one[k, j]
+                    corners[n, k, j] = polygon[k, j]
             size[n] = m
             face[n], slope[n] = f, highest
             n += 1
@@ -148,7 +152,7 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
 
 
 @borrowing
-def _cut(points, keys, n, normal, key, found, names):
+def _cut(points, keys, n, normal, key, clipped, names):
     """
     Cut a convex polygon to the half space before a plane through the origin; return its corners.
 
@@ -157,25 +161,25 @@ def _cut(points, keys, n, normal, key, found, names):
     m = 0
     for k in range(n):
         after = k + 1 if k + 1 < n else 0
-        one = two = 0.0
+        here = there = 0.0
         for j in range(3):
-            one += normal[j] * points[k, j]
-            two += normal[j] * points[after, j]
-        if one > 0.0:
+            here += normal[j] * points[k, j]
+            there += normal[j] * points[after, j]
+        if here > 0.0:
             for j in range(3):
-                found[m, j] = points[k, j]
+                clipped[m, j] = points[k, j]
             names[m] = keys[k]
             m += 1
-        if (one > 0.0) != (two > 0.0):
-            if one > 0.0:
-                start, end, share = after, k, two / (two - one)
+        if (here > 0.0) != (there > 0.0):
+            if here > 0.0:
+                start, end, share = after, k, there / (there - here)
             else:
-                start, end, share = k, after, one / (one - two)
+                start, end, share = k, after, here / (here - there)
             for j in range(3):
-                found[m, j] = points[start, j] + share * (points[end, j] - points[start, j])
+                clipped[m, j] = points[start, j] + share * (points[end, j] - points[start, j])
             if normal[2] == 1.0:
-                found[m, 2] = 0.0
-            names[m] = key if one > 0.0 else keys[k]
+                clipped[m, 2] = 0.0
+            names[m] = key if here > 0.0 else keys[k]
             m += 1
     return m
 

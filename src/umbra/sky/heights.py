@@ -31,30 +31,32 @@ def find_heights(seen, toward):
     angles = np.arctan2(toward[:, 1], toward[:, 0])
     active = np.empty(n_spans + 1, np.int32)
     low, high = np.empty(n_spans + 1), np.empty(n_spans + 1)
-    found = np.zeros(toward.shape[0])
+    altitudes = np.zeros(toward.shape[0])
     n_active = waiting = 0
     for k in np.argsort(angles):
         while waiting < n_spans and spans[waiting, 0] <= angles[k]:
             active[n_active] = waiting
             n_active += 1
             waiting += 1
-        n = kept = 0
+        n = n_left = 0
         for q in range(n_active):
             span = active[q]
             if spans[span, 1] < angles[k]:
                 continue
-            active[kept] = span
-            kept += 1
+            active[n_left] = span
+            n_left += 1
             i = owner[span]
-            one, two, _, _ = cut_face(seen.corners[i], seen.size[i], toward[k, 0], toward[k, 1])
-            if one < math.inf:
-                low[n], high[n] = one, two
+            lowest, highest, _, _ = cut_face(
+                seen.corners[i], seen.size[i], toward[k, 0], toward[k, 1]
+            )
+            if lowest < math.inf:
+                low[n], high[n] = lowest, highest
                 n += 1
-        n_active = kept
+        n_active = n_left
         top = 0.0
         for q in np.argsort(low[:n]):
             if low[q] > top + 1e-12 * (1.0 + top * top):
                 break
             top = max(top, high[q])
-        found[k] = math.pi / 2 if top == math.inf else math.atan(top)
-    return found
+        altitudes[k] = math.pi / 2 if top == math.inf else math.atan(top)
+    return altitudes

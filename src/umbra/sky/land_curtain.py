@@ -43,8 +43,8 @@ def add_land(scene: Scene, horizon: Horizon | None, true_north: float) -> tuple[
             (*scene.parts, Part(LAND, "Land", mesh, layer="horizon")), scene.origin
         ).with_facts(crs=scene.crs)
 
-    found = derive(scene, "land", (land.sha256, true_north), make)
-    return found, [len(scene.parts)]
+    with_land = derive(scene, "land", (land.sha256, true_north), make)
+    return with_land, [len(scene.parts)]
 
 
 def find_bends(land: Horizon) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -56,9 +56,9 @@ def find_bends(land: Horizon) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     share = step[:-1] / (step[:-1] + step[1:])
     line = elevation[:-2] + share * (elevation[2:] - elevation[:-2])
     bends = np.abs(elevation[1:-1] - line) > _STRAIGHT
-    kept = np.isin(azimuth, even)
-    kept[1:-1] |= bends
-    return azimuth[kept], elevation[kept]
+    is_bend = np.isin(azimuth, even)
+    is_bend[1:-1] |= bends
+    return azimuth[is_bend], elevation[is_bend]
 
 
 def _hang(

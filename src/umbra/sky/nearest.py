@@ -60,27 +60,27 @@ def add_shares(seen, casters, normal, events, moments, bands):
             n_active += 1
             waiting += 1
         marks[0], codes[0] = 0.0, HORIZON
-        m, kept, n_cut = 1, 0, 0
+        m, n_left, n_cut = 1, 0, 0
         for q in range(n_active):
             span = active[q]
             if spans[span, 1] < angle:
                 continue
-            active[kept] = span
-            kept += 1
+            active[n_left] = span
+            n_left += 1
             i = owner[span]
             if stamp[i] == s:
                 continue
             stamp[i] = s
-            one, two, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
-            if one == math.inf:
+            lower, upper, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
+            if lower == math.inf:
                 continue
-            low[i], high[i] = one, two
+            low[i], high[i] = lower, upper
             cut[n_cut] = i
             n_cut += 1
-            marks[m], codes[m] = one, _find_code(seen, i, p)
-            marks[m + 1], codes[m + 1] = two, _find_code(seen, i, r)
+            marks[m], codes[m] = lower, _find_code(seen, i, p)
+            marks[m + 1], codes[m + 1] = upper, _find_code(seen, i, r)
             m += 2
-        n_active = kept
+        n_active = n_left
         behind_from, behind_to = find_slope(normal, dx, dy)
         if behind_from < math.inf:
             marks[m], codes[m] = behind_from, PLANE if behind_from > 0.0 else HORIZON
@@ -95,11 +95,24 @@ def add_shares(seen, casters, normal, events, moments, bands):
             here = order[q]
             label = _BEHIND
             if q + 1 < m:
-                one, two = marks[here], marks[order[q + 1]]
-                if not (two - one > _GAP * (1.0 + one * two) or (one < two == math.inf)):
+                lower, upper = marks[here], marks[order[q + 1]]
+                if not (
+                    upper - lower > _GAP * (1.0 + lower * upper) or (lower < upper == math.inf)
+                ):
                     continue
                 label = _find_label(
-                    seen, casters, cut, n_cut, low, high, one, two, dx, dy, behind_from, behind_to
+                    seen,
+                    casters,
+                    cut,
+                    n_cut,
+                    low,
+                    high,
+                    lower,
+                    upper,
+                    dx,
+                    dy,
+                    behind_from,
+                    behind_to,
                 )
             if label == last:
                 continue
@@ -131,10 +144,10 @@ def _find_code(seen, i, k):
 
 
 @borrowing
-def _find_label(seen, casters, cut, n_cut, low, high, one, two, dx, dy, from_, to):
+def _find_label(seen, casters, cut, n_cut, low, high, lower, upper, dx, dy, from_, to):
     """Return the object nearest in the middle of an interval, or that nothing is there."""
-    top = math.pi / 2 if two == math.inf else math.atan(two)
-    middle = (math.atan(one) + top) / 2
+    top = math.pi / 2 if upper == math.inf else math.atan(upper)
+    middle = (math.atan(lower) + top) / 2
     x, y, z = dx * math.cos(middle), dy * math.cos(middle), math.sin(middle)
     slope = math.tan(middle)
     if from_ < slope < to:
@@ -152,7 +165,7 @@ def _find_label(seen, casters, cut, n_cut, low, high, one, two, dx, dy, from_, t
 @kernel
 def find_hits(seen, casters, directions):
     """Return the object nearest in each direction (n, 3), or -1 where the sky is free, (n,)."""
-    found = np.full(directions.shape[0], -1, np.int32)
+    objects = np.full(directions.shape[0], -1, np.int32)
     away = np.full(directions.shape[0], np.inf)
     for i in range(seen.size.size):
         n = seen.size[i]
@@ -170,5 +183,5 @@ def find_hits(seen, casters, directions):
             if is_left or is_right:
                 distance = find_distance(seen, casters, i, w[0], w[1], w[2])
                 if 0.0 < distance < away[k]:
-                    away[k], found[k] = distance, casters.part[seen.face[i]]
-    return found
+                    away[k], objects[k] = distance, casters.part[seen.face[i]]
+    return objects

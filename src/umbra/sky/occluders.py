@@ -87,14 +87,14 @@ def _cut(corners, n, column):
 @kernel
 def keep_above(seen, skyline):
     """Return the faces of a ``SeenFaces`` that come above a skyline (BINS,)."""
-    kept = np.empty(seen.size.size, np.int32)
+    above = np.empty(seen.size.size, np.int32)
     n = 0
     for i in range(seen.size.size):
         if find_highest(skyline, seen.corners[i], seen.size[i], True) >= 0.0:
-            kept[n] = i
+            above[n] = i
             n += 1
-    kept = kept[:n]
+    above = above[:n]
     return SeenFaces(
-        seen.corners[kept], seen.size[kept], seen.edge[kept], seen.face[kept], seen.slope[kept],
-        seen.sides,
+        seen.corners[above], seen.size[above], seen.edge[above], seen.face[above],
+        seen.slope[above], seen.sides,
     )  # fmt: skip

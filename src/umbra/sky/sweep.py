@@ -106,7 +106,7 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
         # at once, those that meet the first other interval widen it, and the rest is sorted by
         # where it starts. Faces that did so in the last slice come first, as what they cover needs
         # no look then.
-        kept = n_cut = n_now = 0
+        n_left = n_cut = n_now = 0
         low[wide], high[wide] = math.inf, -math.inf
         for q in range(n_lead + n_active):
             if q < n_lead:
@@ -115,28 +115,28 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
                 span = active[q - n_lead]
                 if spans[span, 1] < angle:
                     continue
-                active[kept] = span
-                kept += 1
+                active[n_left] = span
+                n_left += 1
                 i = owner[span]
             if seen.slope[i] <= top or stamp[i] == s:
                 continue
             if seen.slope[i] <= high[wide] and least[i] >= low[wide]:
                 continue
             stamp[i] = s
-            one, two, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
-            if two <= top:
+            lower, upper, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
+            if upper <= top:
                 continue
-            low[i], high[i] = one, two
+            low[i], high[i] = lower, upper
             low_code[i], high_code[i] = i << 3 | p, (i << 3 | r if r >= 0 else ZENITH)
-            if one - top <= _GAP * (1.0 + one * top):
-                top, code = two, high_code[i]
-            elif low[wide] == math.inf or (one <= high[wide] and two >= low[wide]):
-                if one >= low[wide] and two <= high[wide]:
+            if lower - top <= _GAP * (1.0 + lower * top):
+                top, code = upper, high_code[i]
+            elif low[wide] == math.inf or (lower <= high[wide] and upper >= low[wide]):
+                if lower >= low[wide] and upper <= high[wide]:
                     continue
-                if one < low[wide]:
-                    low[wide], low_code[wide] = one, low_code[i]
-                if two > high[wide]:
-                    high[wide], high_code[wide] = two, high_code[i]
+                if lower < low[wide]:
+                    low[wide], low_code[wide] = lower, low_code[i]
+                if upper > high[wide]:
+                    high[wide], high_code[wide] = upper, high_code[i]
             else:
                 n_cut = _insert(cut, n_cut, low, i)
                 continue
@@ -146,7 +146,7 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
         lead, now, n_lead = now, lead, n_now
         if low[wide] < math.inf:
             n_cut = _insert(cut, n_cut, low, wide)
-        n_active = kept
+        n_active = n_left
         low[n_faces], high[n_faces] = find_slope(normal, dx, dy)
         has_plane = low[n_faces] < math.inf
         q = 0
@@ -189,15 +189,15 @@ def _insert(cut, n, low, i):
 @inner
 def _find_lowest(seen):
     """Return the tangent of each face's lowest altitude, which is at a corner, (n,)."""
-    found = np.empty(seen.size.size)
+    slopes = np.empty(seen.size.size)
     for i in range(seen.size.size):
         slope = math.inf
         for k in range(seen.size[i]):
             x, y, z = seen.corners[i, k]
             along = math.hypot(x, y)
             slope = min(slope, z / along if along > 0.0 else math.inf)
-        found[i] = slope
-    return found
+        slopes[i] = slope
+    return slopes
 
 
 @kernel

@@ -86,9 +86,9 @@ def measure_sky(
         raise InputError(msg, point=first)
     toward = toward / length[:, None]
     use_threads(choose_threads(threads))
-    found = np.zeros((len(at), 2))
-    run_shared(len(at), _measure, casters, at, toward, found)
-    svf, share = np.maximum(found, 0.0).T
+    integrals = np.zeros((len(at), 2))
+    run_shared(len(at), _measure, casters, at, toward, integrals)
+    svf, share = np.maximum(integrals, 0.0).T
     if not objects:
         return PointSkies(svf, 100.0 * share, None)
     taken = np.zeros((len(at), objects))
@@ -119,7 +119,7 @@ def trace_free_sky(casters, p, normal):
 
 
 @kernel
-def _measure(casters, points, normals, found, taken):
+def _measure(casters, points, normals, integrals, taken):
     while True:
         i = take_next(taken)
         if i >= points.shape[0]:
@@ -127,7 +127,7 @@ def _measure(casters, points, normals, found, taken):
         _, pieces = trace_free_sky(casters, points[i], normals[i])
         moments = np.zeros(7)
         integrate(pieces, moments)
-        found[i, 0], found[i, 1] = sum_tensors(moments, normals[i])
+        integrals[i, 0], integrals[i, 1] = sum_tensors(moments, normals[i])
 
 
 @kernel

@@ -61,19 +61,19 @@ def _join_walls(walls, edges, planes, n_edges, n_faces):
             turn = planes[f, 0] * planes[g, 1] - planes[f, 1] * planes[g, 0]
             if abs(turn) > _COPLANAR:
                 continue
-            one, two = f, g
-            while label[one] != one:
-                label[one] = label[label[one]]
-                one = label[one]
-            while label[two] != two:
-                label[two] = label[label[two]]
-                two = label[two]
-            label[max(one, two)] = min(one, two)
+            first, second = f, g
+            while label[first] != first:
+                label[first] = label[label[first]]
+                first = label[first]
+            while label[second] != second:
+                label[second] = label[label[second]]
+                second = label[second]
+            label[max(first, second)] = min(first, second)
     for f in walls:
-        one = f
-        while label[one] != one:
-            one = label[one]
-        label[f] = one
+        first = f
+        while label[first] != first:
+            first = label[first]
+        label[f] = first
     return label
 
 
@@ -84,29 +84,31 @@ def _decompose(vertices, faces, planes, order, starts):
     strips = np.empty((room, 8))
     n = 0
     for wall in range(starts.size - 1):
-        some = order[starts[wall] : starts[wall + 1]]
-        f = some[0]
+        members = order[starts[wall] : starts[wall + 1]]
+        f = members[0]
         ux, uy = -planes[f, 1], planes[f, 0]
         length = np.sqrt(ux * ux + uy * uy)
         ux, uy = ux / length, uy / length
-        place = np.empty((some.size, 3))
+        position = np.empty((members.size, 3))
         touch = 0.0
-        for i in range(some.size):
-            touch = max(touch, planes[some[i], 3])
+        for i in range(members.size):
+            touch = max(touch, planes[members[i], 3])
             for k in range(3):
-                v = vertices[faces[some[i], k]]
-                place[i, k] = ux * v[0] + uy * v[1]
-        corners = place.ravel()
+                v = vertices[faces[members[i], k]]
+                position[i, k] = ux * v[0] + uy * v[1]
+        corners = position.ravel()
         marks, last = np.empty(corners.size), -np.inf
         n_marks = 0
         for i in np.argsort(corners):
             marks[n_marks] = corners[i]
             n_marks += corners[i] - last > _SAME
             last = corners[i]
-        low, high = np.empty(some.size), np.empty(some.size)
+        low, high = np.empty(members.size), np.empty(members.size)
         for s in range(n_marks - 1):
             middle = (marks[s] + marks[s + 1]) / 2
-            _, bottom, edge_a, edge_b = _find_top(vertices, faces, some, place, middle, low, high)
+            _, bottom, edge_a, edge_b = _find_top(
+                vertices, faces, members, position, middle, low, high
+            )
             if edge_a < 0:
                 continue
             if n == room:
@@ -128,7 +130,7 @@ def _decompose(vertices, faces, planes, order, starts):
             level = -np.inf
             for e in range(2):
                 beside = marks[s] + (1e-7 if e == 0 else 1.0 - 1e-7) * (marks[s + 1] - marks[s])
-                _, under, _, _ = _find_top(vertices, faces, some, place, beside, low, high)
+                _, under, _, _ = _find_top(vertices, faces, members, position, beside, low, high)
                 level = max(level, under)
             strips[n, 6], strips[n, 7] = max(level, bottom), touch
             n += 1
@@ -136,7 +138,7 @@ def _decompose(vertices, faces, planes, order, starts):
 
 
 @inner
-def _find_top(vertices, faces, some, place, at, low, high):
+def _find_top(vertices, faces, members, position, at, low, high):
     """
     Find the upper edge of a wall at a place along it, and how far down there is wall.
 
@@ -144,14 +146,14 @@ def _find_top(vertices, faces, some, place, at, low, high):
     """
     top = -np.inf
     edge_a, edge_b = -1, -1
-    for i in range(some.size):
+    for i in range(members.size):
         low[i], high[i] = np.inf, -np.inf
         for k in range(3):
             after = k + 1 if k < 2 else 0
-            p, q = place[i, k], place[i, after]
+            p, q = position[i, k], position[i, after]
             if (p > at) == (q > at):
                 continue
-            a, b = faces[some[i], k], faces[some[i], after]
+            a, b = faces[members[i], k], faces[members[i], after]
             if p > q:
                 p, q, a, b = q, p, b, a
             z = vertices[a, 2] + (at - p) / (q - p) * (vertices[b, 2] - vertices[a, 2])
@@ -162,7 +164,7 @@ def _find_top(vertices, faces, some, place, at, low, high):
     again = True
     while again:
         again = False
-        for i in range(some.size):
+        for i in range(members.size):
             if low[i] < bottom <= high[i] + _SAME:
                 bottom = low[i]
                 again = True

@@ -129,7 +129,7 @@ class AreaLight:
             offsets = away[:, None] * np.stack([np.cos(longitude), np.sin(longitude)], 1) @ across
         places = np.tile(middle, (n, 1))
         places[:, :3] += offsets
-        return [replace(self.light, position=place) for place in places]
+        return [replace(self.light, position=position) for position in places]
 
     def _unit(self) -> NDArray[np.float64]:
         """Return a copy of the centre: a position, or a unit direction."""
@@ -213,7 +213,7 @@ def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaL
         If the light is directional, or the sides are not finite or span no area.
     """
     check_type("light", light, Light)
-    edges = np.stack([read_vector("a rectangular light's side", one) for one in (edge_u, edge_v)])
+    edges = np.stack([read_vector("a rectangular light's side", side) for side in (edge_u, edge_v)])
     check_reach("a rectangular light's sides", edges, "give them in metres", OUTSIDE)
     if not np.cross(*edges).any():
         msg = "a rectangular light needs two sides that span an area"

@@ -67,8 +67,8 @@ def find_visibility_by_complexity(
     where = view.face != NOTHING
     # Where rounding could put the centre's count and an edge on different sides, use a light offset
     # by a thousandth of its radius.
-    for each in (light, light.moved(ASIDE)):
-        _cover(counter, view, frame, camera, each, at, where, coverage, unsure)
+    for lamp in (light, light.moved(ASIDE)):
+        _cover(counter, view, frame, camera, lamp, at, where, coverage, unsure)
         where = unsure
         if not where.any():
             break
@@ -160,7 +160,7 @@ def _count_over_light(
     """
     rows, cols = where.shape
     ends, wedges = edges.ends, edges.wedges
-    place, radius, is_square, axes = lamp
+    source, radius, is_square, axes = lamp
     across = np.ascontiguousarray(spots.T)
     coarse = 2.0**-40 * np.abs(origin).max()
     every = np.arange(ends.shape[0])
@@ -169,14 +169,14 @@ def _count_over_light(
         block = find_tile(number, rows, cols, BLOCK)
         near = np.empty(ends.shape[0], np.int64)
         n_near, _ = find_in_tile(position, origin, where, wedges, block, every, near)
-        found = np.empty(n_near, np.int64)
+        listed = np.empty(n_near, np.int64)
         own = np.empty((3, 3))
-        one = np.empty((8, 2))
-        two = np.empty((8, 2))
+        scratch_a = np.empty((8, 2))
+        scratch_b = np.empty((8, 2))
         counts = np.empty(spots.shape[0], np.int32)
         for tile in split_block(block):
             n_found, slack = find_in_tile(
-                position, origin, where, wedges, tile, near[:n_near], found
+                position, origin, where, wedges, tile, near[:n_near], listed
             )
             if n_found == 0:
                 continue
@@ -189,20 +189,22 @@ def _count_over_light(
                     x = position[r, c, 0] - origin[0] + off * normal[r, c, 0]
                     y = position[r, c, 1] - origin[1] + off * normal[r, c, 1]
                     z = position[r, c, 2] - origin[2] + off * normal[r, c, 2]
-                    if not place_axes(x, y, z, place, radius, is_square, axes, own):
+                    if not place_axes(x, y, z, source, radius, is_square, axes, own):
                         continue
                     counts[:] = hard[r, c]
                     mean = np.float64(hard[r, c])
                     has_any = False
                     for i in range(n_found):
-                        e = found[i]
+                        e = listed[i]
                         times = find_multiplicity(edges, e, x, y, z, 2.0 * off)
                         if times == 0.0:
                             continue
-                        is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, place, own)
+                        is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, source, own)
                         if not is_between:
                             continue
-                        part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
+                        part, at_middle = find_signed_part(
+                            ax, ay, bx, by, is_square, scratch_a, scratch_b
+                        )
                         unsure[r, c] |= at_middle
                         if part == 0.0:
                             continue

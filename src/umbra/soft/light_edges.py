@@ -79,13 +79,13 @@ class LightFrame(NamedTuple):
 
 def find_light_edges(counter: "VolumeCounts", light: AreaLight) -> tuple[EdgeTable, LightFrame]:
     """Find the edges of a counter's casters that may bound what is seen of a light."""
-    place = light.light.local(counter.scene.origin)
-    caster = counter.find_casting(place)
+    source = light.light.local(counter.scene.origin)
+    caster = counter.find_casting(source)
     if not light.light.is_point:
-        place[:3] /= np.linalg.norm(place[:3])
-    edges = list_light_edges(caster, caster.vertices, place, light.radius)
+        source[:3] /= np.linalg.norm(source[:3])
+    edges = list_light_edges(caster, caster.vertices, source, light.radius)
     is_square = light.edges is not None
-    return edges, LightFrame(place, light.radius, is_square, map_to_unit_light(light, place))
+    return edges, LightFrame(source, light.radius, is_square, map_to_unit_light(light, source))
 
 
 def open_components(counter: "VolumeCounts", light: AreaLight) -> "VolumeCounts":
@@ -95,28 +95,28 @@ def open_components(counter: "VolumeCounts", light: AreaLight) -> "VolumeCounts"
 
 
 def find_open_components(
-    caster: Caster, light: AreaLight, place: NDArray[np.float64]
+    caster: Caster, light: AreaLight, source: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """
     Find the closed components whose bounding box meets the light, (n_components,) bool.
 
     Components in front of some spots and behind others must follow the open rule for all spots.
-    ``place`` (4,) is the light's centre in the caster's frame.
+    ``source`` (4,) is the light's centre in the caster's frame.
     """
-    if place[3] == 0.0:
+    if source[3] == 0.0:
         return np.zeros(len(caster.is_closed), np.bool_)
     low = np.full((len(caster.is_closed), 3), np.inf)
     high = -low
     corners = caster.vertices[caster.faces]
     np.minimum.at(low, caster.component, corners.min(1))
     np.maximum.at(high, caster.component, corners.max(1))
-    middle = place[:3] / place[3]
+    middle = source[:3] / source[3]
     meets = (low <= middle + light.radius) & (high >= middle - light.radius)
     return caster.is_closed & meets.all(1)
 
 
 def list_light_edges(
-    caster: Caster, vertices: NDArray[np.float64], place: NDArray[np.float64], radius: float
+    caster: Caster, vertices: NDArray[np.float64], source: NDArray[np.float64], radius: float
 ) -> EdgeTable:
     """
     List the edges that are on the silhouette for some receiver and some spot of the light.
@@ -129,7 +129,7 @@ def list_light_edges(
     caster : Caster
     vertices : (n_vertices, 3) float64
         The caster's vertices in the light's frame [m].
-    place : (4,) float64
+    source : (4,) float64
         The light's centre; a unit direction for w = 0.
     radius : float
         Radius of the light's bounding sphere [m]; for a disc in the sky tan of its angular radius.
@@ -139,16 +139,16 @@ def list_light_edges(
         planes = _make_planes_again(caster, vertices)
     size = np.linalg.norm(planes[:, :3], axis=1)
     planes = planes / np.where(size > 0, size, 1.0)[:, None]
-    side = planes @ place
+    side = planes @ source
     sure = np.where(np.abs(side) > 1.0001 * radius, np.sign(side), np.nan)
     turn = np.where(caster.turn, -1.0, 1.0)
-    one, two = caster.edge_faces.T
-    kept = np.flatnonzero(~(sure[one] == turn * sure[two]))
-    faces = planes[caster.edge_faces[kept]]
-    ends = vertices[caster.edges[kept].ravel()].reshape(-1, 6)
-    wedges = np.zeros((len(kept), 4, 4))
-    make_coverage_planes(ends, place, radius, wedges)
-    return EdgeTable(ends, faces, caster.weight[kept] / 2.0, turn[kept], wedges)
+    first, second = caster.edge_faces.T
+    possible = np.flatnonzero(~(sure[first] == turn * sure[second]))
+    faces = planes[caster.edge_faces[possible]]
+    ends = vertices[caster.edges[possible].ravel()].reshape(-1, 6)
+    wedges = np.zeros((len(possible), 4, 4))
+    make_coverage_planes(ends, source, radius, wedges)
+    return EdgeTable(ends, faces, caster.weight[possible] / 2.0, turn[possible], wedges)
 
 
 def _make_planes_again(caster: Caster, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -269,12 +269,12 @@ def find_multiplicity(edges, e, x, y, z, margin):
     return edges.weight[e] * sides
 
 
-def map_to_unit_light(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
+def map_to_unit_light(light: AreaLight, source: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Find the map of a light's plane to the unit light, (3, 3).
 
     Rows u and v map to the unit square or disc, the third is the plane's normal; all 0 for a ball,
-    whose plane faces each receiver. ``place`` (4,) is the light's centre, or a unit direction.
+    whose plane faces each receiver. ``source`` (4,) is the light's centre, or a unit direction.
     """
     if light.edges is not None:
         half_u, half_v = light.edges / 2
@@ -284,4 +284,4 @@ def map_to_unit_light(light: AreaLight, place: NDArray[np.float64]) -> NDArray[n
         return np.stack([np.cross(half_v, normal) / area, np.cross(normal, half_u) / area, normal])
     if light.light.is_point:
         return np.zeros((3, 3))
-    return np.stack([*(axis / light.radius for axis in make_axes(place[:3])), place[:3]])
+    return np.stack([*(axis / light.radius for axis in make_axes(source[:3])), source[:3]])

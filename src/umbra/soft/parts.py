@@ -106,7 +106,7 @@ def project_edge(v, x, y, z, light, axes):
 
 
 @kernel
-def find_signed_part(ax, ay, bx, by, is_square, one, two):
+def find_signed_part(ax, ay, bx, by, is_square, scratch_a, scratch_b):
     """Return s Q / area of a projected edge, and whether it passes the light's centre."""
     cross = ax * by - ay * bx
     length = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
@@ -118,7 +118,9 @@ def find_signed_part(ax, ay, bx, by, is_square, one, two):
             ax * (bx - ax) + ay * (by - ay) <= slack and bx * (bx - ax) + by * (by - ay) >= -slack
         )
     part = (
-        find_square_part(ax, ay, bx, by, one, two) if is_square else find_disc_part(ax, ay, bx, by)
+        find_square_part(ax, ay, bx, by, scratch_a, scratch_b)
+        if is_square
+        else find_disc_part(ax, ay, bx, by)
     )
     return (part if cross > 0.0 else -part), is_unsure
 
@@ -151,26 +153,26 @@ def find_disc_part(ax, ay, bx, by):
 @kernel
 def _clip(corners, n, fx, fy, f0, out):
     """Clip a convex polygon to fx x + fy y + f0 >= 0; return its number of corners."""
-    kept = 0
+    n_out = 0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         here = fx * corners[i, 0] + fy * corners[i, 1] + f0
         there = fx * corners[j, 0] + fy * corners[j, 1] + f0
         if here >= 0.0:
-            out[kept, 0] = corners[i, 0]
-            out[kept, 1] = corners[i, 1]
-            kept += 1
+            out[n_out, 0] = corners[i, 0]
+            out[n_out, 1] = corners[i, 1]
+            n_out += 1
         if (here >= 0.0) != (there >= 0.0):
             t = here / (here - there)
-            out[kept, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
-            out[kept, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
-            kept += 1
-    return kept
+            out[n_out, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
+            out[n_out, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
+            n_out += 1
+    return n_out
 
 
 @kernel
-def find_square_part(ax, ay, bx, by, one, two):
-    """Find Q / area for the square [-1, 1]²; ``one`` and ``two`` (8, 2) are scratch."""
+def find_square_part(ax, ay, bx, by, scratch_a, scratch_b):
+    """Find Q / area for the square [-1, 1]²; ``scratch_a`` and ``scratch_b`` (8, 2) are scratch."""
     cross = ax * by - ay * bx
     if cross == 0.0:
         return 0.0
@@ -179,15 +181,15 @@ def find_square_part(ax, ay, bx, by, one, two):
     fx, fy, f0 = side * (by - ay), side * (ax - bx), -side * cross
     if abs(fx) + abs(fy) + f0 <= 0.0:
         return 0.0
-    one[0, 0], one[0, 1] = -1.0, -1.0
-    one[1, 0], one[1, 1] = 1.0, -1.0
-    one[2, 0], one[2, 1] = 1.0, 1.0
-    one[3, 0], one[3, 1] = -1.0, 1.0
-    n = _clip(one, 4, fx, fy, f0, two)
-    n = _clip(two, n, -side * ay, side * ax, 0.0, one)
-    n = _clip(one, n, side * by, -side * bx, 0.0, two)
+    scratch_a[0, 0], scratch_a[0, 1] = -1.0, -1.0
+    scratch_a[1, 0], scratch_a[1, 1] = 1.0, -1.0
+    scratch_a[2, 0], scratch_a[2, 1] = 1.0, 1.0
+    scratch_a[3, 0], scratch_a[3, 1] = -1.0, 1.0
+    n = _clip(scratch_a, 4, fx, fy, f0, scratch_b)
+    n = _clip(scratch_b, n, -side * ay, side * ax, 0.0, scratch_a)
+    n = _clip(scratch_a, n, side * by, -side * bx, 0.0, scratch_b)
     area = 0.0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
-        area += two[i, 0] * two[j, 1] - two[i, 1] * two[j, 0]
+        area += scratch_b[i, 0] * scratch_b[j, 1] - scratch_b[i, 1] * scratch_b[j, 0]
     return 0.125 * abs(area)

@@ -49,11 +49,11 @@ BLOCK = 64
 
 
 @kernel
-def find_in_tile(position, origin, seen, planes, tile, asked, found):
+def find_in_tile(position, origin, seen, planes, tile, wanted, listed):
     """
-    List the wedges of ``asked`` that may contain a visible point of a tile of pixels.
+    List the wedges of ``wanted`` that may contain a visible point of a tile of pixels.
 
-    Returns the number written to ``found`` (n,), and the margin by which a point may lie outside a
+    Returns the number written to ``listed`` (n,), and the margin by which a point may lie outside a
     wedge's planes and still count as inside [m].
     """
     top, bottom, left, right = tile
@@ -73,9 +73,9 @@ def find_in_tile(position, origin, seen, planes, tile, asked, found):
     slack = 1e-9 * (1.0 + np.abs(low).max() + np.abs(high).max())
     middle = 0.5 * (low + high)
     n_found = 0
-    for e in asked:
+    for e in wanted:
         if is_in(planes[e], middle[0], middle[1], middle[2], reach + slack):
-            found[n_found] = e
+            listed[n_found] = e
             n_found += 1
     return n_found, slack
 
@@ -143,13 +143,13 @@ def add_wedges(position, normal, origin, seen, edges, lamp, cover, unsure, taken
         block = find_tile(number, rows, cols, BLOCK)
         near = np.empty(ends.shape[0], np.int64)
         n_near, _ = find_in_tile(position, origin, seen, planes, block, every, near)
-        found = np.empty(n_near, np.int64)
+        listed = np.empty(n_near, np.int64)
         own = np.empty((3, 3))
-        one = np.empty((8, 2))
-        two = np.empty((8, 2))
+        scratch_a = np.empty((8, 2))
+        scratch_b = np.empty((8, 2))
         for tile in split_block(block):
             n_found, slack = find_in_tile(
-                position, origin, seen, planes, tile, near[:n_near], found
+                position, origin, seen, planes, tile, near[:n_near], listed
             )
             if n_found == 0:
                 continue
@@ -166,14 +166,16 @@ def add_wedges(position, normal, origin, seen, edges, lamp, cover, unsure, taken
                         continue
                     total = 0.0
                     for i in range(n_found):
-                        e = found[i]
+                        e = listed[i]
                         times = find_multiplicity(edges, e, x, y, z, 2.0 * off)
                         if times == 0.0:
                             continue
                         is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, light, own)
                         if not is_between:
                             continue
-                        part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
+                        part, at_middle = find_signed_part(
+                            ax, ay, bx, by, is_square, scratch_a, scratch_b
+                        )
                         total += times * part
                         unsure[r, c] |= at_middle
                     cover[r, c] += total

@@ -76,8 +76,8 @@ def find_visibility_by_layers(
         layer = layers.scaled(1 + m * gap / 10)
         within = np.zeros(left.shape, np.bool_)
         for chosen, receives in _pair_off(len(layer.is_closed), shown):
-            some = counter.with_caster(_choose(layer, chosen))
-            within |= receives & (some.count_undrawn(view, camera, light.light) != 0)
+            layer_counter = counter.with_caster(_choose(layer, chosen))
+            within |= receives & (layer_counter.count_undrawn(view, camera, light.light) != 0)
         left[within] *= np.float32(1.0 - opacities[m])
     left[hard] *= np.float32(1.0 - opacities[0])
     return left
@@ -113,8 +113,8 @@ class Layers:
     @classmethod
     def of(cls, counter: "VolumeCounts", light: Light) -> "Layers":
         """Prepare a counter's caster for a light."""
-        caster, place = counter.caster, light.local(counter.scene.origin)
-        centers, axes, radii = find_growth(caster, place, caster.vertices, place)
+        caster, source = counter.caster, light.local(counter.scene.origin)
+        centers, axes, radii = find_growth(caster, source, caster.vertices, source)
         parted, of_vertex = part_components(caster)
         sunk = -1e-6 * (radii[:, None] * axes)[of_vertex]
         return cls(parted, centers[of_vertex], axes[of_vertex], sunk)
@@ -134,7 +134,7 @@ def find_growth(
     caster: Caster,
     light: NDArray[np.float64],
     vertices: NDArray[np.float64],
-    place: NDArray[np.float64],
+    source: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """
     Find centre, axis and radius of the enlargement of each component.
@@ -146,7 +146,7 @@ def find_growth(
         In the caster's frame.
     vertices : (n_vertices, 3) float64
         The caster's vertices, in the frame of the enlargement [m].
-    place : (4,) float64
+    source : (4,) float64
         The light in that frame.
 
     Returns
@@ -159,16 +159,16 @@ def find_growth(
         Greatest distance of a vertex from the centre [m].
     """
     n = len(caster.is_closed)
-    ((_, found),) = find_silhouettes(caster, light[None])
-    edges = found.codes[: found.starts[1]] >> 2
+    ((_, silhouettes),) = find_silhouettes(caster, light[None])
+    edges = silhouettes.codes[: silhouettes.starts[1]] >> 2
     component = caster.component[caster.edge_faces[edges, 0]]
-    one, two = (vertices[caster.edges[edges, k]] for k in range(2))
-    lengths = np.linalg.norm(two - one, axis=1)
+    tails, heads = (vertices[caster.edges[edges, k]] for k in range(2))
+    lengths = np.linalg.norm(heads - tails, axis=1)
     total = np.bincount(component, lengths, n)
     has_any = total > 0
-    sums = [np.bincount(component, lengths * x, n) for x in ((one + two) / 2).T]
+    sums = [np.bincount(component, lengths * x, n) for x in ((tails + heads) / 2).T]
     centers = np.stack(sums, 1) / np.where(has_any, total, 1.0)[:, None]
-    axes = place[:3] - place[3] * centers
+    axes = source[:3] - source[3] * centers
     size = np.linalg.norm(axes, axis=1)
     axes *= (has_any / np.where(size > 0, size, 1.0))[:, None]
     radii = np.zeros(n)

@@ -24,7 +24,7 @@ __all__ = ["AreaTable", "compare_areas", "frame_areas", "name_share", "tabulate"
 
 
 def name_share(hours: float) -> str:
-    """Return the name of the share of an area with at least so many hours: ``share_2h``."""
+    """Return the name of the share of an area with at least a number of hours: ``share_2h``."""
     seconds = round(3600 * hours)
     unit, length = next(
         (unit, length) for unit, length in (("h", 3600), ("min", 60), ("s", 1))
@@ -70,7 +70,7 @@ class AreaTable:
 
     @property
     def zone(self) -> str:
-        """Time zone of the clock times that are told."""
+        """Time zone of the clock times."""
         return "UTC" if self.period.site is None else self.period.site.zone
 
     @property
@@ -93,13 +93,13 @@ class AreaTable:
             return f"area_{name}" if name in taken or name in dims else name
 
         name, date = free("name"), free("date")
-        found: Variables = {name: ((name,), np.array(self.names))}
+        variables: Variables = {name: ((name,), np.array(self.names))}
         if self.dates:
             days = np.array(self.dates, "datetime64[D]").astype("datetime64[ns]")
-            found[date] = ((date,), days)
+            variables[date] = ((date,), days)
         for column, values in self.columns.items():
-            found[free(column)] = ((name, date)[: values.ndim], values)
-        return found
+            variables[free(column)] = ((name, date)[: values.ndim], values)
+        return variables
 
     def find_interval(self, day: int) -> tuple[np.datetime64, np.datetime64]:
         """Return the instants [UTC] between which the hours of a date count."""
@@ -170,9 +170,9 @@ def _list_figures(study: "Study") -> dict[str, NDArray[Any]]:
     """Return the columns of the hours of sun, and means of other measures."""
     laid, groups = cast("NamedReceivers", study.laid), study.groups
     means: dict[str, NDArray[Any]] = {
-        f"mean_{one.name}": laid.average(study.more[one.name][1])
-        for one in study.quantities
-        if not one.per
+        f"mean_{quantity.name}": laid.average(study.more[quantity.name][1])
+        for quantity in study.quantities
+        if not quantity.per
     }
     if groups is None:
         return means

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["ChunkJob", "make_lazy_dataset"]
 
 SIDE = 2048
-"""Side of a chunk by default [cell]: each looks at all casters anew."""
+"""Side of a chunk by default [cell]: each processes all casters."""
 _KEPT = 2  # jobs that a process keeps prepared
 _TIMES = ("prepare_seconds", "count_seconds")
 
@@ -99,8 +99,8 @@ class ChunkJob:
         setup, laid = self.setup, self.laid.pick(slice(0, 1), slice(0, 1))
         begun = setup.begin(laid)
         known = settle_ground(self.scene, self.options)
-        told = {**laid.facts, **_tell_ground(self.laid), **known.describe()}
-        facts = setup.describe(laid.kind.name, 0.0, ground=known.name, **told)
+        ground_facts = {**laid.facts, **_tell_ground(self.laid), **known.describe()}
+        facts = setup.describe(laid.kind.name, 0.0, ground=known.name, **ground_facts)
         facts = {name: fact for name, fact in facts.items() if name not in _TIMES}
         arrays, (more, _) = begun.arrays, begun.collect(laid)
         return Study(
@@ -145,11 +145,11 @@ def _tell_ground(laid: PlanRaster) -> dict[str, object]:
     """Return the assumption about the ground, as far as it is known before counting."""
     if laid.assumed is None or laid.kind.lies_under_roofs:
         return laid.kind.describe_level(laid.casting.scene, laid.ground, laid.assumed, 0.0)
-    told = (
+    note = (
         f"where nothing of the model lies, the ground is assumed level at z = {laid.ground:.6g} m "
         "(ground=)"
     )
-    return {} if laid.casting.has_end else {"assumption": told}
+    return {} if laid.casting.has_end else {"assumption": note}
 
 
 def count_chunk(job: ChunkJob, rows: slice, cols: slice) -> dict[str, Any]:
@@ -242,19 +242,19 @@ def normalize_chunks(
             msg = f"chunks= names the axis '{strange[0]}'; there are {' and '.join(dims)}"
             raise InputError(msg, option="chunks")
         chunks = tuple(chunks.get(name, "auto") for name in dims)
-    each = chunks if isinstance(chunks, tuple) else (chunks,) * len(dims)
-    asked = tuple(SIDE if isinstance(one, str) and one == "auto" else one for one in each)
+    sides = chunks if isinstance(chunks, tuple) else (chunks,) * len(dims)
+    requested = tuple(SIDE if isinstance(side, str) and side == "auto" else side for side in sides)
     msg = (
         f"chunks= is a side, (rows, columns), {{'y': rows, 'x': columns}} or 'auto', one cell at "
         f"least; got {show_value(chunks)}"
     )
     try:
-        found: tuple[tuple[int, ...], ...] = normalize(asked, shape)
+        normalized: tuple[tuple[int, ...], ...] = normalize(requested, shape)
     except (TypeError, ValueError, ZeroDivisionError) as error:
         raise InputError(msg, option="chunks") from error
-    if len(found) != len(shape) or not all(side >= 1 for axis in found for side in axis):
+    if len(normalized) != len(shape) or not all(side >= 1 for axis in normalized for side in axis):
         raise InputError(msg, option="chunks")
-    return found
+    return normalized
 
 
 def _make_graph(job: ChunkJob, sides: tuple[tuple[int, ...], ...]) -> Any:
@@ -265,8 +265,8 @@ def _make_graph(job: ChunkJob, sides: tuple[tuple[int, ...], ...]) -> Any:
     ends = [np.cumsum((0, *side)).tolist() for side in sides]
     rows, cols = ([slice(*pair) for pair in pairwise(end)] for end in ends)
     tasks = {
-        (chunk, i, j): (count_chunk, name, some, others)
-        for i, some in enumerate(rows)
+        (chunk, i, j): (count_chunk, name, row, others)
+        for i, row in enumerate(rows)
         for j, others in enumerate(cols)
     }
     layers: dict[str, dict[Any, Any]] = {name: {name: _scatter(job, name)}, chunk: tasks}

@@ -77,7 +77,7 @@ def compare(
             is_same &= (apart.max("xyz") if name == "position" else apart) < 1e-6
     sums = f", sum of {dates} dates" if dates > 1 else ""
     lost = (before.sun_hours - after.sun_hours).where(is_same)
-    found = {
+    variables = {
         "hours_lost": lost.assign_attrs(long_name=f"hours of sun lost{sums}", units="h"),
         "sun_hours_before": before.sun_hours,
         "sun_hours_after": after.sun_hours,
@@ -88,7 +88,7 @@ def compare(
         cell = float(np.ptp(before.x.values[:2]) * np.ptp(before.y.values[:2]))
     if has_days:
         lost = (before.sun_hours_by_day - after.sun_hours_by_day).where(is_same)
-        found["hours_lost_by_day"] = lost.assign_attrs(
+        variables["hours_lost_by_day"] = lost.assign_attrs(
             long_name="hours of sun lost, on the day", units="h"
         )
     touched = (lost > LEAST).sum(dims)
@@ -97,26 +97,26 @@ def compare(
         sun = after.sun_hours_by_day if has_days else after.sun_hours
         newly: Any = is_newly_under(sun, lost, least)
         if has_days:
-            found["newly_under_by_day"] = newly.astype(np.uint8)
-        found["newly_under"] = (newly.any("day") if has_days else newly).astype(np.uint8)
+            variables["newly_under_by_day"] = newly.astype(np.uint8)
+        variables["newly_under"] = (newly.any("day") if has_days else newly).astype(np.uint8)
     if cell is not None and has_days:
-        found["area_touched_by_day"] = touched * cell
+        variables["area_touched_by_day"] = touched * cell
         if under is not None:
-            found["area_newly_under_by_day"] = newly.sum(dims) * cell
+            variables["area_newly_under_by_day"] = newly.sum(dims) * cell
     elif cell is not None:
         attributes["area_touched"] = float(touched) * cell
         if under is not None:
             attributes["area_newly_under"] = float(newly.sum()) * cell
-    return xr.Dataset(found, attrs=attributes)
+    return xr.Dataset(variables, attrs=attributes)
 
 
 def _find_dataset(name: str, study: Any) -> "xr.Dataset":
     """Return the dataset of a study; refuse all that is none."""
-    found = getattr(study, "dataset", study)
-    if "sun_hours" not in getattr(found, "data_vars", ()):
+    dataset = getattr(study, "dataset", study)
+    if "sun_hours" not in getattr(dataset, "data_vars", ()):
         msg = f"{name} is {show_value(study)}, not a study; give what umbra.shadow_study returns"
         raise InputError(msg, option=name)
-    return found
+    return dataset
 
 
 def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
@@ -199,41 +199,41 @@ class SunLosses:
         """Return the arrays of ``study.nc`` that have a value for each receiver."""
         nan, left = np.float32(np.nan), ~self.is_new
         newly = left & (self.newly_days > 0)
-        found: Variables = {
+        variables: Variables = {
             "hours_lost": (dims, np.where(left, self.lost, nan)),
             "newly_under": (dims, newly.astype(np.uint8)),
         }
         if self.days > 1:
-            found["newly_under_days"] = (dims, np.where(left, self.newly_days, np.int16(0)))
+            variables["newly_under_days"] = (dims, np.where(left, self.newly_days, np.int16(0)))
         if self.lost_by_day is not None and self.newly_by_day is not None:
-            found["hours_lost_by_day"] = (("day", *dims), np.where(left, self.lost_by_day, nan))
-            found["newly_under_by_day"] = (("day", *dims), left * self.newly_by_day)
-        return found
+            variables["hours_lost_by_day"] = (("day", *dims), np.where(left, self.lost_by_day, nan))
+            variables["newly_under_by_day"] = (("day", *dims), left * self.newly_by_day)
+        return variables
 
     def sum_up(self) -> "NeighbourSums":
         """Return the figures of each neighbour."""
         left = ~self.is_new
-        names, place = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
+        names, index = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
         owner = np.where(self.owner < 0, len(self.names), self.owner)
-        mine = place.ravel()[owner][left]
+        neighbour = index.ravel()[owner][left]
         # A kind of receivers whose places have no area may say so by 0 or NaN.
         areas = np.nan_to_num(np.broadcast_to(self.area, self.owner.shape)[left], posinf=0.0)
-        whole = _add_up(mine, areas, len(names))
-        each = [(self.lost, self.newly_days > 0)]
+        whole = _add_up(neighbour, areas, len(names))
+        pairs = [(self.lost, self.newly_days > 0)]
         if self.lost_by_day is not None and self.newly_by_day is not None:
-            each += zip(self.lost_by_day, self.newly_by_day > 0)
+            pairs += zip(self.lost_by_day, self.newly_by_day > 0)
         sums, most = (
-            np.zeros((len(each), 3, len(names)), np.int64),
-            np.zeros((len(each), len(names))),
+            np.zeros((len(pairs), 3, len(names)), np.int64),
+            np.zeros((len(pairs), len(names))),
         )
-        for k, (lost, is_newly) in enumerate(each):
+        for k, (lost, is_newly) in enumerate(pairs):
             loss = lost[left]
-            np.maximum.at(most[k], mine, loss)
+            np.maximum.at(most[k], neighbour, loss)
             for j, part in enumerate(
                 (areas * loss, areas * (loss > LEAST), areas * is_newly[left])
             ):
-                sums[k, j] = _add_up(mine, part, len(names))
-        there = np.flatnonzero(np.bincount(mine, minlength=len(names)))
+                sums[k, j] = _add_up(neighbour, part, len(names))
+        there = np.flatnonzero(np.bincount(neighbour, minlength=len(names)))
         return NeighbourSums(names[there], whole[there], sums[..., there], most[:, there])
 
 
@@ -281,16 +281,18 @@ class NeighbourSums:
 
     def join(self, others: Sequence["NeighbourSums"]) -> "NeighbourSums":
         """Return the figures of these receivers and others."""
-        each = [self, *others]
-        names, own = np.unique(np.concatenate([one.names for one in each]), return_inverse=True)
+        tables = [self, *others]
+        names, own = np.unique(
+            np.concatenate([table.names for table in tables]), return_inverse=True
+        )
         own = own.ravel()
         every: Any = (..., own)
         area = np.zeros(len(names), np.int64)
         sums = np.zeros((*self.sums.shape[:2], len(names)), np.int64)
         most = np.zeros((len(self.most), len(names)))
-        np.add.at(area, own, np.concatenate([one.area for one in each]))
-        np.add.at(sums, every, np.concatenate([one.sums for one in each], -1))
-        np.maximum.at(most, every, np.concatenate([one.most for one in each], -1))
+        np.add.at(area, own, np.concatenate([table.area for table in tables]))
+        np.add.at(sums, every, np.concatenate([table.sums for table in tables], -1))
+        np.maximum.at(most, every, np.concatenate([table.most for table in tables], -1))
         return NeighbourSums(names, area, sums, most)
 
     def rename(self, names: NDArray[np.str_]) -> "NeighbourSums":
@@ -300,21 +302,24 @@ class NeighbourSums:
     def variables(self) -> Variables:
         """Return the arrays of ``study.nc``: neighbours that lose sun, by hours times area."""
         order = np.argsort(-self.sums[0, 0], kind="stable")
-        kept = order[self.most[0, order] > LEAST]
-        one = ("neighbour",)
-        area = self.area[kept] / _FINE
+        shown = order[self.most[0, order] > LEAST]
+        dims = ("neighbour",)
+        area = self.area[shown] / _FINE
         figures = {
-            "area_touched": self.sums[:, 1, kept] / _FINE,
-            "area_newly_under": self.sums[:, 2, kept] / _FINE,
-            "most_hours_lost": self.most[:, kept],
+            "area_touched": self.sums[:, 1, shown] / _FINE,
+            "area_newly_under": self.sums[:, 2, shown] / _FINE,
+            "most_hours_lost": self.most[:, shown],
             # Without an area there is no mean.
-            "mean_hours_lost": self.sums[:, 0, kept] / _FINE / np.where(area > 0, area, np.nan),
+            "mean_hours_lost": self.sums[:, 0, shown] / _FINE / np.where(area > 0, area, np.nan),
         }
-        found: Variables = {"neighbour": (one, self.names[kept]), "neighbour_area": (one, area)}
-        found |= {f"neighbour_{name}": (one, rows[0]) for name, rows in figures.items()}
+        variables: Variables = {
+            "neighbour": (dims, self.names[shown]),
+            "neighbour_area": (dims, area),
+        }
+        variables |= {f"neighbour_{name}": (dims, rows[0]) for name, rows in figures.items()}
         if len(self.most) > 1:
-            found |= {
-                f"neighbour_{name}_by_day": (("day", *one), rows[1:])
+            variables |= {
+                f"neighbour_{name}_by_day": (("day", *dims), rows[1:])
                 for name, rows in figures.items()
             }
-        return found
+        return variables

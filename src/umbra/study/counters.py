@@ -91,8 +91,8 @@ class LandCounter:
         sums += behind.reshape(-1, *[1] * (sums.ndim - 1))
         progress(int((~is_free).sum()))
         if is_free.any():
-            some = np.ascontiguousarray(lights[is_free]), np.ascontiguousarray(weights[is_free])
-            self.counter.add_weights(*some, sums, progress)
+            free = np.ascontiguousarray(lights[is_free]), np.ascontiguousarray(weights[is_free])
+            self.counter.add_weights(*free, sums, progress)
 
 
 class RayCounter(CounterByMasks):
@@ -111,8 +111,8 @@ class RayCounter(CounterByMasks):
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each light (n, 4) the receivers in shadow, cast or attached."""
         tile, where = self.tile, self.tile.places
-        found = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
-        return found.reshape(-1, *tile.shape)
+        hidden = find_hidden(tile.tree, where.points, where.normals, lights, self.threads)
+        return hidden.reshape(-1, *tile.shape)
 
 
 class GroundLightCounter(CounterByMasks):
@@ -136,8 +136,8 @@ class GroundLightCounter(CounterByMasks):
 
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each direction (n, 4) the receivers that it does not reach."""
-        found = find_hidden(self.tree, self.points, self.normals, lights, self.threads)
-        return found.reshape(-1, *self.shape)
+        hidden = find_hidden(self.tree, self.points, self.normals, lights, self.threads)
+        return hidden.reshape(-1, *self.shape)
 
 
 class LightCounter:

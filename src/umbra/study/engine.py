@@ -56,7 +56,7 @@ def count_each_tile(
         Time spent counting, without making tiles [s].
     """
     works = len(lights) * count_passes(accumulators)
-    works += sum(each.own_lights for each in accumulators)
+    works += sum(accumulator.own_lights for accumulator in accumulators)
     seconds = 0.0
     for n, (where, make_tile) in enumerate(tiles):
         run = make_run(n, where, make_tile())
@@ -81,9 +81,9 @@ def run_on_device(
     def make_run(_number: int, where: Any, tile: Tile) -> TileRun:
         counter = counters.make(tile)
         if type(counter) not in _warm and len(suns):
-            some = np.ascontiguousarray(suns[:2])  # as a single one has kernels of its own
-            once = np.ones((len(some), 1), np.int32)
-            counter.add_weights(some, once, np.zeros((1, *tile.shape), np.int32))
+            trial = np.ascontiguousarray(suns[:2])  # as a single one has kernels of its own
+            once = np.ones((len(trial), 1), np.int32)
+            counter.add_weights(trial, once, np.zeros((1, *tile.shape), np.int32))
             _warm.add(type(counter))
         return make_tile_run(tile, canopy, where, counter).behind_land(period)
 
@@ -130,8 +130,8 @@ class HiddenSums(Accumulator):
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
         """Add the hidden weights of a tile, of all casters and of all but canopies."""
         inside = run.where if isinstance(run.where, tuple) else (run.where,)
-        each = zip(run.tiles, run.counters, strict=True)
-        hidden, *opaque = [self._add(tile, counter) for tile, counter in each]
+        pairs = zip(run.tiles, run.counters, strict=True)
+        hidden, *opaque = [self._add(tile, counter) for tile, counter in pairs]
         if self._canopy is not None:
             (dark,) = opaque
             share = np.float32(1 - self._canopy.season.with_leaves)

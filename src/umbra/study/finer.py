@@ -73,8 +73,8 @@ class FinerHours:
         """
         before = self.tile.with_casters(others)
         run = make_tile_run(before, None).behind_land(self.period)
-        found = add_up(run.counters[0], before.shape, self.lights)[0]
-        return cast("NDArray[np.float32]", self.shadow_hours - found)
+        hidden = add_up(run.counters[0], before.shape, self.lights)[0]
+        return cast("NDArray[np.float32]", self.shadow_hours - hidden)
 
 
 def count_finer(
@@ -119,8 +119,8 @@ def count_finer(
     ):
         return None
     grid = study.grid.coarser(longest) if longest else study.grid
-    each = find_work(study, grid, int(period.sun.is_up.sum()))
-    parts = _choose_parts(period, int(find_most_work(study, pictures) / each))
+    work = find_work(study, grid, int(period.sun.is_up.sum()))
+    parts = _choose_parts(period, int(find_most_work(study, pictures) / work))
     if parts == 1:
         return None
     tile = study.model.make_tile(grid) if like is None else like.tile
@@ -161,7 +161,7 @@ def _choose_parts(period: Period, most: int) -> int:
     step = round(float(period.hours[0]) * 3.6e9)
     parts = range(min(most, step // LEAST), 1, -1)
     for unit in (60_000_000, 1_000_000):
-        found = next((n for n in parts if step % (n * unit) == 0), 1)
-        if found > 1:
-            return found
+        count = next((n for n in parts if step % (n * unit) == 0), 1)
+        if count > 1:
+            return count
     return 1

@@ -22,8 +22,8 @@ def settle_land(
     """Return options with the horizon of the land around a model's bounds (2, 3) [m]."""
     if not is_raster(options.horizon):
         return options
-    found = settle_horizon(
+    horizon = settle_horizon(
         options.horizon, bounds, site, nearest=options.horizon_from,
         is_refracted=options.refraction == "standard", progress=progress,
     )  # fmt: skip
-    return replace(options, horizon=found)
+    return replace(options, horizon=horizon)

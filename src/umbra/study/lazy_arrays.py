@@ -23,8 +23,8 @@ class _Reader(BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
 
     def _read(self, key: Any) -> NDArray:
-        found: NDArray = self.array[key]
-        return found
+        values: NDArray = self.array[key]
+        return values
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _Reader, (np.asarray(self.array),)

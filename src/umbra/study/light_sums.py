@@ -41,11 +41,11 @@ class LightParts:
         """Make a number of parts with sums of 0."""
         return cls(part, np.zeros((count, *shape), np.float32))
 
-    def pick(self, some: NDArray[np.bool_]) -> Self:
+    def pick(self, chosen: NDArray[np.bool_]) -> Self:
         """Return the parts of some of the lights, with sums of 0."""
         if not len(self.sums):
             return self
-        return replace(self, part=self.part[some], sums=np.zeros_like(self.sums))
+        return replace(self, part=self.part[chosen], sums=np.zeros_like(self.sums))
 
     def add(self, sums: NDArray[np.float32]) -> None:
         """Add to the sums."""
@@ -53,7 +53,7 @@ class LightParts:
 
     def count(
         self, count: Callable[[Counter, NDArray[np.bool_], NDArray[np.int32]], object],
-        runs: Iterable[tuple[NDArray[np.bool_], Counter]], some: NDArray[np.bool_],
+        runs: Iterable[tuple[NDArray[np.bool_], Counter]], chosen: NDArray[np.bool_],
         total: NDArray[np.int32], unit: float,
     ) -> None:  # fmt: skip
         """
@@ -66,9 +66,9 @@ class LightParts:
         own = np.zeros((len(self.sums), *total.shape), np.int32)
         for run, counter in runs:
             for which, counts in enumerate(own):
-                mine = some & run & (self.part == which)
-                if mine.any():
-                    count(counter, mine, counts)
+                is_own = chosen & run & (self.part == which)
+                if is_own.any():
+                    count(counter, is_own, counts)
         for sums, counts in zip(self.sums, own, strict=True):
             total += counts
             np.add(sums, np.multiply(counts[0], np.float32(unit), dtype=np.float32), out=sums)
@@ -114,8 +114,8 @@ def add_up(
         weights = np.rint(lights.weights / unit).astype(np.int32)
         whole = np.zeros(sums.shape, np.int32)
 
-        def add(by: Counter, some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
-            by.add_weights(directions[some], weights[some], into, progress)
+        def add(by: Counter, chosen: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+            by.add_weights(directions[chosen], weights[chosen], into, progress)
 
         every = np.ones(len(lights), np.bool_)
         if len(parts.sums):
@@ -126,8 +126,8 @@ def add_up(
             np.multiply(summed, step, out=total, casting="same_kind")
         return sums
 
-    def count(by: Counter, some: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
-        own = directions[some]
+    def count(by: Counter, chosen: NDArray[np.bool_], into: NDArray[np.int32]) -> None:
+        own = directions[chosen]
         by.add_weights(own, np.ones((len(own), 1), np.int32), into, progress)
 
     for k, row in enumerate(rows):
@@ -138,8 +138,8 @@ def add_up(
             count(counter, group == k, counts[None])
         for column in np.flatnonzero(row):
             total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
-            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
-                total[i] += np.multiply(some, weight, dtype=np.float32)
+            for i, values in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
+                total[i] += np.multiply(values, weight, dtype=np.float32)
     return sums
 
 

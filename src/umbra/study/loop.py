@@ -62,15 +62,17 @@ class TileRun:
         if self.reach is None:
             yield np.arange(len(lights)), self.tiles[0], self.counters[0]
             return
-        for some, tile in self.reach(lights):
-            yield some, tile, None
+        for indices, tile in self.reach(lights):
+            yield indices, tile, None
 
     def behind_land(self, period: Period | None) -> Self:
         """Return the run with every receiver in shadow while the sun is behind a period's land."""
         if period is None or period.horizon is None:
             return self
         find = period.meets_land
-        return replace(self, counters=[LandCounter(one, self.shape, find) for one in self.counters])
+        return replace(
+            self, counters=[LandCounter(counter, self.shape, find) for counter in self.counters]
+        )
 
     def add_up(self, lights: Lights) -> NDArray[np.float32]:
         """
@@ -124,23 +126,23 @@ class Accumulator:
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
         """Add all lights up, in any order."""
 
-    def begin_run(self, lights: Lights, some: slice) -> None:
+    def begin_run(self, lights: Lights, span: slice) -> None:
         """Begin a run of consecutive lights."""
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """
         Add some lights, later than all before.
 
         Parameters
         ----------
         lights : Lights
-        some : slice
+        span : slice
             Indices of these lights.
         masks : sequence of (n, ...) uint8
             One per counter: 1 where in shadow.
         """
 
-    def end_run(self, lights: Lights, some: slice) -> None:
+    def end_run(self, lights: Lights, span: slice) -> None:
         """End a run of lights, before a gap in time."""
 
     def end_day(self, day: int) -> None:
@@ -176,7 +178,7 @@ def make_tile_run(
         As of ``TileRun``.
     """
     tiles = [tile] if canopy is None else [tile, tile.with_casters()]
-    others = [one.make_counter() for one in tiles[1:]]
+    others = [tile.make_counter() for tile in tiles[1:]]
     return TileRun(tile.shape, [counter or tile.make_counter(), *others], where, tiles, reach)
 
 
@@ -198,31 +200,31 @@ def pass_lights(
     progress : callable
         Called with the number of lights done; each light ``count_passes`` times.
     """
-    for one in accumulators:
-        one.begin(run, lights)
-        if not one.is_streamed:
-            one.add_sums(run, lights, progress)
-    streamed = [one for one in accumulators if one.is_streamed]
-    has_masks = any(one.needs_masks for one in streamed)
-    times = len({one.needs_masks for one in streamed})
+    for accumulator in accumulators:
+        accumulator.begin(run, lights)
+        if not accumulator.is_streamed:
+            accumulator.add_sums(run, lights, progress)
+    streamed = [accumulator for accumulator in accumulators if accumulator.is_streamed]
+    has_masks = any(accumulator.needs_masks for accumulator in streamed)
+    times = len({accumulator.needs_masks for accumulator in streamed})
     directions = lights.directions
     for day, runs in enumerate(lights.days if streamed else ()):
         for whole in runs:
-            for one in streamed:
-                one.begin_run(lights, whole)
+            for accumulator in streamed:
+                accumulator.begin_run(lights, whole)
             for first in range(whole.start, whole.stop, AT_ONCE):
-                some = slice(first, min(first + AT_ONCE, whole.stop))
+                span = slice(first, min(first + AT_ONCE, whole.stop))
                 counters = run.counters if has_masks else ()
-                masks = [counter.masks(directions[some]) for counter in counters]
-                for one in streamed:
-                    one.add(lights, some, masks)
-                progress(times * (some.stop - some.start))
-            for one in streamed:
-                one.end_run(lights, whole)
-        for one in streamed:
-            one.end_day(day)
-    for one in accumulators:
-        one.end(progress)
+                masks = [counter.masks(directions[span]) for counter in counters]
+                for accumulator in streamed:
+                    accumulator.add(lights, span, masks)
+                progress(times * (span.stop - span.start))
+            for accumulator in streamed:
+                accumulator.end_run(lights, whole)
+        for accumulator in streamed:
+            accumulator.end_day(day)
+    for accumulator in accumulators:
+        accumulator.end(progress)
 
 
 def count_passes(accumulators: Sequence[Accumulator]) -> int:
@@ -233,6 +235,12 @@ def count_passes(accumulators: Sequence[Accumulator]) -> int:
     ----------
     accumulators : sequence of Accumulator
     """
-    sums = sum(not one.is_streamed and not one.own_lights for one in accumulators)
-    more = sum(one.more_passes for one in accumulators)
-    return sums + more + len({one.needs_masks for one in accumulators if one.is_streamed})
+    sums = sum(
+        not accumulator.is_streamed and not accumulator.own_lights for accumulator in accumulators
+    )
+    more = sum(accumulator.more_passes for accumulator in accumulators)
+    return (
+        sums
+        + more
+        + len({accumulator.needs_masks for accumulator in accumulators if accumulator.is_streamed})
+    )

@@ -70,8 +70,8 @@ class StudyOptions(ReceiverOptions):
         "before; default: 2h.", metavar="DURATION",
     )  # fmt: skip
     spells: bool = _results(
-        "flag", "Also write when sun first and last comes, how often it returns, the longest time "
-        "of sun, and the share of time in shadow.", default=False,
+        "flag", "Also write the first and the last sun, the number of sun intervals, the longest "
+        "one, and the share of time in shadow.", default=False,
     )  # fmt: skip
     exact: bool | float = _results(
         "flag", "Compute when each cell enters and leaves shadow, to a second, instead of adding "
@@ -79,7 +79,7 @@ class StudyOptions(ReceiverOptions):
         more="A number is the tolerance instead of a second [s].", default=False, least=0,
     )  # fmt: skip
     min_spell: str | dt.timedelta | None = _results(
-        "any", "Also write the hours of sun that last this long at a time; implies spells=.",
+        "any", "Also write the hours of sun in intervals at least this long; implies spells=.",
         metavar="DURATION",
     )  # fmt: skip
     disc: bool = _results(
@@ -166,7 +166,7 @@ class StudyOptions(ReceiverOptions):
         needed = {name: said for name, said in own if said.is_needed}
         for name in needed:
             if getattr(self, name) is None:
-                listed = " and ".join(f"{one}={said.form}" for one, said in needed.items())
+                listed = " and ".join(f"{name}={said.form}" for name, said in needed.items())
                 msg = f"receivers='{self.receivers}' needs {listed}; give what is missing"
                 raise InputError(msg, option=name)
         for name, said, default in list_options(self):
@@ -174,7 +174,7 @@ class StudyOptions(ReceiverOptions):
             if not said.receivers or self._is_own(name, said) or value is default:
                 continue
             if default is None or value != default:
-                taken = ", ".join(f"{one}=" for one, said in own if said.flag is not None)
+                taken = ", ".join(f"{name}=" for name, said in own if said.flag is not None)
                 takes = f", which takes {taken}" if taken else ""
                 few = said.receivers if len(said.receivers) == 1 else ()
                 other = "".join(f", or choose receivers='{kind}'" for kind in few)
@@ -186,12 +186,12 @@ class StudyOptions(ReceiverOptions):
         """The measures that are asked for besides hours of sun and shadow."""
         from umbra.study.measures import HOURS, find_measures  # noqa: PLC0415
 
-        return [one for one in find_measures(self.measure) if one.name not in HOURS]
+        return [measure for measure in find_measures(self.measure) if measure.name not in HOURS]
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """The variables of these measures."""
-        return tuple(one for measure in self.measures for one in measure.quantities)
+        return tuple(quantity for measure in self.measures for quantity in measure.quantities)
 
     @property
     def asks_hours(self) -> bool:
@@ -203,14 +203,14 @@ class StudyOptions(ReceiverOptions):
     @property
     def needs_sun(self) -> bool:
         """Whether a measure is of the sun, so that a date and a site are needed."""
-        return self.asks_hours or any(one.needs_sun for one in self.measures)
+        return self.asks_hours or any(measure.needs_sun for measure in self.measures)
 
     @property
     def needs_site(self) -> bool:
         """Whether a measure is of suns, or land is a raster, so that a site is needed."""
         from umbra.land.settle import is_raster  # noqa: PLC0415
 
-        is_of_suns = self.needs_sun or any(one.needs_site for one in self.measures)
+        is_of_suns = self.needs_sun or any(measure.needs_site for measure in self.measures)
         return is_of_suns or is_raster(self.horizon)
 
     @cached_property
@@ -239,9 +239,9 @@ class StudyOptions(ReceiverOptions):
             "proposed",
             "replace",
             "replace_in",
-            *["exact"] * any(one.has_exact for one in self.measures),
+            *["exact"] * any(measure.has_exact for measure in self.measures),
         }
-        taken |= {name for one in self.measures for name in one.takes}
+        taken |= {name for measure in self.measures for name in measure.takes}
         for name, said, default in list_options(self):
             is_other = said.heading == "Results" and name not in taken
             if is_other and getattr(self, name) != default:
@@ -275,8 +275,8 @@ class StudyOptions(ReceiverOptions):
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
-        asked = {"replace": len(self.replace) > 0, "replace_in": self.replace_in is not None}
-        for name, is_asked in asked.items():
+        given = {"replace": len(self.replace) > 0, "replace_in": self.replace_in is not None}
+        for name, is_asked in given.items():
             if is_asked and not self.proposed:
                 msg = f"{name}= is what a proposal replaces; name its parts with proposed="
                 raise InputError(msg, option=name)
@@ -332,11 +332,15 @@ class StudyOptions(ReceiverOptions):
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name
-        kept = {"by", "who"} if measures and any(one.by_caster for one in self.measures) else ()
+        by_caster = (
+            {"by", "who"}
+            if measures and any(measure.by_caster for measure in self.measures)
+            else ()
+        )
         dropped = {
             name: default
             for name, said, default in list_options(self)
-            if name not in kept
+            if name not in by_caster
             and (
                 said.heading in ({"Results"} if measures else {"Results", "Measures"})
                 or (said.receivers and kind not in said.receivers)

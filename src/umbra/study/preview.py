@@ -115,9 +115,9 @@ def _find_round(steps: Steps, every: int | None, most: int) -> Stamps:
     least = every if every and every <= length / 2 else float(steps.hours.max()) * 60
     for minutes in ROUND:
         if minutes > least - 1e-6:
-            found = find_round_stamps(steps, minutes)
-            if len(found.stamps) <= most:
-                return found if len(found.stamps) else steps
+            stamps = find_round_stamps(steps, minutes)
+            if len(stamps.stamps) <= most:
+                return stamps if len(stamps.stamps) else steps
     return steps
 
 
@@ -244,15 +244,15 @@ def make_preview(
         path = find_sun(study.site, stamps, refraction=study.refraction)
 
     def count() -> NDArray[np.bool_]:
-        found = cells.counter.masks(path.direction[path.is_up]).view(np.bool_)
-        found[study.period.meets_land(path.direction[path.is_up])] = True
+        dark = cells.counter.masks(path.direction[path.is_up]).view(np.bool_)
+        dark[study.period.meets_land(path.direction[path.is_up])] = True
         nothing = tile.nothing
         if nothing.any():
-            found &= ~nothing
+            dark &= ~nothing
         if path.is_up.all():
-            return found
+            return dark
         shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
-        shadows[path.is_up] = found
+        shadows[path.is_up] = dark
         return shadows
 
     # From local coordinates to the model's, by the study's own shift.
@@ -265,7 +265,7 @@ def make_preview(
 
 
 SMOOTH = 1_200_000
-"""Most cells of a preview that is counted anew: as many as a plan has by default."""
+"""Most cells of a preview that is recounted: as many as a plan has by default."""
 
 
 def refine_preview(

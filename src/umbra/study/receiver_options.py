@@ -86,8 +86,9 @@ class ReceiverOptions(TimeOptions):
         default="centre", choices=("centre", "sill", "pane"), receivers=("windows",),
     )  # fmt: skip
     reveal: str | float | None = _receivers(
-        "any", "Depth of panes behind the wall's outer face [m], where neither table nor model "
-        "tells; none: judge all on the outer face.", metavar="M|none", receivers=("windows",),
+        "any", "Depth of panes behind the wall's outer face [m], where neither the table nor "
+        "the model gives it; none: judge all on the outer face.",
+        metavar="M|none", receivers=("windows",),
     )  # fmt: skip
     areas: Given[str | Path | Mapping[str, Any] | Sequence[Any] | None, Any] = _receivers(
         "table", "Named areas such as gardens: a file of polygons (GeoJSON, GeoPackage, Shapefile, "
@@ -105,7 +106,7 @@ class ReceiverOptions(TimeOptions):
         default=(), metavar="NEAR,FAR",
     )  # fmt: skip
     least: str | float | dt.timedelta = _receivers(
-        "any", "Areas: the share of each that gets at least so much sun on a date.",
+        "any", "Areas: the share of each that gets at least this much sun on a date.",
         more="A number is of hours.", default="2h", metavar="DURATION",
     )  # fmt: skip
     extent: Sequence[float] | None = _receivers(

@@ -35,7 +35,7 @@ _SIDE = 24  # points along each side of a proposal's bounds
 _DEEP = 0.3  # height that two bodies share at a point, beyond what a model's tolerance is [m]
 _SHARE = 0.05  # of a proposal's plan that is worth a word
 _LEVEL = 1e-9  # of the side: points keep off edges that lie on a round fraction of the bounds
-_CUT = 0.25  # time in shadow at a plan's edge from which it is told that they are cut [h]
+_CUT = 0.25  # least time in shadow at a plan's edge that is reported as cut [h]
 _OPENINGS = ("window", "door", "curtainwall", "plate")
 
 
@@ -83,13 +83,13 @@ def tell_proposal(scene: Scene, options: StudyOptions) -> list[str]:
     groups, labels = scene.groups(), scene.labels()
     return notes + tell_overlap(
         scene.triangles(proposed), old, groups,
-        lambda thing: labels[int(np.flatnonzero(groups == thing)[0])],
+        lambda group: labels[int(np.flatnonzero(groups == group)[0])],
     )  # fmt: skip
 
 
 def tell_sources(options: StudyOptions, site: Site | None) -> list[str]:
     """Report what measures take by default, and weather that may be of another place or time."""
-    taken = {name for one in options.measures for name in one.takes}
+    taken = {name for measure in options.measures for name in measure.takes}
     notes = []
     if "sunshine" in taken and options.sunshine is None:
         notes.append(
@@ -125,8 +125,8 @@ def tell_outside(box: NDArray[np.float64], extent: Sequence[float]) -> list[str]
     if gap <= 0:
         return []
     bounds = ",".join(f"{v:.0f}" for v in (*box[0, :2], *box[1, :2]))
-    told = f"the proposal lies {gap:,.0f} m outside extent=, so the plan holds its shadow alone"
-    return [f"{told}; its own bounds are {bounds}"]
+    note = f"the proposal lies {gap:,.0f} m outside extent=, so the plan holds its shadow alone"
+    return [f"{note}; its own bounds are {bounds}"]
 
 
 def tell_long_shadows(sides: Iterable[NDArray[np.float32]]) -> list[str]:
@@ -134,11 +134,11 @@ def tell_long_shadows(sides: Iterable[NDArray[np.float32]]) -> list[str]:
     most = max((float(np.nanmax(side, initial=0.0)) for side in sides), default=0.0)
     if most < _CUT:
         return []
-    told = (
+    note = (
         f"the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is high; "
         f"longer ones are cut at its edge, where they last up to {most:.1f} h; extent= shows more"
     )
-    return [told]
+    return [note]
 
 
 def tell_panes(scene: Scene, options: StudyOptions) -> list[str]:
@@ -149,12 +149,12 @@ def tell_panes(scene: Scene, options: StudyOptions) -> list[str]:
     bodies = [kind for kind in kinds if kind.lower().removeprefix("ifc").startswith(_OPENINGS)]
     if not bodies:
         return []
-    told = (
+    note = (
         f"rules judge every sampled face of {', '.join(bodies)}: reveals, frames and inner faces, "
         "too; for panes alone give the middle and the outward normal of each: "
         "receivers='points' points='FILE.csv' with columns x,y,z,nx,ny,nz"
     )
-    return [told]
+    return [note]
 
 
 def _find_box(scene: Scene, parts: Sequence[int]) -> NDArray[np.float64]:
@@ -186,31 +186,31 @@ def tell_overlap(
     old = _keep_near(old, low, high)
     steps = (np.arange(_SIDE) + 0.5) / _SIDE + _LEVEL
     places = [low[:2] + (high - low)[:2] * (a, b) for a in steps for b in steps]
-    one = np.zeros(int(new.part.max()) + 1, np.int32)
+    single = np.zeros(int(new.part.max()) + 1, np.int32)
     covered = shared = 0
     met: dict[int, int] = {}
     for x, y in places:
-        mine = [span for spans in _find_spans(new, one, x, y).values() for span in spans]
-        covered += bool(mine)
+        new_spans = [span for spans in _find_spans(new, single, x, y).values() for span in spans]
+        covered += bool(new_spans)
         there = {
-            thing
-            for thing, spans in (_find_spans(old, groups, x, y) if mine else {}).items()
-            if any(min(a[1], b[1]) - max(a[0], b[0]) > _DEEP for a in spans for b in mine)
+            group
+            for group, spans in (_find_spans(old, groups, x, y) if new_spans else {}).items()
+            if any(min(a[1], b[1]) - max(a[0], b[0]) > _DEEP for a in spans for b in new_spans)
         }
         shared += bool(there)
-        for thing in there:
-            met[thing] = met.get(thing, 0) + 1
+        for group in there:
+            met[group] = met.get(group, 0) + 1
     if not covered or shared < _SHARE * covered:
         return []
-    first, *others = sorted(met, key=lambda thing: -met[thing])
+    first, *others = sorted(met, key=lambda group: -met[group])
     name = find_name(first)
     more = f" and {len(others)} more" if others else ""
-    told = (
+    note = (
         f"{100 * shared / covered:.0f} % of the proposal's plan overlaps what stands there: "
         f"'{name}'{more}; move the proposal, or say what it replaces: "
         f"replace='{name}' or replace_in='FILE'"
     )
-    return [told]
+    return [note]
 
 
 def _keep_near(soup: Triangles, low: NDArray[np.float64], high: NDArray[np.float64]) -> Triangles:
@@ -225,16 +225,16 @@ def _find_spans(
 ) -> dict[int, list[tuple[float, float]]]:
     """Return the heights between which a vertical line lies in each closed object [m]."""
     faces, z, turns = find_crossings(soup, x, y)
-    things = groups[soup.part[faces]]
-    found = {}
-    for thing in np.unique(things).tolist():
-        mine = np.flatnonzero(things == thing)
-        mine = mine[np.argsort(z[mine], kind="stable")]
-        inside = -np.cumsum(turns[mine])
+    owners = groups[soup.part[faces]]
+    spans = {}
+    for owner in np.unique(owners).tolist():
+        own = np.flatnonzero(owners == owner)
+        own = own[np.argsort(z[own], kind="stable")]
+        inside = -np.cumsum(turns[own])
         if inside[-1] == 0:
-            heights = z[mine]
-            found[thing] = [
+            heights = z[own]
+            spans[owner] = [
                 (float(heights[k]), float(heights[k + 1]))
                 for k in np.flatnonzero(inside > 0).tolist()
             ]
-    return found
+    return spans

@@ -82,8 +82,8 @@ def leave_replaced(
     def make() -> tuple[Scene, list[str]]:
         return _leave(scene, proposed, patterns, where)
 
-    left, told = derive(scene, "left", key, make)
-    return left, [*notes, *told]
+    left, remarks = derive(scene, "left", key, make)
+    return left, [*notes, *remarks]
 
 
 def _leave(
@@ -96,8 +96,8 @@ def _leave(
     notes = tell_replaced(names, faces, cut, has_outline=where is not None)
     if not gone:
         return scene, notes
-    kept = tuple(part for k, part in enumerate(scene.parts) if k not in {*gone})
-    left = replace(scene, parts=kept, replaced=tuple(scene.parts[k] for k in gone))
+    parts = tuple(part for k, part in enumerate(scene.parts) if k not in {*gone})
+    left = replace(scene, parts=parts, replaced=tuple(scene.parts[k] for k in gone))
     return left, notes
 
 
@@ -132,12 +132,12 @@ def find_replaced(
     stays = {k for k, part in enumerate(scene.parts) if part.kind in TERRAIN}
     gone: set[int] = set()
     for pattern in patterns:
-        found = set(scene.select([pattern], option="replace"))
-        if not found - stays - new:
-            what = "parts of the proposal" if found <= new else "ground, which is not replaced"
+        matched = set(scene.select([pattern], option="replace"))
+        if not matched - stays - new:
+            what = "parts of the proposal" if matched <= new else "ground, which is not replaced"
             msg = f"replace='{pattern}' matches only {what}; name what stands there"
             raise InputError(msg, option="replace", pattern=pattern)
-        gone |= found - stays - new
+        gone |= matched - stays - new
     cut: list[CutObject] = []
     if outline is not None:
         old = [k for k in range(len(scene.parts)) if k not in new]
@@ -152,16 +152,20 @@ def tell_replaced(
     """Report the objects that are replaced, with the number of their faces, and those cut."""
     notes = []
     if names:
-        things = "1 object" if len(names) == 1 else f"{len(names):,} objects"
-        told = f"the proposal replaces {_list_names(names)} ({things}, {faces:,} triangles): there "
-        notes.append(f"{told}before, gone after; ground stays (replace= and replace_in= choose)")
+        objects = "1 object" if len(names) == 1 else f"{len(names):,} objects"
+        text = (
+            f"the proposal replaces {_list_names(names)} ({objects}, {faces:,} triangles): there "
+        )
+        notes.append(f"{text}before, gone after; ground stays (replace= and replace_in= choose)")
     elif has_outline:
         notes.append("nothing stands in replace_in= with half of its plan, so nothing is replaced")
     for goes, word in ((False, "stay"), (True, "are replaced")):
-        some = [f"{one.name} ({100 * one.share:.3g} % inside)" for one in cut if one.goes == goes]
-        if some:
+        listed = [
+            f"{item.name} ({100 * item.share:.3g} % inside)" for item in cut if item.goes == goes
+        ]
+        if listed:
             notes.append(
-                f"the boundary of replace_in= cuts {_list_names(some)}; with "
+                f"the boundary of replace_in= cuts {_list_names(listed)}; with "
                 f"{'half or more' if goes else 'less than half'} of their plan inside they {word}"
             )
     return notes
@@ -219,13 +223,13 @@ def read_polygons(outline: Any, scene: Scene, option: str) -> tuple[list[Any], l
             raise
         return [area.polygon for area in areas], list(notes)
     given = list(outline) if isinstance(outline, Sequence) else [outline]
-    if not given or not all(isinstance(one, shapely.Geometry) for one in given):
+    if not given or not all(isinstance(polygon, shapely.Geometry) for polygon in given):
         msg = f"{option}= is a file, or shapely's polygons in the model's own coordinates"
         raise InputError(msg, option=option)
-    for one in given:
-        is_flat = one.geom_type in {"Polygon", "MultiPolygon"}
-        if not is_flat or not one.is_valid:
-            why = shapely.is_valid_reason(one) if is_flat else one.geom_type
+    for polygon in given:
+        is_flat = polygon.geom_type in {"Polygon", "MultiPolygon"}
+        if not is_flat or not polygon.is_valid:
+            why = shapely.is_valid_reason(polygon) if is_flat else polygon.geom_type
             msg = f"{option}= is not a valid polygon ({why}); correct it"
             raise InputError(msg, option=option)
     return given, []
@@ -306,9 +310,9 @@ def measure_inside(
     shapely.prepare(outline)
     inside = np.zeros(len(triangles))
     whole = shapely.covers(outline, triangles)
-    some = ~whole & shapely.intersects(outline, triangles) & (area > 0)
+    is_cut = ~whole & shapely.intersects(outline, triangles) & (area > 0)
     inside[whole] = area[whole]
-    inside[some] = 2 * shapely.area(shapely.intersection(triangles[some], outline))
+    inside[is_cut] = 2 * shapely.area(shapely.intersection(triangles[is_cut], outline))
     total = np.bincount(owner, area, count)
     return np.bincount(owner, inside, count) / np.where(total > 0, total, 1.0)
 

@@ -163,14 +163,14 @@ class Study:
         hours: Variables = {
             "shadow_hours": (self.dims, self.shadow_hours), "sun_hours": (self.dims, in_sun),
         }  # fmt: skip
-        found: Variables = {
+        variables: Variables = {
             **self.laid.coordinates(),
             **time_variables(self.period),
             **(hours if self.has_hours else {}),
             **self.laid.variables(),
             **self.more,
         }
-        return found if self.areas is None else found | self.areas.variables(found)
+        return variables if self.areas is None else variables | self.areas.variables(variables)
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the result as a dataset, as ``study.nc`` reads back."""
@@ -312,7 +312,7 @@ def _pick(study: "Study", day: int) -> Variables:
         if name.endswith(_BY_DAY)
     }
     left_out = _OF_ALL | study.totals
-    kept = {
+    arrays = {
         name: value
         for name, value in more.items()
         if not (name.endswith(_BY_DAY) or name in left_out or "time" in value[0])
@@ -322,4 +322,4 @@ def _pick(study: "Study", day: int) -> Variables:
         own["shaded_share"] = (study.dims, find_shaded_share(hours, float(up)))
     for name in ("up_hours", "shadow_hours", "sun_hours"):
         own.pop(name, None)
-    return kept | own
+    return arrays | own

@@ -16,10 +16,12 @@ def settle_ground(scene: Scene, options: StudyOptions) -> Ground:
     """
     canopies = scene.whole.select(options.canopy, option="canopy") if options.canopy else ()
     hanging = [part for part in canopies if part < len(scene.parts)]
-    found = find_ground(scene, options.ground, hanging)
-    left, _ = leave_replaced(found.scene, options.proposed, options.replace, options.replace_in)
-    if left is found.scene:
-        return found
+    model_ground = find_ground(scene, options.ground, hanging)
+    left, _ = leave_replaced(
+        model_ground.scene, options.proposed, options.replace, options.replace_in
+    )
+    if left is model_ground.scene:
+        return model_ground
     crowns = {id(scene.parts[k]) for k in hanging}
     still = [k for k, part in enumerate(left.parts) if id(part) in crowns]
-    return keep_ground(found, left, options.ground, still)
+    return keep_ground(model_ground, left, options.ground, still)

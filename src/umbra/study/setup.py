@@ -91,19 +91,19 @@ class Result:
     @property
     def groups(self) -> GroupDays | None:
         """Figures of named receivers by date."""
-        return next((one.groups for one in self.accumulators if isinstance(one, NamedDays)), None)
+        return next((a.groups for a in self.accumulators if isinstance(a, NamedDays)), None)
 
     @property
     def masks(self) -> Masks | None:
         """Masks of every instant, if requested."""
-        kept = [one.masks for one in self.accumulators if isinstance(one, InstantMasks)]
-        return kept[0] if kept else None
+        masks = [a.masks for a in self.accumulators if isinstance(a, InstantMasks)]
+        return masks[0] if masks else None
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Blank the results where nothing receives."""
         self.arrays.blank(nothing)
-        for one in self.accumulators:
-            one.blank(nothing)
+        for accumulator in self.accumulators:
+            accumulator.blank(nothing)
 
     def collect(self, laid: Receivers) -> tuple[Variables, frozenset[str]]:
         """
@@ -111,13 +111,13 @@ class Result:
 
         With them come the names of those that are of no single date.
         """
-        found = {**self.arrays.variables(laid), **laid.locate()}
+        variables = {**self.arrays.variables(laid), **laid.locate()}
         totals: set[str] = set()
-        for one in self.accumulators:
-            own = one.variables(laid)
-            totals |= own.keys() - one.of_any_date
-            found |= own
-        return found, frozenset(totals)
+        for accumulator in self.accumulators:
+            own = accumulator.variables(laid)
+            totals |= own.keys() - accumulator.of_any_date
+            variables |= own
+        return variables, frozenset(totals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ class Setup:
             before += select_replaced(scene, options.cast, options.no_cast)
             replaced = range(len(scene.parts), len(scene.whole.parts))
             proposal = Proposal.of(sorted(proposed), before, replaced)
-        if not options.asks_hours and not any(one.by_caster for one in options.measures):
+        if not options.asks_hours and not any(measure.by_caster for measure in options.measures):
             attribution = AttributionOptions()
         results = ResultOptions.of(period, options)
         return cls(
@@ -192,8 +192,8 @@ class Setup:
     @property
     def bytes_of_masks(self) -> int:
         """Memory of the masks of each receiver [byte]."""
-        each = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.results.masks else 0
-        return 2 * each if self.canopy else each
+        size = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.results.masks else 0
+        return 2 * size if self.canopy else size
 
     @property
     def bytes_kept(self) -> int:
@@ -202,7 +202,7 @@ class Setup:
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
         measured = sum(
-            8 * (self.attribution.shown if one.per else 1) for one in self.options.quantities
+            8 * (self.attribution.shown if q.per else 1) for q in self.options.quantities
         )
         measured *= 3 if self.proposal else 1
         return self.results.bytes_kept(days) + attribution + behind + measured
@@ -226,8 +226,8 @@ class Setup:
 
     def _count_measured(self) -> int:
         """Return the greatest number of lights of a measure."""
-        each = (len(guard(one, self.asked.make_lights, one)) for one in self.options.measures)
-        return max(each, default=0)
+        counts = (len(guard(m, self.asked.make_lights, m)) for m in self.options.measures)
+        return max(counts, default=0)
 
     @property
     def asked(self) -> Asked:
@@ -294,10 +294,10 @@ class Setup:
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
         """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
-        found = [self._make_measured(one, laid) for one in self.options.measures]
+        accumulators = [self._make_measured(measure, laid) for measure in self.options.measures]
         if not self.options.asks_hours:
-            return found
-        found.insert(
+            return accumulators
+        accumulators.insert(
             0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
@@ -307,16 +307,16 @@ class Setup:
         if laid.group_names and self.period.days:
             inner = ExactIntervals if results.tolerance else SunIntervals
             groups, least = cast("NamedReceivers", laid), read_hours(self.options.least, "least")
-            found.append(NamedDays(arrays, groups, least, inner))
+            accumulators.append(NamedDays(arrays, groups, least, inner))
         if results.masks:
             has_canopy = self.canopy is not None
-            found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
+            accumulators.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
         if attribution.groups is not None and results.tolerance:
             solve, proposal = self._solve, self.proposal
-            found.append(ExactAttribution(attribution, laid, arrays, solve, proposal))
+            accumulators.append(ExactAttribution(attribution, laid, arrays, solve, proposal))
         elif attribution.groups is not None:
-            found.append(Attribution(attribution, laid, arrays, self.proposal))
-        return found
+            accumulators.append(Attribution(attribution, laid, arrays, self.proposal))
+        return accumulators
 
     def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
         """Return the accumulator of a measure."""
@@ -335,8 +335,8 @@ class Setup:
             chosen.append(sorted({*parts} - canopy.weak))
         else:
             canopy = None
-        tiles = [tile.with_casters(some) for some in chosen]
-        run = TileRun(tile.shape, [one.make_counter() for one in tiles], ..., tiles)
+        tiles = [tile.with_casters(casters) for casters in chosen]
+        run = TileRun(tile.shape, [tile.make_counter() for tile in tiles], ..., tiles)
         results = ResultOptions(tolerance=self.results.tolerance)
         alone = replace(self.period, horizon=None)  # the land's hours are no caster's
         arrays = ResultArrays(alone, tile.shape, results, canopy, reads_days=True)
@@ -376,8 +376,8 @@ class Setup:
 
     def _describe_measures(self) -> dict[str, object]:
         """Return attributes that the measures give."""
-        each = [guard(one, one.describe, self.asked) for one in self.options.measures]
-        return {name: fact for facts in each for name, fact in facts.items()}
+        described = [guard(m, m.describe, self.asked) for m in self.options.measures]
+        return {name: fact for facts in described for name, fact in facts.items()}
 
     def _describe_period(self) -> dict[str, object]:
         """Return attributes of the time axis, if it is more than one plain day."""

@@ -78,8 +78,10 @@ def run(
 
 def _leave_only(setup: Setup, casters: Sequence[int]) -> Setup:
     """Return a setup with these casters alone."""
-    asked = setup.options
-    canopy = Canopy.of(setup.scene, casters, asked.canopy, asked.transmissivity, asked.leaf_on)
+    options = setup.options
+    canopy = Canopy.of(
+        setup.scene, casters, options.canopy, options.transmissivity, options.leaf_on
+    )
     return replace(setup, casters=list(casters), canopy=canopy)
 
 

@@ -92,19 +92,23 @@ def show_samples(study: Study, options: StudyOptions, *, is_drawn: bool = True) 
         image[..., seen] = values[..., nearest[seen]]
         if ground is not None:
             plan = ground.plan
-            found = plan.shadow_hours if name == "shadow_hours" else plan.more[name][1]
-            image[..., ground.pixels] = found.reshape(*lead, -1)[..., ground.cells]
+            hours = plan.shadow_hours if name == "shadow_hours" else plan.more[name][1]
+            image[..., ground.pixels] = hours.reshape(*lead, -1)[..., ground.cells]
         return image.reshape(*lead, *laid.shape)
 
     shown = {name for of in _SHOWN for name in (of, f"{of}_by_day", f"{of}_by_month")}
-    shown |= {name for one in study.quantities for name in (one.name, f"{one.name}_lost")}
+    shown |= {
+        name for quantity in study.quantities for name in (quantity.name, f"{quantity.name}_lost")
+    }
     more = {
         name: ((*dims[:-1], *laid.dims), show(name, values))
         for name, (dims, values) in study.more.items()
         if name in shown
     }
     others = {"day", "month", "neighbour", "caster"}
-    more |= {name: one for name, one in study.more.items() if others.issuperset(one[0])}
+    more |= {
+        name: variable for name, variable in study.more.items() if others.issuperset(variable[0])
+    }
     hours = show("shadow_hours", study.shadow_hours)
     return replace(
         study, laid=laid, shadow_hours=hours, masks=None, facts=facts, more=more | laid.locate()
@@ -117,27 +121,29 @@ def _count_ground(
     """Count the ground that some pixels of a view show."""
     x, y = tile.frame.position[::-1].reshape(-1, 3)[pixels, :2].T
     room = (_REACH + 1) * cell
-    kept = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
+    same = {name: getattr(options, name) for name in ("proposed", "under", "exact")}
     if options.device not in CHOICES:  # that of a package counts what was asked, not backgrounds
-        kept["device"] = DEFAULT
+        same["device"] = DEFAULT
     extent = (x.min() - room, y.min() - room, x.max() + room, y.max() + room)
-    asked = options.ask_hours("ground", measures=True, cell=cell, size=None, extent=extent, **kept)
-    plan = run(study.model.scene, study.site, asked)
+    ground_options = options.ask_hours(
+        "ground", measures=True, cell=cell, size=None, extent=extent, **same
+    )
+    plan = run(study.model.scene, study.site, ground_options)
     return _GroundPixels(plan, pixels, _find_cells(plan, x, y))
 
 
 def _find_cells(plan: Study, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the nearest open cell of a plan to each place, flat; the nearest if none is near."""
-    place = np.stack([(y - plan.y[0]) / plan.grid.dy, (x - plan.x[0]) / plan.grid.dx])
+    position = np.stack([(y - plan.y[0]) / plan.grid.dy, (x - plan.x[0]) / plan.grid.dx])
     most = np.array(plan.shadow_hours.shape)[:, None] - 1
-    cell = np.clip(np.rint(place), 0, most).astype(np.intp)
+    cell = np.clip(np.rint(position), 0, most).astype(np.intp)
     is_open = np.isfinite(plan.shadow_hours) & plan.kind.find_open(plan)
     built = np.flatnonzero(~is_open[tuple(cell)])
     best, least = cell[:, built], np.full(len(built), np.inf)
     steps = range(-_REACH, _REACH + 1)
     for step in ((row, col) for row in steps for col in steps):
         other = np.clip(cell[:, built] + np.array(step)[:, None], 0, most)
-        far = ((other - place[:, built]) ** 2).sum(0)
+        far = ((other - position[:, built]) ** 2).sum(0)
         is_nearer = is_open[tuple(other)] & (far < least)
         best = np.where(is_nearer, other, best)
         least = np.where(is_nearer, far, least)

@@ -71,7 +71,7 @@ def thin(period: Period, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64
         steps += 1
     pairs = list(pairwise(firsts))[::days]
     which = [np.arange(first, end, steps) for first, end in pairs]
-    last = [np.append(some[1:] - 1, end - 1) for (_, end), some in zip(pairs, which)]
+    last = [np.append(starts[1:] - 1, end - 1) for (_, end), starts in zip(pairs, which)]
     return np.concatenate(which), np.concatenate(last), (days, steps)
 
 
@@ -189,16 +189,16 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     shown = np.flatnonzero(study.sun.is_up[which])
     grid = _choose_grid(study.grid, len(shown) * (1 if share is None else 2), longest)
     tile = study.model.make_tile(grid)
-    kept = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
+    packer = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
     lights = Lights.of(study.sun.direction[which[shown]], step=shown)
     count_each_tile(
-        [(..., lambda: tile)], lights, [kept], run_by_tiles(study.model.canopy, study.period)
+        [(..., lambda: tile)], lights, [packer], run_by_tiles(study.model.canopy, study.period)
     )
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
-        which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
+        which, last, strides, packer.bits, grid.x + shift_x, grid.y + shift_y,
         tile.drawn_heights, grid == study.grid and strides == (1, 1),
-        behind=kept.behind, share=share,
+        behind=packer.behind, share=share,
     )  # fmt: skip
 
 
@@ -213,19 +213,19 @@ def make_point_timeline(study: Study) -> Instants:
     fit = 8 * MOST_BYTES / max(sets * count, 1)
     which, last, strides = thin(study.period, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
     share = _find_share(study, which)
-    kept = _InstantPacker(len(which), count, share)
+    packer = _InstantPacker(len(which), count, share)
     shown = np.flatnonzero(study.sun.is_up[which])
     if study.masks is not None:
         canopies: Any = study.more["under_canopy"][1] if share is not None else None
         for k in shown:
             solid = study.masks[int(which[k])][None]
             masks = solid if canopies is None else solid | canopies[int(which[k])]
-            kept.keep(shown[shown == k], [masks, solid])
+            packer.keep(shown[shown == k], [masks, solid])
     else:
         lights = Lights.of(study.sun.direction[which[shown]], step=shown)
         tiles = study.laid.make_ray_tiles()
-        count_each_tile(tiles, lights, [kept], run_by_tiles(study.model.canopy, study.period))
-    return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
+        count_each_tile(tiles, lights, [packer], run_by_tiles(study.model.canopy, study.period))
+    return Instants(which, last, strides, packer.bits, behind=packer.behind, share=share)
 
 
 class _InstantPacker(Accumulator):
@@ -255,21 +255,21 @@ class _InstantPacker(Accumulator):
         first = run.where.start if isinstance(run.where, slice) else 0
         self._first = first // 8
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Pack some instants' shadows."""
-        self.keep(lights.step[some], masks)
+        self.keep(lights.step[span], masks)
 
-    def keep(self, some: NDArray[np.signedinteger], masks: Sequence[NDArray[np.uint8]]) -> None:
+    def keep(self, steps: NDArray[np.signedinteger], masks: Sequence[NDArray[np.uint8]]) -> None:
         """Pack some instants' shadows, and the shadows of canopies alone."""
         if self._is_there is not None:
             masks = [mask & self._is_there for mask in masks]
-        flat = [mask.reshape(len(some), -1) for mask in masks]
+        flat = [mask.reshape(len(steps), -1) for mask in masks]
         shadow = flat[0]
         width = slice(self._first, self._first + (shadow.shape[1] + 7) // 8)
         if self.share is not None and self.behind is not None:
-            shadow = np.where(self.share[some, None] < 1, flat[0], flat[1])
-            self.behind[some, width] = np.packbits(shadow & ~flat[1], axis=1)
-        self.bits[some, width] = np.packbits(shadow, axis=1)
+            shadow = np.where(self.share[steps, None] < 1, flat[0], flat[1])
+            self.behind[steps, width] = np.packbits(shadow & ~flat[1], axis=1)
+        self.bits[steps, width] = np.packbits(shadow, axis=1)
 
 
 def _find_share(study: Study, which: NDArray[np.int64]) -> NDArray[np.float64] | None:

@@ -39,10 +39,10 @@ def list_windows(study: "Study", columns: dict[str, NDArray[Any]]) -> dict[str, 
     windows = laid.records
     centers = np.array([window.center for window in windows])
     table: dict[str, NDArray[Any]] = {"name": np.array(laid.group_names)}
-    table |= {word: np.array([getattr(one, word) for one in windows]) for word in GROUPS}
+    table |= {word: np.array([getattr(window, word) for window in windows]) for word in GROUPS}
     table |= {axis: centers[:, k] for k, axis in enumerate("xyz")}
-    table["azimuth"] = np.array([one.find_azimuth(laid.true_north) for one in windows])
-    table["area_m2"] = np.array([one.area_m2 for one in windows])
+    table["azimuth"] = np.array([window.find_azimuth(laid.true_north) for window in windows])
+    table["area_m2"] = np.array([window.area_m2 for window in windows])
     return table | {
         name: reduce_samples(laid, name, values)
         for name, values in columns.items()
@@ -73,10 +73,10 @@ def list_groups(table: dict[str, NDArray[Any]], by: str) -> dict[str, NDArray[An
     words = np.stack([table[key] for key in keys], 1)
     kinds, which = np.unique(words, axis=0, return_inverse=True)
     which = which.ravel()
-    found: dict[str, NDArray[Any]] = {key: kinds[:, k] for k, key in enumerate(keys)}
-    found["windows"] = np.bincount(which)
+    columns: dict[str, NDArray[Any]] = {key: kinds[:, k] for k, key in enumerate(keys)}
+    columns["windows"] = np.bincount(which)
     area = table["area_m2"]
-    found["area_m2"] = np.bincount(which, area)
+    columns["area_m2"] = np.bincount(which, area)
     skipped = {"name", *GROUPS, "x", "y", "z", "azimuth", "area_m2"}
     for name, values in table.items():
         if name in skipped or values.dtype.kind != "f":
@@ -84,9 +84,9 @@ def list_groups(table: dict[str, NDArray[Any]], by: str) -> dict[str, NDArray[An
         least, most = np.full(len(kinds), np.inf), np.full(len(kinds), -np.inf)
         np.minimum.at(least, which, values)
         np.maximum.at(most, which, values)
-        found[f"mean_{name}"] = np.bincount(which, area * values) / found["area_m2"]
-        found[f"least_{name}"], found[f"most_{name}"] = least, most
-    return found
+        columns[f"mean_{name}"] = np.bincount(which, area * values) / columns["area_m2"]
+        columns[f"least_{name}"], columns[f"most_{name}"] = least, most
+    return columns
 
 
 def average_windows(study: "Study") -> "Study":

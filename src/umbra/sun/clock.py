@@ -230,8 +230,8 @@ def _split(times: Sequence[str]) -> list[str]:
 def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
     """Find the instants at which a date's clock shows some times, ``09:00,12:00``, in any order."""
     clock = zoneinfo.ZoneInfo(zone)
-    found = {find_instant(day, word, clock, "time of at=") for word in _split(times)}
-    naive = [when.replace(tzinfo=None) for when in sorted(found)]
+    instants = {find_instant(day, word, clock, "time of at=") for word in _split(times)}
+    naive = [when.replace(tzinfo=None) for when in sorted(instants)]
     return Stamps(stamps=np.array(naive, "datetime64[us]"), zone=zone)
 
 
@@ -239,7 +239,7 @@ def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
     """Find the clock times within a period that are multiples of some minutes of ``ROUND``."""
     zone = zoneinfo.ZoneInfo(period.zone)
     at, last = (when.replace(tzinfo=dt.UTC) for when in period.stamps[[0, -1]].tolist())
-    found = []
+    stamps = []
     while at <= last:
         local = at.astimezone(zone)
         past = dt.timedelta(
@@ -247,7 +247,7 @@ def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
             microseconds=local.microsecond,
         ) % dt.timedelta(minutes=minutes)  # fmt: skip
         if not past:
-            found.append(at.replace(tzinfo=None))
+            stamps.append(at.replace(tzinfo=None))
         # Converted at each, as a clock may jump between.
         at += dt.timedelta(minutes=minutes) - past
-    return Stamps(stamps=np.array(found, "datetime64[us]"), zone=period.zone)
+    return Stamps(stamps=np.array(stamps, "datetime64[us]"), zone=period.zone)

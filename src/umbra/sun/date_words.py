@@ -64,14 +64,14 @@ def _find_term(year: int, longitude: float) -> dt.datetime:
     """Find when the sun's apparent longitude is reached in a year, to a second."""
     start = dt.datetime(year, 3, 20, 12, tzinfo=dt.UTC)  # near 0 degrees
     days = (longitude if longitude < 280 else longitude - 360) / 360 * _TROPICAL_YEAR
-    found = start + dt.timedelta(days=days)
+    instant = start + dt.timedelta(days=days)
     for _ in range(20):
-        off = (longitude - find_longitude(found) + 180.0) % 360.0 - 180.0
+        off = (longitude - find_longitude(instant) + 180.0) % 360.0 - 180.0
         step = off / 360.0 * _TROPICAL_YEAR
-        found += dt.timedelta(days=step)
+        instant += dt.timedelta(days=step)
         if abs(step) < _SECOND:
             break
-    return found
+    return instant
 
 
 Date = str | dt.date | np.datetime64
@@ -112,26 +112,26 @@ def parse_dates(
     words: list[Date] = []
     for item in given:
         words += item.split(",") if isinstance(item, str) else [item]
-    found = {day for word in words for day in _find_days(word, every_days, zone)}
-    if not found:
+    days = {day for word in words for day in _find_days(word, every_days, zone)}
+    if not days:
         msg = "there is no date; give one, such as 2026-09-18"
         raise InputError(msg, dates=dates)
-    return tuple(sorted(found))
+    return tuple(sorted(days))
 
 
 def tell_skipped(dates: Date | Sequence[Date]) -> list[str]:
     """Name the months that a day of every month leaves out, one line for each expression."""
     given = [dates] if isinstance(dates, Date) else dates
     words = [word.strip() for item in given if isinstance(item, str) for word in item.split(",")]
-    told = []
+    notes = []
     for word in words:
-        found = {day.month for day in _find_days(word, 1)} if _EVERY_MONTH.fullmatch(word) else ()
+        months = {day.month for day in _find_days(word, 1)} if _EVERY_MONTH.fullmatch(word) else ()
         lost = [
-            calendar.month_name[month] for month in range(1, 13) if found and month not in found
+            calendar.month_name[month] for month in range(1, 13) if months and month not in months
         ]
         if lost:
-            told.append(f"date={word}: left out are {', '.join(lost)}, which have no such day")
-    return told
+            notes.append(f"date={word}: left out are {', '.join(lost)}, which have no such day")
+    return notes
 
 
 def _find_days(word: Date, every_days: int, zone: str = "UTC") -> list[dt.date]:

@@ -182,11 +182,11 @@ def _find_solar(site: Site, plain: dt.datetime) -> dt.datetime:
         raise InputError(msg, option="clock")
     midnight = plain.replace(hour=0, minute=0, second=0, microsecond=0)
     wanted = (plain - midnight).total_seconds() / 3600
-    found = plain - dt.timedelta(hours=site.longitude / 15.0)
+    instant = plain - dt.timedelta(hours=site.longitude / 15.0)
     for _ in range(4):  # the equation of time changes by half a minute a day
-        off = (find_solar_time(site, found) - wanted + 12.0) % 24.0 - 12.0
-        found -= dt.timedelta(hours=off)
-    return found
+        off = (find_solar_time(site, instant) - wanted + 12.0) % 24.0 - 12.0
+        instant -= dt.timedelta(hours=off)
+    return instant
 
 
 def _find_moment(site: Site, day: dt.date, time: str | dt.time, what: str) -> dt.datetime:

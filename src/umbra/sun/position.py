@@ -268,13 +268,13 @@ class Daylight:
 
     def __str__(self) -> str:
         """Describe sunrise and sunset: "sunrise 06:05, sunset 18:14"."""
-        told = [
+        events = [
             f"{name} {_round_to_minute(when):%H:%M}"
             for name, when in (("sunrise", self.rises), ("sunset", self.sets))
             if when is not None
         ]
-        if told:
-            return ", ".join(told)
+        if events:
+            return ", ".join(events)
         return "the sun does not set" if self.is_up else "the sun does not rise"
 
 
@@ -303,10 +303,10 @@ def find_daylight(site: Site, day: dt.date) -> Daylight:
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
 
     def find_first(rising: bool) -> dt.datetime | None:
-        some = np.flatnonzero((up[change] != rising) & (low < last))
-        if not len(some):
+        crossings = np.flatnonzero((up[change] != rising) & (low < last))
+        if not len(crossings):
             return None
-        when = int(low[some[0 if rising else -1]])
+        when = int(low[crossings[0 if rising else -1]])
         return dt.datetime.fromtimestamp(when / 1e6, dt.UTC).astimezone(zone)
 
     return Daylight(find_first(rising=True), find_first(rising=False), bool(up[0]))

@@ -135,8 +135,8 @@ def find_site(
         elevation=0.0 if elevation is None else elevation,
         true_north=0.0 if true_north is None else true_north,
     )
-    for told in tell_moved(scene, site):
-        warnings.warn(told, stacklevel=2) if tell is None else tell(told)
+    for note in tell_moved(scene, site):
+        warnings.warn(note, stacklevel=2) if tell is None else tell(note)
     return site
 
 
@@ -153,13 +153,13 @@ def tell_moved(scene: "Scene", site: Site) -> list[str]:
     apart = _find_angle(file, here)
     if apart < _FAR:
         return []
-    told = (
+    fault = (
         f"{shown} lies {apart * 111.2:,.0f} km from {file[0]:.4f}°, {file[1]:.4f}°, where the "
         "file says the model is; "
     )
     if _find_angle(file, swapped) < _FAR:
-        return [told + remedy]
-    return [told + "leave latitude= and longitude= out if that is not meant"]
+        return [fault + remedy]
+    return [fault + "leave latitude= and longitude= out if that is not meant"]
 
 
 def _looks_swapped(site: Site) -> bool:
@@ -191,10 +191,10 @@ def _fits_clock(site: Site) -> bool:
     return abs(site.longitude / 15 - ahead) < 1 and abs(site.latitude / 15 - ahead) > _FAR_NOON
 
 
-def _find_angle(one: tuple[float, float], other: tuple[float, float]) -> float:
+def _find_angle(start: tuple[float, float], other: tuple[float, float]) -> float:
     """Return the angle between two places on earth [degrees]."""
-    a, b = math.radians(one[0]), math.radians(other[0])
-    turn = math.radians(other[1] - one[1])
+    a, b = math.radians(start[0]), math.radians(other[0])
+    turn = math.radians(other[1] - start[1])
     cosine = math.sin(a) * math.sin(b) + math.cos(a) * math.cos(b) * math.cos(turn)
     return math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
 

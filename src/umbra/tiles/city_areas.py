@@ -7,49 +7,29 @@ its own and all casters that reach it, so its figures do not depend on the tiles
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.packages import need
-from umbra.receivers import find_kind
 from umbra.receivers.area_search import find_areas, join_plans
-from umbra.receivers.areas import (
-    AreaGround,
-    AreaKind,
-    AreaLevel,
-    AreaReceivers,
-    lay_out_areas,
-    refuse_outside,
-    tell_sampling,
-)
+from umbra.receivers.areas import AreaLevel, refuse_outside, tell_sampling
 from umbra.receivers.bands import make_bands, read_bands
-from umbra.receivers.kind import Request
 from umbra.receivers.lattice import choose_side
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study.area_table import AreaTable, compare_areas
 from umbra.study.compare import read_hours
 from umbra.study.options import StudyOptions
-from umbra.study.result import Study
 from umbra.tiles.city_catalogue import Catalogue
 from umbra.tiles.city_ground import find_origin
 from umbra.tiles.city_lattice import CityTile
-from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.city_receivers import RolePlace, count_among, lay_out_among
+from umbra.tiles.job import CityJob, WorkerContext
 from umbra.tiles.matched_parts import fill_bounds, find_matching
-from umbra.tiles.neighbourhood import (
-    Neighbourhood,
-    PartScene,
-    Selection,
-    make_tile_casters,
-)
-from umbra.tiles.receive import count_receivers
-from umbra.tiles.roles import Roles
 from umbra.tiles.store import CityStore
 
 __all__ = ["count_areas", "list_judged", "list_tasks", "read_area_table", "settle_areas"]
@@ -78,16 +58,16 @@ def settle_areas(
     InputError
         If there are none, one is wrong, or they lie elsewhere.
     """
-    asked: Any = options.areas
-    if asked is None:
+    wanted: Any = options.areas
+    if wanted is None:
         return options, []
-    patterns = (asked,) if isinstance(asked, str) else asked
+    patterns = (wanted,) if isinstance(wanted, str) else wanted
     if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
-        isinstance(one, str) for one in patterns
+        isinstance(pattern, str) for pattern in patterns
     ):  # fmt: skip
         areas, notes = _find_parts(catalogue, patterns), list[str]()
     else:
-        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), asked)
+        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), wanted)
     refuse_outside(areas, options.extent)
     return replace(options, areas=areas), notes
 
@@ -133,8 +113,8 @@ def list_tasks(job: CityJob) -> list[CityTile]:
     length = job.lattice.side * max(grid.dx, grid.dy)
     middle = shapely.get_coordinates(shapely.centroid([area.polygon for area in areas]))
     squares: dict[tuple[int, ...], list[int]] = {}
-    for k, place in enumerate(np.floor(middle / length).astype(int).tolist()):
-        squares.setdefault(tuple(place), []).append(k)
+    for k, square in enumerate(np.floor(middle / length).astype(int).tolist()):
+        squares.setdefault(tuple(square), []).append(k)
     runs = [run for _, own in sorted(squares.items()) for run in _cut(job.options, areas, own)]
     return [
         *tiles,
@@ -167,40 +147,16 @@ def _judge(options: StudyOptions, areas: Sequence[Area]) -> Sequence[Area]:
     return make_bands(areas, bands)[0] if bands else areas
 
 
-class _AreaPlace(Workplace):
-    """
-    What a process needs to count the areas of a city, with its proposal or as it was before.
-
-    Parameters
-    ----------
-    job : CityJob
-    is_before : bool
-    """
-
-    def __init__(self, job: CityJob, *, is_before: bool) -> None:
-        asked = job.options
-        own = asked.ask_hours("areas", measures=True, exact=asked.exact)
-        super().__init__(replace(job, options=own))
-        self._asked, self._is_before = asked, is_before
-
-    @cached_property
-    def roles(self) -> Roles:
-        """Roles of the files' parts."""
-        own, asked = self.job.options, self._asked
-        proposal = {name: getattr(asked, name) for name in ("proposed", "replace", "replace_in")}
-        options = replace(own, **proposal)
-        return Roles(self.catalogue, options, self.job.merged, is_before=self._is_before)
-
-
-def count_areas(place: Workplace, tile: CityTile) -> int:
+def count_areas(context: WorkerContext, tile: CityTile) -> int:
     """Count the areas of a task and write their figures; return the number of casting triangles."""
-    job = place.job
-    own = _AreaPlace(job, is_before=False)
-    laid = _lay_out(own, tile, job.options)
-    after, faces = _count(own, laid)
+    job = context.job
+    own = _make_place(job, is_before=False)
+    areas = [cast("Any", job.options.areas)[k] for k in tile.areas]
+    laid = lay_out_among(own, areas, _judge(job.options, areas))
+    after, faces = count_among(own, laid)
     before, more = None, 0
     if job.options.proposed:
-        before, more = _count(_AreaPlace(job, is_before=True), laid)
+        before, more = count_among(_make_place(job, is_before=True), laid)
     columns: Any = compare_areas(after, before)
     columns |= {"sides": laid.sides, "covered": laid.covered}
     path = CityStore(job.store).find_place(tile.number) / _PIECE
@@ -210,49 +166,12 @@ def count_areas(place: Workplace, tile: CityTile) -> int:
     return faces + more
 
 
-def _lay_out(own: _AreaPlace, tile: CityTile, options: StudyOptions) -> AreaReceivers:
-    """Lay out the areas of a task among what is seen in their plan."""
-    shapely = need("shapely", "gis", "areas")
-    frame, threads = own.job.frame, own.job.threads
-    areas = [cast("Any", options.areas)[k] for k in tile.areas]
-    judged = [area.polygon for area in (*areas, *_judge(options, areas))]
-    low, high = np.reshape(shapely.total_bounds(judged), (2, 2)) - own.origin[:2]
-    casting = _prepare(own, Neighbourhood(own).find_seen(low, high))
-    gone = np.flatnonzero(cast("PartScene", casting.scene).spread(own.roles.find_replaced))
-    request = Request(
-        casting.scene, own.job.options, [], threads, casting.canopy, casting=casting,
-        gone=gone.tolist(),
-    )  # fmt: skip
-    ground = AreaGround(frame.ground, is_plane=frame.is_plane, is_added=frame.is_added)
-    return lay_out_areas(cast("AreaKind", find_kind("areas")), request, areas, ground)
-
-
-def _count(own: _AreaPlace, laid: AreaReceivers) -> tuple[Study, int]:
-    """Count areas among all that reaches them; return their study, and the number of faces."""
-    near, points = Neighbourhood(own), laid.local.points
-    box = np.stack([points.min(0), points.max(0)])
-    request = Request(
-        laid.casting.scene, own.job.options, [], own.job.threads, laid.casting.canopy,
-        lights=len(own.lights),
-    )  # fmt: skip
-
-    def place(lights: NDArray[np.float64]) -> AreaReceivers:
-        casting = _prepare(own, near.find_casting(box, lights))
-        return replace(laid, casting=casting)
-
-    among = place(own.lights.vectors)
-    study, _ = count_receivers(
-        own, among, among.make_tiles(request), lambda lights: place(lights).make_tiles(request),
-        is_due=False,
-    )  # fmt: skip
-    return study, len(among.casting.caster.faces)
-
-
-def _prepare(own: Workplace, units: Selection) -> Casting:
-    """Prepare the casters among some units."""
-    scene = Neighbourhood(own).read(units).with_words(own.catalogue)
-    caster, canopy, soup = make_tile_casters(own, scene)
-    return Casting(scene, soup, caster, own.job.threads, canopy=canopy)
+def _make_place(job: CityJob, *, is_before: bool) -> RolePlace:
+    """Return what counts areas with the proposal, or as it was before."""
+    options = job.options
+    own = options.ask_hours("areas", measures=True, exact=options.exact)
+    proposal = {name: getattr(options, name) for name in ("proposed", "replace", "replace_in")}
+    return RolePlace(replace(job, options=own), replace(own, **proposal), is_before=is_before)
 
 
 def read_area_table(job: CityJob) -> AreaTable | None:
@@ -273,7 +192,7 @@ def read_area_table(job: CityJob) -> AreaTable | None:
                 columns[name][rows] = values
     covered, sides = columns.pop("covered"), columns.pop("sides")
     level = AreaLevel.of(options.areas_on)
-    notes = tell_sampling([one.name for one in judged], covered, sides, options.cell, level)
+    notes = tell_sampling([area.name for area in judged], covered, sides, options.cell, level)
     has_hours = options.asks_hours and options.date is not None
     least = read_hours(options.least, "least") if has_hours else None
     return AreaTable(judged, job.open().period, columns, least, tuple(notes))

@@ -76,8 +76,8 @@ class Catalogue:
     @property
     def terrain(self) -> Terrain:
         """Ground that the files bring."""
-        each = [Terrain(**file.terrain) for file in self.files]
-        return Terrain(any(t.is_relief for t in each), sum(t.area for t in each))
+        terrains = [Terrain(**file.terrain) for file in self.files]
+        return Terrain(any(t.is_relief for t in terrains), sum(t.area for t in terrains))
 
     @property
     def fingerprint(self) -> str:
@@ -106,17 +106,17 @@ class Catalogue:
 
     def find_bases(self, hanging: Sequence[NDArray[np.integer]] | None = None) -> Bases:
         """Gather the bases of all objects, or of all but some of each file, if others are left."""
-        each = [file.bases for file in self.files]
+        bases = [file.bases for file in self.files]
         if hanging is not None:
-            others = [b.without(some) for b, some in zip(each, hanging, strict=True)]
-            each = others if any(len(b.objects) for b in others) else each
-        first = np.cumsum([0, *(len(b.boxes) for b in each)])
-        owners = [b.feet.owner + start for b, start in zip(each, first)]
+            others = [b.without(objects) for b, objects in zip(bases, hanging, strict=True)]
+            bases = others if any(len(b.objects) for b in others) else bases
+        first = np.cumsum([0, *(len(b.boxes) for b in bases)])
+        owners = [b.feet.owner + start for b, start in zip(bases, first)]
         return Bases(
-            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each]),
-            Feet(np.concatenate([b.feet.corners for b in each]), np.concatenate(owners)),
-            np.concatenate([b.objects for b in each]),
-            np.concatenate([b.floor_objects for b in each]),
+            np.concatenate([b.boxes for b in bases]), np.concatenate([b.floors for b in bases]),
+            Feet(np.concatenate([b.feet.corners for b in bases]), np.concatenate(owners)),
+            np.concatenate([b.objects for b in bases]),
+            np.concatenate([b.floor_objects for b in bases]),
         )  # fmt: skip
 
     def find_corners(self) -> Iterator[NDArray[np.float64]]:

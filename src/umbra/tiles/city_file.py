@@ -118,14 +118,14 @@ def name_as_read(layer: str, path: Path, options: Mapping[str, Any]) -> str:
 
 def tell_reading(options: Mapping[str, Any]) -> str:
     """Name the options of ``umbra.read``, with the content of the file of a polygon."""
-    told = {name: value for name, value in options.items() if name != "cache"}
+    values = {name: value for name, value in options.items() if name != "cache"}
     try:
-        path = Path(str(told.get("area") or ""))
+        path = Path(str(values.get("area") or ""))
         if path.is_file():
-            told["area"] = f"{path} sha256:{sha256(path.read_bytes()).hexdigest()}"
+            values["area"] = f"{path} sha256:{sha256(path.read_bytes()).hexdigest()}"
     except (OSError, ValueError):  # a polygon as text, not a name
         pass
-    return repr(sorted(told.items()))
+    return repr(sorted(values.items()))
 
 
 _PACKED = {".gz", ".zip", ".xml"}
@@ -145,27 +145,27 @@ def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
     InputError
         If a folder or a pattern holds no file, or there is none at all.
     """
-    found: list[str] = []
-    for one in [os.fspath(path) for path in given]:
-        path = Path(one)
+    paths: list[str] = []
+    for name in [os.fspath(path) for path in given]:
+        path = Path(name)
         if path.is_dir():
             inside = sorted(str(p) for p in path.iterdir() if _is_model(p))
             if not inside:
-                msg = f"{one}: the folder holds no model; name files, or a folder of {FORMATS}"
-                raise InputError(msg, path=one)
-            found += inside
-        elif glob.has_magic(one) and not path.exists():
-            inside = sorted(p for p in glob.glob(one, recursive=True) if Path(p).is_file())  # noqa: PTH207
+                msg = f"{name}: the folder holds no model; name files, or a folder of {FORMATS}"
+                raise InputError(msg, path=name)
+            paths += inside
+        elif glob.has_magic(name) and not path.exists():
+            inside = sorted(p for p in glob.glob(name, recursive=True) if Path(p).is_file())  # noqa: PTH207
             if not inside:
-                msg = f"{one}: no file has such a name; check the pattern"
-                raise InputError(msg, path=one)
-            found += inside
+                msg = f"{name}: no file has such a name; check the pattern"
+                raise InputError(msg, path=name)
+            paths += inside
         else:
-            found.append(one)
-    if not found:
+            paths.append(name)
+    if not paths:
         msg = f"no file given; name one or more of {FORMATS}, a folder or a pattern"
         raise InputError(msg)
-    unique = dict.fromkeys(found)
+    unique = dict.fromkeys(paths)
     return list(unique)
 
 
@@ -263,8 +263,8 @@ class CityFile:
     def names_of_objects(self) -> list[str]:
         """Name of each object."""
         names = [""] * self.counts["objects"]
-        for name, thing in zip(self.words["names"], self.geometry.object_of.tolist(), strict=True):
-            names[thing] = name
+        for name, index in zip(self.words["names"], self.geometry.object_of.tolist(), strict=True):
+            names[index] = name
         return names
 
     @property

@@ -65,35 +65,35 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
     InputError
         If no building has a foot, or the file of the ground is wrong.
     """
-    asked, origin = options.ground, find_origin(catalogue)
+    choice, origin = options.ground, find_origin(catalogue)
     nowhere = Scene((), origin, crs=catalogue.crs)
-    stated = _find_stated(catalogue) if asked is None else asked
+    stated = _find_stated(catalogue) if choice is None else choice
     if isinstance(stated, float | int):
         return CityGround(Ground(nowhere, float(stated), is_plane=True), is_added=False)
     hanging = None  # canopies tell nothing of the ground's height, as in one scene
     if options.canopy:
         hanging = [
-            np.unique(one.geometry.object_of[find_matching(one, options.canopy)])
-            for one in catalogue.files
+            np.unique(file.geometry.object_of[find_matching(file, options.canopy)])
+            for file in catalogue.files
         ]
     bases, bounds = catalogue.find_bases(hanging), catalogue.bounds
     level = settle_level(bases)
     surface, name = None, ""
     notes: list[str] = []
-    if is_file(asked):
-        found, notes = add_file_ground(nowhere, str(asked), bounds, bases.boxes)
-        name = Path(str(asked)).name
-    elif asked is None and catalogue.terrain.holds(bounds):
+    if is_file(choice):
+        with_ground, notes = add_file_ground(nowhere, str(choice), bounds, bases.boxes)
+        name = Path(str(choice)).name
+    elif choice is None and catalogue.terrain.holds(bounds):
         return CityGround(Ground(nowhere, level.low, is_plane=False, assumed=level), is_added=False)
     else:
-        surface = choose_feet(bases, level, bounds, asked)
+        surface = choose_feet(bases, level, bounds, choice)
         if surface is None:
             known = Ground(nowhere, level.middle, is_plane=True, assumed=level)
             return CityGround(known, is_added=False)
-        found = Scene(make_ground_parts(surface, origin), origin)
-    add_scene(catalogue, folder, found)
+        with_ground = Scene(make_ground_parts(surface, origin), origin)
+    add_scene(catalogue, folder, with_ground)
     known = Ground(
-        found, level.low, is_plane=False, assumed=level, surface=surface, file=name,
+        with_ground, level.low, is_plane=False, assumed=level, surface=surface, file=name,
         notes=tuple(notes),
     )  # fmt: skip
     return CityGround(known, is_added=True)
@@ -101,5 +101,5 @@ def find_city_ground(catalogue: Catalogue, options: StudyOptions, folder: Path) 
 
 def _find_stated(catalogue: Catalogue) -> float | None:
     """Return the level ground that all files state; None unless they agree."""
-    levels = {one.place["ground"] for one in catalogue.files}
+    levels = {file.place["ground"] for file in catalogue.files}
     return levels.pop() if len(levels) == 1 else None

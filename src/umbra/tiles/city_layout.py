@@ -169,7 +169,7 @@ def find_merged(catalogue: Catalogue) -> list[tuple[int, int]]:
         Number of the later file, and of the object in it.
     """
     files, merged = catalogue.files, []
-    boxes = np.array([one.bounds for one in files])
+    boxes = np.array([file.bounds for file in files])
     known: dict[tuple[str, int], list[NDArray[np.float64]]] = {}
     for number, file in enumerate(files):
         low, high = boxes[number]
@@ -183,14 +183,14 @@ def find_merged(catalogue: Catalogue) -> list[tuple[int, int]]:
             touches |= ((bounds[:, 0] <= boxes[other, 1]) & (bounds[:, 1] >= boxes[other, 0])).all(
                 1
             )
-        mine: list[tuple[tuple[str, int], NDArray[np.float64]]] = []
-        for thing in np.flatnonzero(touches).tolist():
-            key = names[thing], int(counts[thing])
-            if any(np.abs(box - bounds[thing]).max() <= _SAME for box in known.get(key, ())):
-                merged.append((number, thing))
+        own: list[tuple[tuple[str, int], NDArray[np.float64]]] = []
+        for index in np.flatnonzero(touches).tolist():
+            key = names[index], int(counts[index])
+            if any(np.abs(box - bounds[index]).max() <= _SAME for box in known.get(key, ())):
+                merged.append((number, index))
             else:
-                mine.append((key, bounds[thing]))
-        for key, box in mine:
+                own.append((key, bounds[index]))
+        for key, box in own:
             known.setdefault(key, []).append(box)
     return merged
 

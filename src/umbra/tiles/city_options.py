@@ -42,7 +42,7 @@ class CityOptions(Options):
         metavar="LENGTH",
     )  # fmt: skip
     memory: Given[str | float | None, Any] = _tiles(
-        "any", "With tiles=: most memory of the run, such as 4GB; default: half of what there is.",
+        "any", "With tiles=: most memory of the run, such as 4GB; default: half the machine's.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
     min_altitude: float | None = _tiles(
@@ -77,7 +77,7 @@ class CityOptions(Options):
         if self.memory is not None:
             object.__setattr__(self, "memory", _read_memory(self.memory))
         own = ("min_altitude", "memory", "workers", "scheduler")
-        name = next((one for one in own if getattr(self, one) is not None), None)
+        name = next((option for option in own if getattr(self, option) is not None), None)
         if self.tiles is None and name is not None:
             msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
             raise InputError(msg, option=name)
@@ -105,9 +105,9 @@ def _check_workers(workers: int, memory: float) -> None:
 
 def _read_length(given: Any) -> float:
     """Read the side of a tile [m]."""
-    found = _LENGTH.fullmatch(str(given))
+    match = _LENGTH.fullmatch(str(given))
     try:
-        length = float(found[1]) * _UNITS[(found[2] or "m").lower()] if found else 0.0
+        length = float(match[1]) * _UNITS[(match[2] or "m").lower()] if match else 0.0
     except ValueError:
         length = 0.0
     if not 0 < length < math.inf:
@@ -118,13 +118,13 @@ def _read_length(given: Any) -> float:
 
 def _read_memory(given: Any) -> float:
     """Read an amount of memory [byte]; GB and GiB are both 2^30."""
-    found = _SIZE.fullmatch(str(given))
+    match = _SIZE.fullmatch(str(given))
     try:
-        size = float(found[1]) if found else 0.0
+        size = float(match[1]) if match else 0.0
     except ValueError:
         size = 0.0
-    if found and found[2]:
-        size *= 2.0 ** _BYTES[found[2][0].lower()]
+    if match and match[2]:
+        size *= 2.0 ** _BYTES[match[2][0].lower()]
     if not size > 0:
         msg = f"memory= is a size, such as '4GB' or '800MB'; got {show_value(given)}"
         raise InputError(msg, option="memory")

@@ -104,7 +104,11 @@ class ClusterEngine:
     def _find_memory(self, most: float) -> float:
         """Return the memory of a thread of the smallest worker, if workers have limits [byte]."""
         workers = self.client.scheduler_info(n_workers=-1)["workers"].values()
-        limits = [one["memory_limit"] / one["nthreads"] for one in workers if one["memory_limit"]]
+        limits = [
+            worker["memory_limit"] / worker["nthreads"]
+            for worker in workers
+            if worker["memory_limit"]
+        ]
         return min([most, *limits])
 
     def _check(self, job: CityJob) -> int:
@@ -114,12 +118,12 @@ class ClusterEngine:
         except TimeoutError as error:
             msg = f"no worker joined the cluster within {_WAIT:.0f} s; start workers"
             raise InputError(msg, option="scheduler") from error
-        told = self.client.run(_introduce, job.folder, on_error="return")
-        for address, found in told.items():
-            if isinstance(found, BaseException):
-                msg = f"worker {address} has no umbra that can count tiles ({found}); install it"
+        answers = self.client.run(_introduce, job.folder, on_error="return")
+        for address, answer in answers.items():
+            if isinstance(answer, BaseException):
+                msg = f"worker {address} has no umbra that can count tiles ({answer}); install it"
                 raise InputError(msg, option="scheduler", worker=address)
-            version, sees = found
+            version, sees = answer
             if version != __version__:
                 msg = f"worker {address} has umbra {version}, not {__version__}; install it"
                 raise InputError(msg, option="scheduler", worker=address)

@@ -22,7 +22,7 @@ from umbra.study.compare import NeighbourSums
 from umbra.tiles.city_areas import count_areas
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.city_proposal import split_neighbours, write_neighbours
-from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.job import CityJob, WorkerContext
 from umbra.tiles.neighbourhood import Neighbourhood, Selection, make_tile_casters
 from umbra.tiles.receive import LEAST, SunGroups, count_receivers
 from umbra.tiles.store import CityStore
@@ -84,13 +84,13 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
     record : TileRecord
     """
     begun = time.perf_counter()
-    place, store = job.open(), CityStore(job.store)
+    context, store = job.open(), CityStore(job.store)
     if tile.areas:
-        neighbours, triangles, bare = list[NeighbourSums](), count_areas(place, tile), 0
-    elif place.kind.is_plan:
-        neighbours, triangles, bare = _count_cells(place, store, tile)
+        neighbours, triangles, bare = list[NeighbourSums](), count_areas(context, tile), 0
+    elif context.kind.is_plan:
+        neighbours, triangles, bare = _count_cells(context, store, tile)
     else:
-        pieces, neighbours, triangles = count_surfaces(place, tile)
+        pieces, neighbours, triangles = count_surfaces(context, tile)
         write_pieces(store.find_place(tile.number), pieces)
         bare = 0
     write_neighbours(store.find_place(tile.number), neighbours)
@@ -100,10 +100,10 @@ def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
 
 
 def _count_cells(
-    place: Workplace, store: CityStore, tile: CityTile
+    context: WorkerContext, store: CityStore, tile: CityTile
 ) -> tuple[list[NeighbourSums], int, int]:
     """Count and write cells; return neighbours, and the numbers of triangles and bare cells."""
-    job, lattice = place.job, place.job.lattice
+    job, lattice = context.job, context.job.lattice
     assert lattice is not None
     arrays: dict[str, NDArray] = {}
     neighbours: list[NeighbourSums] = []
@@ -113,18 +113,18 @@ def _count_cells(
     while waiting:
         rows, cols = waiting.pop()
         grid = lattice.find_window(rows, cols)
-        need = find_needs(place, grid)
-        if need.bytes(place, grid) > job.memory and max(grid.rows, grid.cols) > _LEAST_SIDE:
+        need = find_needs(context, grid)
+        if need.bytes(context, grid) > job.memory and max(grid.rows, grid.cols) > _LEAST_SIDE:
             waiting += _halve(rows, cols)
             continue
-        found, losses, casting, empty = count_window(place, grid, need)
+        variables, losses, casting, empty = count_window(context, grid, need)
         neighbours += losses
         triangles, bare = triangles + casting, bare + empty
         where = (
             slice(rows.start - tile.rows[0], rows.stop - tile.rows[0]),
             slice(cols.start - tile.cols[0], cols.stop - tile.cols[0]),
         )
-        for name, (dims, array) in found.items():
+        for name, (dims, array) in variables.items():
             if dims[-2:] == ("y", "x"):
                 values = np.asarray(array)
                 if name not in arrays:
@@ -163,35 +163,35 @@ class TileNeeds:
     box: NDArray[np.float64]
     faces: int
 
-    def bytes(self, place: Workplace, grid: Grid) -> float:
+    def bytes(self, context: WorkerContext, grid: Grid) -> float:
         """Return the memory that a process takes to count the window, from measurements [byte]."""
-        cell = _CELL + _CELL_AND_THREAD * place.job.threads + place.bytes_kept
+        cell = _CELL + _CELL_AND_THREAD * context.job.threads + context.bytes_kept
         # Groups have casters of their own.
-        faces = self.faces * (1 if place.groups is None else 2)
+        faces = self.faces * (1 if context.groups is None else 2)
         return _BASE + faces * _FACE + grid.rows * grid.cols * cell
 
 
-def find_needs(place: Workplace, grid: Grid) -> TileNeeds:
+def find_needs(context: WorkerContext, grid: Grid) -> TileNeeds:
     """Find the units that are seen in a window or cast onto it, of any light."""
-    near = Neighbourhood(place)
+    near = Neighbourhood(context)
     x, y = grid.x, grid.y
     aside = np.array([grid.dx, grid.dy])
     low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
     seen = near.find_seen(low, high)
-    box = find_tile_box(place, near, seen, low, high)
-    units = seen | near.find_casting(box, place.lights.vectors)
+    box = find_tile_box(context, near, seen, low, high)
+    units = seen | near.find_casting(box, context.lights.vectors)
     return TileNeeds(seen, units, box, near.count_faces(units))
 
 
 def count_window(
-    place: Workplace, grid: Grid, needs: TileNeeds
+    context: WorkerContext, grid: Grid, needs: TileNeeds
 ) -> tuple[Variables, list[NeighbourSums], int, int]:
     """
     Count the cells of a window.
 
     Parameters
     ----------
-    place : Workplace
+    context : WorkerContext
     grid : Grid
         In the run's local frame.
     needs : Needs
@@ -208,48 +208,50 @@ def count_window(
     bare : int
         Number of cells without any of the model.
     """
-    near, groups = Neighbourhood(place), place.groups
+    near, groups = Neighbourhood(context), context.groups
     is_due = groups is not None and groups.are_among(needs.units)
 
     def find_tiles(lights: NDArray[np.float64]) -> Any:
         units = needs.seen | near.find_casting(needs.box, lights)
-        return lay_out_window(place, grid, units).make_tiles(None)
+        return lay_out_window(context, grid, units).make_tiles(None)
 
-    if _has_groups(place) and (groups is None or (place.adds_exactly and not is_due)):
-        laid = lay_out_window(place, grid, needs.seen)
+    if _has_groups(context) and (groups is None or (context.adds_exactly and not is_due)):
+        laid = lay_out_window(context, grid, needs.seen)
         counter: Any = SunGroups(lambda suns: find_tiles(suns)[0][1]().make_counter())
     else:
-        laid, counter = lay_out_window(place, grid, needs.units), None
+        laid, counter = lay_out_window(context, grid, needs.units), None
     study, neighbours = count_receivers(
-        place, laid, laid.make_tiles(None), find_tiles, counter, is_due=is_due
+        context, laid, laid.make_tiles(None), find_tiles, counter, is_due=is_due
     )
     variables = split_neighbours(study.variables())
     return variables, neighbours, near.count_faces(needs.units), laid.bare
 
 
-def _has_groups(place: Workplace) -> bool:
+def _has_groups(context: WorkerContext) -> bool:
     """Return whether suns are so many that groups of them have casters of their own."""
-    if place.sees_whole_sky:
+    if context.sees_whole_sky:
         return False
-    results = place.setup.results
+    results = context.setup.results
     is_summed = not results.is_streamed and not results.by_day
-    equal = len(np.unique(place.lights.weights, axis=0)) == 1 and bool(place.lights.are_suns.all())
-    return is_summed and equal and len(place.lights) >= 2 * LEAST and place.roles.season is None
+    equal = len(np.unique(context.lights.weights, axis=0)) == 1 and bool(
+        context.lights.are_suns.all()
+    )
+    return is_summed and equal and len(context.lights) >= 2 * LEAST and context.roles.season is None
 
 
 def lay_out_window(
-    place: Workplace, grid: Grid, units: Selection, *, has_kinds: bool = False
+    context: WorkerContext, grid: Grid, units: Selection, *, has_kinds: bool = False
 ) -> WindowRaster:
     """Lay out the cells of a window among some units, whose parts' kinds are known if asked for."""
-    job, kind = place.job, place.kind
-    scene = Neighbourhood(place).read(units)
+    job, kind = context.job, context.kind
+    scene = Neighbourhood(context).read(units)
     if job.frame.is_added or has_kinds:
-        scene = scene.with_words(place.catalogue)
-    caster, canopy, soup = make_tile_casters(place, scene)
+        scene = scene.with_words(context.catalogue)
+    caster, canopy, soup = make_tile_casters(context, scene)
     assert isinstance(kind, PlanKind)
     model = PlanModel(
-        scene, soup, caster, job.threads, job.frame.ground - place.origin[2], kind.tile,
-        canopy=canopy, has_end=job.frame.has_end, lowest=job.frame.lowest - place.origin[2],
+        scene, soup, caster, job.threads, job.frame.ground - context.origin[2], kind.tile,
+        canopy=canopy, has_end=job.frame.has_end, lowest=job.frame.lowest - context.origin[2],
     )  # fmt: skip
     return WindowRaster(
         kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=grid.x, y=grid.y,
@@ -258,14 +260,14 @@ def lay_out_window(
 
 
 def find_tile_box(
-    place: Workplace, near: Neighbourhood, seen: Any, low: NDArray, high: NDArray
+    context: WorkerContext, near: Neighbourhood, seen: Any, low: NDArray, high: NDArray
 ) -> NDArray[np.float64]:
     """Return a box around the receivers of a window, local frame, (2, 3) [m]."""
-    floor = place.job.frame.floor
-    if place.kind.is_level:
+    floor = context.job.frame.floor
+    if context.kind.is_level:
         least = most = floor
     else:
         below, above = near.find_heights(seen)
-        least = max(floor, below) if place.job.frame.has_end else floor
+        least = max(floor, below) if context.job.frame.has_end else floor
         most = max(least, above)
     return np.array([[*low, least], [*high, most]])

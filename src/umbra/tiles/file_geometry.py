@@ -139,12 +139,12 @@ def find_units(
     unit = group.astype(np.int64) << 32
     count = np.bincount(group)
     for large in np.flatnonzero(count > LARGE):
-        mine = np.flatnonzero(group == large)
-        caster = make_caster(vertices, faces[mine])
+        members = np.flatnonzero(group == large)
+        caster = make_caster(vertices, faces[members])
         closed = caster.face_is_closed
-        unit[mine[caster.source[closed]]] += 1 + caster.component[closed]
+        unit[members[caster.source[closed]]] += 1 + caster.component[closed]
         # Faces without area are in no component; they cast nothing and go with the open ones.
-        loose = np.setdiff1d(mine, mine[caster.source[closed]])
+        loose = np.setdiff1d(members, members[caster.source[closed]])
         curve = sort_along_curve(vertices[faces[loose]].mean(1))
         block = np.zeros(len(loose), np.int64)
         block[curve] = np.arange(len(loose)) // _BLOCK

@@ -35,7 +35,7 @@ __all__ = [
     "STUDY",
     "CityFrame",
     "CityJob",
-    "Workplace",
+    "WorkerContext",
     "make_city_period",
     "read_job",
     "sees_whole_sky",
@@ -131,7 +131,7 @@ class CityJob:
         """Folder of the Zarr store."""
         return Path(self.folder) / STORE
 
-    def open(self) -> "Workplace":
+    def open(self) -> "WorkerContext":
         """Open what a process keeps between tiles."""
         return _open(_Key(self))
 
@@ -155,11 +155,11 @@ class _Key:
 
 
 @lru_cache(maxsize=1)
-def _open(key: _Key) -> "Workplace":
-    return Workplace(key.job)
+def _open(key: _Key) -> "WorkerContext":
+    return WorkerContext(key.job)
 
 
-class Workplace:
+class WorkerContext:
     """
     What a process keeps between the tiles of a run.
 
@@ -211,12 +211,12 @@ class Workplace:
     @cached_property
     def shifts(self) -> NDArray[np.float64]:
         """Each file's origin in the run's local frame, (n_files, 3) [m]."""
-        return np.array([one.origin for one in self.catalogue.files]) - self.origin
+        return np.array([file.origin for file in self.catalogue.files]) - self.origin
 
     @cached_property
     def boxes(self) -> NDArray[np.float64]:
         """Each file's bounds in the run's local frame, (n_files, 2, 3) [m]."""
-        return np.array([one.bounds for one in self.catalogue.files]) - self.origin
+        return np.array([file.bounds for file in self.catalogue.files]) - self.origin
 
     @cached_property
     def period(self) -> Period:
@@ -253,8 +253,10 @@ class Workplace:
 
 def sees_whole_sky(options: StudyOptions) -> bool:
     """Return whether a study needs all that rises above a receiver, in whatever direction."""
-    told = any(one.by_caster or (options.exact and one.has_exact) for one in options.measures)
-    return told or options.disc
+    by_caster = any(
+        measure.by_caster or (options.exact and measure.has_exact) for measure in options.measures
+    )
+    return by_caster or options.disc
 
 
 def read_job(folder: Path, receivers: str) -> CityJob | None:
@@ -277,7 +279,7 @@ def read_job(folder: Path, receivers: str) -> CityJob | None:
         return None
     options = {name: literal_eval(text) for name, text in known["options"].items()}
     if options["areas"] is not None:
-        options["areas"] = [Area.of_plain(one) for one in options["areas"]]
+        options["areas"] = [Area.of_plain(area) for area in options["areas"]]
     lattice = known["lattice"]
     return CityJob(
         str(folder.absolute()), StudyOptions(**{**options, "device": "auto"}),

@@ -33,17 +33,17 @@ NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 def find_matching(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
     """Return which parts of a file one of some patterns matches, (n_parts,) bool."""
-    found = np.zeros(file.counts["parts"], np.bool_)
+    is_matched = np.zeros(file.counts["parts"], np.bool_)
     patterns = list(patterns)
     if not patterns:
-        return found
+        return is_matched
     words = file.words
     for k, (name, kind, tags) in enumerate(
         zip(words["names"], words["kinds"], words["tags"], strict=True)
     ):
         part = Part(name, kind, NOTHING, layer=file.layer, tags=tuple(tags))
-        found[k] = any(part.matches(pattern) for pattern in patterns)
-    return found
+        is_matched[k] = any(part.matches(pattern) for pattern in patterns)
+    return is_matched
 
 
 def settle_outline(
@@ -75,11 +75,11 @@ def fill_bounds(where: Scene, bounds: NDArray[np.float64]) -> Scene:
 
 def find_replaced_parts(file: CityFile, options: StudyOptions) -> NDArray[np.bool_]:
     """Return which parts of a file a proposal replaces, (n_parts,) bool."""
-    found = find_matching(file, options.replace)
+    is_replaced = find_matching(file, options.replace)
     if options.replace_in is not None:
         goes, _ = judge_shares(_measure_shares(file, options))
-        found |= goes[file.geometry.object_of]
-    return found & _find_open(file, options)
+        is_replaced |= goes[file.geometry.object_of]
+    return is_replaced & _find_open(file, options)
 
 
 def _find_open(file: CityFile, options: StudyOptions) -> NDArray[np.bool_]:
@@ -146,9 +146,9 @@ def tell_city_replaced(catalogue: Catalogue, options: StudyOptions) -> list[str]
         if options.replace_in is not None:
             shares = _measure_shares(file, options)
             goes, is_cut = judge_shares(shares)
-            first = {thing: k for k, thing in enumerate(file.geometry.object_of.tolist())}
+            first = {index: k for k, index in enumerate(file.geometry.object_of.tolist())}
             cut += [
-                CutObject(labels[first[thing]], float(shares[thing]), bool(goes[thing]))
-                for thing in np.flatnonzero(is_cut).tolist()
+                CutObject(labels[first[index]], float(shares[index]), bool(goes[index]))
+                for index in np.flatnonzero(is_cut).tolist()
             ]
     return tell_replaced(list(names), faces, cut, has_outline=options.replace_in is not None)

@@ -16,7 +16,7 @@ from umbra.casters import Canopy
 from umbra.kernels import kernel
 from umbra.scene import Part, Scene, Triangles
 from umbra.tiles.city_catalogue import Catalogue
-from umbra.tiles.job import Workplace
+from umbra.tiles.job import WorkerContext
 from umbra.tiles.matched_parts import NOTHING
 from umbra.volume.adjacency import Caster, make_caster
 
@@ -160,10 +160,10 @@ class Selection:
     units: tuple[tuple[int, NDArray[np.intp]], ...]
 
     def __or__(self, other: "Selection") -> "Selection":
-        mine = dict(self.units)
+        joined = dict(self.units)
         for number, units in other.units:
-            mine[number] = np.union1d(mine.get(number, np.zeros(0, np.intp)), units)
-        return Selection(tuple(sorted(mine.items(), key=lambda one: one[0])))
+            joined[number] = np.union1d(joined.get(number, np.zeros(0, np.intp)), units)
+        return Selection(tuple(sorted(joined.items(), key=lambda item: item[0])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +204,8 @@ class PartScene(Scene):
         soup = self.soup
         if chosen.all():
             return soup
-        kept = np.flatnonzero(chosen[soup.part])
-        return replace(soup, faces=soup.faces[kept], part=soup.part[kept])
+        faces = np.flatnonzero(chosen[soup.part])
+        return replace(soup, faces=soup.faces[faces], part=soup.part[faces])
 
     def groups(self) -> NDArray[np.int32]:
         """Return the object of each part."""
@@ -213,17 +213,17 @@ class PartScene(Scene):
 
     def spread(self, find: Callable[[int], NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Return, for each part, what is found for the parts of its file, by the file's number."""
-        found = np.zeros(len(self.group), np.bool_)
+        values = np.zeros(len(self.group), np.bool_)
         for file in np.unique(self.number[:, 0]).tolist():
-            mine = self.number[:, 0] == file
-            found[mine] = find(file)[self.number[mine, 1]]
-        return found
+            is_own = self.number[:, 0] == file
+            values[is_own] = find(file)[self.number[is_own, 1]]
+        return values
 
     def labels(self) -> list[str]:
         """Name each part's object, such that names sort in the order of files and objects."""
         return [
-            f"{file:08}/{thing:010}"
-            for file, thing in zip(self.number[:, 0].tolist(), self.thing.tolist(), strict=True)
+            f"{file:08}/{index:010}"
+            for file, index in zip(self.number[:, 0].tolist(), self.thing.tolist(), strict=True)
         ]
 
     def with_words(self, catalogue: Catalogue) -> "PartScene":
@@ -243,11 +243,11 @@ class Neighbourhood:
 
     Parameters
     ----------
-    place : Workplace
+    context : WorkerContext
     """
 
-    def __init__(self, place: Workplace) -> None:
-        self._place = place
+    def __init__(self, context: WorkerContext) -> None:
+        self._context = context
 
     def find_seen(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> Selection:
         """Find the units whose plan meets a rectangle, (2,) each in the local frame [m]."""
@@ -264,25 +264,25 @@ class Neighbourhood:
 
         For the whole sky these are all units that rise above the box's floor.
         """
-        if self._place.sees_whole_sky:
+        if self._context.sees_whole_sky:
             return self._select(lambda boxes: boxes[:, 1, 2] > box[0, 2] - MARGIN)
         return self._select(lambda boxes: find_reaching(boxes, box, lights))
 
     def _select(self, test: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> Selection:
         """Return the units whose boxes pass a test, of the files whose bounds do."""
-        found, place = [], self._place
-        files = np.flatnonzero(test(place.boxes))
+        selected, context = [], self._context
+        files = np.flatnonzero(test(context.boxes))
         for number in files.tolist():
-            boxes = place.catalogue.files[number].geometry.boxes + place.shifts[number]
+            boxes = context.catalogue.files[number].geometry.boxes + context.shifts[number]
             units = np.flatnonzero(test(boxes))
             if len(units):
-                found.append((number, units))
-        return Selection(tuple(found))
+                selected.append((number, units))
+        return Selection(tuple(selected))
 
     def find_bounds(self, selection: Selection) -> NDArray[np.float64]:
         """Return the bounds of some units, local frame, (2, 3) [m]."""
         boxes = np.concatenate(
-            [boxes + self._place.shifts[number] for number, boxes in self._boxes(selection)]
+            [boxes + self._context.shifts[number] for number, boxes in self._boxes(selection)]
         )
         return np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
 
@@ -290,18 +290,18 @@ class Neighbourhood:
         """Return the lowest and highest z of some units, local frame [m]; inf, -inf if none."""
         low, high = np.inf, -np.inf
         for number, boxes in self._boxes(seen):
-            low = min(low, float(boxes[:, 0, 2].min()) + self._place.shifts[number, 2])
-            high = max(high, float(boxes[:, 1, 2].max()) + self._place.shifts[number, 2])
+            low = min(low, float(boxes[:, 0, 2].min()) + self._context.shifts[number, 2])
+            high = max(high, float(boxes[:, 1, 2].max()) + self._context.shifts[number, 2])
         return low, high
 
     def count_faces(self, selection: Selection) -> int:
         """Return the number of faces of some units."""
-        files = self._place.catalogue.files
+        files = self._context.catalogue.files
         return sum(files[number].geometry.count_faces(units) for number, units in selection.units)
 
     def _boxes(self, selection: Selection) -> Iterator[tuple[int, NDArray[np.float64]]]:
         for number, units in selection.units:
-            yield number, self._place.catalogue.files[number].geometry.boxes[units]
+            yield number, self._context.catalogue.files[number].geometry.boxes[units]
 
     def read(self, selection: Selection, which: str = "any") -> PartScene:
         """
@@ -313,43 +313,43 @@ class Neighbourhood:
         which : {'any', 'casts', 'receives'}
             The parts whose faces are read.
         """
-        place = self._place
+        context = self._context
         vertices, faces, parts, groups, numbers, objects = [], [], [], [], [], []
-        points = things = rows = 0
+        points = n_groups = rows = 0
         for number, units in selection.units:
-            geometry = place.catalogue.files[number].geometry
+            geometry = context.catalogue.files[number].geometry
             chosen = geometry.find_faces(units)
             part = geometry.part[chosen]
-            kept = self._find_role(number, which)[part]
-            chosen, part = chosen[kept], part[kept]
+            has_role = self._find_role(number, which)[part]
+            chosen, part = chosen[has_role], part[has_role]
             if not len(chosen):
                 continue
             corners = geometry.faces[chosen]
             used = np.unique(corners)
-            vertices.append(geometry.vertices[used] + place.shifts[number])
+            vertices.append(geometry.vertices[used] + context.shifts[number])
             faces.append(np.searchsorted(used, corners).astype(np.int32) + np.int32(points))
             own, local = np.unique(part, return_inverse=True)
             parts.append(local.ravel().astype(np.int32) + np.int32(rows))
-            groups.append(np.unique(geometry.object_of[own], return_inverse=True)[1] + things)
+            groups.append(np.unique(geometry.object_of[own], return_inverse=True)[1] + n_groups)
             objects.append(geometry.object_of[own])
             numbers.append(np.stack([np.full(len(own), number), own], axis=1))
             points, rows = points + len(used), rows + len(own)
-            things = int(groups[-1].max()) + 1
+            n_groups = int(groups[-1].max()) + 1
         soup = Triangles(
             np.concatenate([np.zeros((0, 3)), *vertices]),
             np.concatenate([np.zeros((0, 3), np.int32), *faces]),
             np.concatenate([np.zeros(0, np.int32), *parts]),
         )
-        frame = place.job.frame
+        frame = context.job.frame
         return PartScene(
-            (), place.origin, soup=soup, box=np.array(frame.bounds),
+            (), context.origin, soup=soup, box=np.array(frame.bounds),
             group=np.concatenate([np.zeros(0, np.int32), *groups]).astype(np.int32),
             number=np.concatenate([np.zeros((0, 2), np.intp), *numbers]),
             thing=np.concatenate([np.zeros(0, np.intp), *objects]),
         )  # fmt: skip
 
     def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:
-        roles = self._place.roles
+        roles = self._context.roles
         if which == "any":
             casts = roles.find_casting(number) | roles.find_former(number)
             return casts | roles.find_receiving(number)
@@ -360,14 +360,14 @@ _ABYSS = -1e7  # z of the face that stands for no caster [m]
 
 
 def make_tile_casters(
-    place: Workplace, scene: PartScene
+    context: WorkerContext, scene: PartScene
 ) -> tuple[Caster, Canopy | None, Triangles]:
     """
     Prepare the casters of a neighbourhood.
 
     Parameters
     ----------
-    place : Workplace
+    context : WorkerContext
     scene : PartScene
         As ``Neighbourhood.read`` returns it.
 
@@ -380,7 +380,7 @@ def make_tile_casters(
     seen : Triangles
         All but canopies.
     """
-    roles = place.roles
+    roles = context.roles
     casts = scene.spread(roles.find_casting)
     soup = scene.pick(casts)
     vertices, faces, group = soup.vertices, soup.faces, scene.group[soup.part]

@@ -38,7 +38,7 @@ from umbra.tiles.job import (
     CATALOGUE,
     STUDY,
     CityJob,
-    Workplace,
+    WorkerContext,
     make_city_period,
     sees_whole_sky,
 )
@@ -48,7 +48,7 @@ from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.store import CityStore
 from umbra.version import __version__
 
-__all__ = ["Preparation", "find_city_site", "prepare_city"]
+__all__ = ["Preparation", "find_city_site", "locate_city", "prepare_city"]
 
 _FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
@@ -90,7 +90,7 @@ class Preparation:
                 f"'{self.damaged[0]}')"
             )
         if self.job.site is not None:
-            notes += tell_moved(_locate(self.catalogue), self.job.site)
+            notes += tell_moved(locate_city(self.catalogue), self.job.site)
         if self.job.options.date is not None:
             notes += tell_skipped(self.job.options.date)
         notes += tell_sources(self.job.options, self.job.site)
@@ -100,8 +100,8 @@ class Preparation:
         if len(notes) > _LISTED:
             notes = [*notes[:_LISTED], f"and {len(notes) - _LISTED:,} more notes of files"]
         if self.job.merged:
-            file, thing = self.job.merged[0]
-            name = self.catalogue.files[file].names_of_objects[thing]
+            file, index = self.job.merged[0]
+            name = self.catalogue.files[file].names_of_objects[index]
             notes.append(
                 f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
                 f"place, were taken once (first: '{name}')"
@@ -180,8 +180,8 @@ def prepare_city(
     if options.horizon is not None and sees_whole_sky(replace(options, disc=False)):
         msg = "the exact sky and sky_blocked_by take no horizon= in tiles; leave one out"
         raise InputError(msg, option="horizon")
-    options, told = settle_outline(options, _locate(catalogue), catalogue.bounds)
-    options, placed = settle_areas(options, catalogue, _locate(catalogue))
+    options, remarks = settle_outline(options, locate_city(catalogue), catalogue.bounds)
+    options, placed = settle_areas(options, catalogue, locate_city(catalogue))
     ground = find_city_ground(catalogue, options, folder / CATALOGUE)
     kind = choose_kind(options, ground)
     frame = find_frame(catalogue, kind, ground)
@@ -196,7 +196,7 @@ def prepare_city(
         min_altitude=city.min_altitude or 0.0, memory=city.bytes,
         threads=choose_threads(options.threads), merged=tuple(merged),
     )  # fmt: skip
-    limit = partial(Workplace(job).setup.attribution.limit_tiles, days=len(period.days))
+    limit = partial(WorkerContext(job).setup.attribution.limit_tiles, days=len(period.days))
     lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
     job = replace(job, lattice=lattice)
     _check_memory(job, city)
@@ -206,26 +206,26 @@ def prepare_city(
     is_damaged = not _check_same(described, facts) and described.exists()
     damaged = [described] * is_damaged
     if kind.is_plan:
-        template = _find_template(Workplace(job))
+        template = _find_template(WorkerContext(job))
         template |= {"x": (("x",), x), "y": (("y",), y)}
         sizes = {"y": len(y), "x": len(x)}
         known = {"crs": catalogue.crs, "days": len(period.days)}
         side = dict.fromkeys(sizes, lattice.side)
         damaged += CityStore(job.store).mend(template, sizes, side, known, options.quantities)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
-    return Preparation(job, catalogue, ground, damaged, (*told, *placed))
+    return Preparation(job, catalogue, ground, damaged, (*remarks, *placed))
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
     """Refuse tiles of a plan whose results fill more than half of a process's memory."""
-    if job.lattice is None or not job.tiles() or not Workplace(job).kind.is_plan:
+    if job.lattice is None or not job.tiles() or not WorkerContext(job).kind.is_plan:
         return
-    each, share = Workplace(job).bytes_kept, city.bytes / (city.workers or 1) / 2
-    held = each * max(tile.cells for tile in job.tiles())
+    size, share = WorkerContext(job).bytes_kept, city.bytes / (city.workers or 1) / 2
+    held = size * max(tile.cells for tile in job.tiles())
     if held > share:
-        side = int(np.sqrt(share / each) * job.lattice.grid.dx)
+        side = int(np.sqrt(share / size) * job.lattice.grid.dx)
         msg = (
-            f"results of a tile take {held / 2**30:.1f} GB, {each:,} bytes a cell, and a process "
+            f"results of a tile take {held / 2**30:.1f} GB, {size:,} bytes a cell, and a process "
             f"may hold {share / 2**30:.1f} GB of them; choose tiles='{side}m', or fewer groups "
             "with who=, or leave masks= out"
         )
@@ -262,7 +262,7 @@ def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any
 
     None where nothing says it and it is not needed.
     """
-    scene = _locate(catalogue)
+    scene = locate_city(catalogue)
     said = [given.get("latitude"), given.get("longitude"), scene.latitude, scene.longitude]
     if not is_needed and said == [None] * 4:
         return None
@@ -270,20 +270,20 @@ def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any
     return find_site(scene, **given, tell=lambda _told: None)
 
 
-def _locate(catalogue: Catalogue) -> Scene:
+def locate_city(catalogue: Catalogue) -> Scene:
     """Return a scene without parts at the place that the files say."""
     scene = Scene((), np.zeros(3), crs=catalogue.crs)
     if catalogue.crs is not None:
         return locate_bounds(scene, catalogue.bounds)
     names = {"latitude", "longitude", "elevation", "is_ellipsoidal", "true_north"}
-    each = {
+    places = {
         file.path: FilePlace(**{name: file.place[name] for name in names & set(file.place)})
         for file in catalogue.files
     }
-    return state_site(scene, each)
+    return state_site(scene, places)
 
 
-def _find_template(context: Workplace) -> dict[str, Any]:
+def _find_template(context: WorkerContext) -> dict[str, Any]:
     """Return the variables of one cell far from everything."""
     grid = Grid(_FAR, _FAR, 1.0, 1.0, 1, 1)
     variables, *_ = count_window(context, grid, find_needs(context, grid))
@@ -347,8 +347,8 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     if what == "options":
         name = next(key for key in now[what] if held[what].get(key) != now[what][key])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
-        told = "" if name in {"horizon", "areas"} else f" ({was}, now {wanted})"
-        what = f"another {name}={told}"
+        change = "" if name in {"horizon", "areas"} else f" ({was}, now {wanted})"
+        what = f"another {name}={change}"
     elif what == "files":
         known = {entry[0]: entry for entry in held[what]}
         # The layer of a file also changes with the number of files, which is no change of it.

@@ -26,7 +26,7 @@ from umbra.study.engine import count_each_tile
 from umbra.study.loop import TileRun, make_tile_run
 from umbra.study.result import Study
 from umbra.tiles.city_proposal import find_neighbours
-from umbra.tiles.job import Workplace
+from umbra.tiles.job import WorkerContext
 
 __all__ = ["ReachingCounter", "SunGroups", "Tiles", "count_receivers", "group_lights", "group_suns"]
 
@@ -56,15 +56,15 @@ class SunGroups:
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """Add to each receiver the weights (n, k) of the suns that leave it in shadow."""
-        for some in group_suns(suns):
-            self._make(suns[some]).add_weights(suns[some], weights[some], sums, progress)
+        for group in group_suns(suns):
+            self._make(suns[group]).add_weights(suns[group], weights[group], sums, progress)
 
     def split(self, suns: NDArray[np.float64]) -> Iterator[tuple[NDArray[np.bool_], Counter]]:
         """Yield the groups of suns, each with the counter of the casters that it needs."""
-        for some in group_suns(suns):
+        for group in group_suns(suns):
             run = np.zeros(len(suns), np.bool_)
-            run[some] = True
-            yield run, self._make(suns[some])
+            run[group] = True
+            yield run, self._make(suns[group])
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each sun the receivers in shadow, cast or attached."""
@@ -74,8 +74,8 @@ class SunGroups:
 def group_lights(lights: Lights) -> Iterator[NDArray[np.intp]]:
     """Yield the indices of lights: those of suns of similar height, then all others."""
     suns = np.flatnonzero(lights.are_suns)
-    for some in group_suns(lights.vectors[suns, :3]):
-        yield suns[some]
+    for group in group_suns(lights.vectors[suns, :3]):
+        yield suns[group]
     others = np.flatnonzero(~lights.are_suns)
     if len(others):
         yield others
@@ -89,9 +89,9 @@ def group_suns(suns: NDArray[np.float64]) -> Iterator[NDArray[np.intp]]:
     for last in range(len(counts)):
         left = counts[last + 1 :].sum()
         if last == len(counts) - 1 or (counts[first : last + 1].sum() >= LEAST <= left):
-            some = np.flatnonzero((band >= first) & (band <= last))
-            if len(some):
-                yield some
+            group = np.flatnonzero((band >= first) & (band <= last))
+            if len(group):
+                yield group
             first = last + 1
 
 
@@ -159,7 +159,7 @@ Tiles = Sequence[tuple[Any, Callable[[], Tile]]]
 
 
 def count_receivers(
-    place: Workplace,
+    context: WorkerContext,
     laid: Any,
     tiles: Tiles,
     find_tiles: Callable[[NDArray[np.float64]], Tiles],
@@ -172,7 +172,7 @@ def count_receivers(
 
     Parameters
     ----------
-    place : Workplace
+    context : WorkerContext
     laid : Receivers
         Among some of the city's parts.
     tiles : sequence
@@ -184,31 +184,35 @@ def count_receivers(
     is_due : bool
         Whether casters of groups may reach the receivers. If not, none of their hours are counted.
     """
-    canopy, setup = laid.casting.canopy, place.setup
-    if place.groups is not None and place.job.options.proposed:
-        setup = replace(setup, proposal=place.groups.proposal)
-    scene, sees_all = laid.casting.scene, place.sees_whole_sky
-    if place.groups is not None and (place.job.options.asks_hours or sees_all):
-        found = place.groups.find(scene, canopy, is_due=is_due or sees_all)
-        setup = replace(setup, attribution=found)
+    canopy, setup = laid.casting.canopy, context.setup
+    if context.groups is not None and context.job.options.proposed:
+        setup = replace(setup, proposal=context.groups.proposal)
+    scene, sees_all = laid.casting.scene, context.sees_whole_sky
+    if context.groups is not None and (context.job.options.asks_hours or sees_all):
+        attribution = context.groups.find(scene, canopy, is_due=is_due or sees_all)
+        setup = replace(setup, attribution=attribution)
     if sees_all:
-        casts = scene.spread(place.roles.find_casting)
+        casts = scene.spread(context.roles.find_casting)
         setup = replace(setup, casters=np.flatnonzero(casts).tolist())
-    begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not place.adds_exactly)
-    idle = [one for one in begun.accumulators if isinstance(one, Attribution) and not is_due]
-    busy = [one for one in begun.accumulators if one not in idle]
+    begun = replace(setup, canopy=canopy).begin(laid, reads_days=is_due or not context.adds_exactly)
+    idle = [
+        accumulator
+        for accumulator in begun.accumulators
+        if isinstance(accumulator, Attribution) and not is_due
+    ]
+    busy = [accumulator for accumulator in begun.accumulators if accumulator not in idle]
 
     def make_run(number: int, where: Any, tile: Tile) -> TileRun:
         reaching = ReachingCounter(
-            tile, counter, place.lights.vectors, partial(_find, find_tiles, number)
+            tile, counter, context.lights.vectors, partial(_find, find_tiles, number)
         )
         run = make_tile_run(tile, canopy, where, reaching, partial(_reach, find_tiles, number))
-        run = run.behind_land(place.period)
-        for one in idle:
-            one.skip(run)
+        run = run.behind_land(context.period)
+        for accumulator in idle:
+            accumulator.skip(run)
         return run
 
-    count_each_tile(tiles, place.lights, busy, make_run)
+    count_each_tile(tiles, context.lights, busy, make_run)
     return setup.finish(begun, laid, facts={}), find_neighbours(begun, laid)
 
 
@@ -217,8 +221,8 @@ def _reach(
 ) -> Iterator[tuple[NDArray[np.intp], Tile]]:
     """Yield groups of lights of similar height, with the tile among the casters that they need."""
     toward = lights.vectors if (~lights.are_suns).any() else lights.directions
-    for some in group_lights(lights):
-        yield some, find_tiles(toward[some])[number][1]()
+    for group in group_lights(lights):
+        yield group, find_tiles(toward[group])[number][1]()
 
 
 def _find(

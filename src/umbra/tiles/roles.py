@@ -53,8 +53,8 @@ class Roles:
         self._former: dict[int, NDArray[np.bool_]] = {}
         self._replaced: dict[int, NDArray[np.bool_]] = {}
         self._merged: dict[int, list[int]] = {}
-        for file, thing in merged:
-            self._merged.setdefault(file, []).append(thing)
+        for file, index in merged:
+            self._merged.setdefault(file, []).append(index)
 
     @cached_property
     def season(self) -> Season | None:
@@ -102,13 +102,13 @@ class Roles:
     def find_receiving(self, number: int) -> NDArray[np.bool_]:
         """Return which parts of a file are seen or sampled, (n_parts,) bool."""
         file, options = self._catalogue.files[number], self._options
-        found = self._find_kept(file) & ~self.find_replaced(number)
+        receives = self._find_kept(file) & ~self.find_replaced(number)
         is_sampled = options.kind.belongs_to_parts and not options.kind.is_raster
         if is_sampled and not options.on and set(file.kinds) <= ADDED_GROUND:
-            found &= False  # a ground that was added is sampled where it is asked for
+            receives &= False  # a ground that was added is sampled where it is asked for
         if options.on:
-            found &= find_matching(file, options.on)
-        return found & ~self.find_canopies(number) if options.canopy else found
+            receives &= find_matching(file, options.on)
+        return receives & ~self.find_canopies(number) if options.canopy else receives
 
     def check(self) -> None:
         """
@@ -137,10 +137,10 @@ class Roles:
 
     def _find_kept(self, file: CityFile) -> NDArray[np.bool_]:
         """Return the parts that no earlier file brings."""
-        kept = np.ones(file.counts["parts"], np.bool_)
+        is_kept = np.ones(file.counts["parts"], np.bool_)
         if file.number in self._merged:
-            kept &= ~np.isin(file.geometry.object_of, self._merged[file.number])
-        return kept
+            is_kept &= ~np.isin(file.geometry.object_of, self._merged[file.number])
+        return is_kept
 
 
 class CityGroups:
@@ -176,7 +176,7 @@ class CityGroups:
         else:
             known = {pattern: k for k, pattern in enumerate(dict.fromkeys(options.who))}
             columns = [
-                np.stack([_mark(file, [one], k) for one, k in known.items()], axis=1)
+                np.stack([_mark(file, [pattern], k) for pattern, k in known.items()], axis=1)
                 if known
                 else np.zeros((file.counts["parts"], 0), np.int32)
                 for file in files
@@ -249,11 +249,11 @@ class CityGroups:
 
     def are_among(self, units: "Selection") -> bool:
         """Return whether any of some units belongs to a group."""
-        for number, some in units.units:
+        for number, chosen in units.units:
             geometry = self._catalogue.files[number].geometry
             is_due = (self._columns[number] >= 0).any(1) | self._roles.find_former(number)
             grouped = geometry.object_of[is_due]
-            if np.isin(geometry.objects[some], grouped).any():
+            if np.isin(geometry.objects[chosen], grouped).any():
                 return True
         return False
 
@@ -296,20 +296,20 @@ class CityGroups:
             return self._describe(Groups(self.names, (), *self._join_nothing()), ())
         member = np.zeros((len(scene.number), len(self.names) + 1), np.bool_)
         for file in np.unique(scene.number[:, 0]).tolist():
-            mine = np.flatnonzero(scene.number[:, 0] == file)
-            part = scene.number[mine, 1]
+            own = np.flatnonzero(scene.number[:, 0] == file)
+            part = scene.number[own, 1]
             for column in self._columns[file][part].T:
-                member[mine, column] = True  # the last column, of -1, is cut off
+                member[own, column] = True  # the last column, of -1, is cut off
         member, casts = member[:, :-1], scene.spread(self._roles.find_casting)
         weak = () if canopy is None else sorted(canopy.weak)
         groups = Groups.of(self.names, member, np.flatnonzero(casts).tolist(), weak)
-        found = self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
+        attribution = self._describe(groups, tuple(np.flatnonzero(member[:, -1]).tolist()))
         if not self._options.proposed:
-            return found
+            return attribution
         former = np.flatnonzero(scene.spread(self._roles.find_former)).tolist()
         rest = np.flatnonzero(casts & ~scene.spread(self._is_proposed)).tolist()
         before = AttributionOptions.group_before(rest, former, len(casts), weak)
-        return replace(found, before=before)
+        return replace(attribution, before=before)
 
 
 def _mark(file: CityFile, patterns: Sequence[str], number: int) -> NDArray[np.int32]:

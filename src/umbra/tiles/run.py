@@ -132,16 +132,16 @@ def run_job(
         raise UmbraError(msg, failed=failed)
     (folder / _FAILED).unlink(missing_ok=True)
     facts = finish(store.find_done())
-    place = job.open()
-    if not place.kind.is_plan:
+    context = job.open()
+    if not context.kind.is_plan:
         folders = [store.find_place(tile.number) for tile in tiles]
         pieces = SurfacePieces(folders)
-        assemble(store, pieces, place.catalogue, facts, job.options.quantities)
+        assemble(store, pieces, context.catalogue, facts, job.options.quantities)
     if job.options.proposed:
         folders = [store.find_place(tile.number) for tile in tiles]
-        found = join_neighbours(folders, place.catalogue)
+        variables = join_neighbours(folders, context.catalogue)
         dates = int(str(facts.get("days", 1)))
-        store.add(found, {}, {}, {name: find_attributes(name, dates) for name in found})
+        store.add(variables, {}, {}, {name: find_attributes(name, dates) for name in variables})
     table = read_area_table(job)
     if table is not None:
         _add_areas(store, table, job, int(str(facts.get("days", 1))))
@@ -152,7 +152,7 @@ def run_job(
             f"{len(damaged)} tiles whose files were damaged were counted again (first: "
             f"{damaged[0]})"
         )
-    elif is_changed and not left and place.kind.is_plan:
+    elif is_changed and not left and context.kind.is_plan:
         notes.append(f"the metadata of '{job.store}' were damaged and made anew")
     return CityRun(folder, job, facts, tuple(notes), table)
 
@@ -160,11 +160,11 @@ def run_job(
 def _add_areas(store: CityStore, table: AreaTable, job: CityJob, dates: int) -> None:
     """Add the figures of named areas to a store."""
     nothing = np.zeros(0)
-    found = table.variables({name: (dims, nothing) for name, dims in store.list_dims().items()})
+    variables = table.variables({name: (dims, nothing) for name, dims in store.list_dims().items()})
     attributes = {
-        name: find_attributes(name, dates, job.options.quantities) for name in found
+        name: find_attributes(name, dates, job.options.quantities) for name in variables
     }  # fmt: skip
-    store.add(found, {}, {}, attributes)
+    store.add(variables, {}, {}, attributes)
 
 
 def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict[str, Any]]:

@@ -223,9 +223,9 @@ class CityStore:
             attributes = {"Conventions": "CF-1.11", **make_plain(facts)}
             zarr.create_group(folder, zarr_format=FORMAT, attributes=attributes)
             for path in self.path.glob(f"*/{_META}"):
-                place = Path(folder) / path.parent.name
-                place.mkdir()
-                shutil.copyfile(path, place / _META)
+                target = Path(folder) / path.parent.name
+                target.mkdir()
+                shutil.copyfile(path, target / _META)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
                 zarr.consolidate_metadata(folder, zarr_format=FORMAT)
@@ -259,7 +259,7 @@ class CityStore:
         """
         for path in self.path.rglob("*.partial"):  # of a run that was killed
             path.unlink(missing_ok=True)
-        kept, damaged = set(), []
+        sound, damaged = set(), []
         for tile in tiles:
             mark = self._marks / f"{tile.number:06}.json"
             facts = read_sealed(mark)
@@ -269,8 +269,8 @@ class CityStore:
                 damaged += [tile.number] * mark.exists()
                 facts = None
             if facts is not None:
-                kept.add(mark)
-        for mark in set(self._marks.glob("*.json")) - kept:
+                sound.add(mark)
+        for mark in set(self._marks.glob("*.json")) - sound:
             mark.unlink()
         return damaged
 
@@ -288,8 +288,8 @@ class CityStore:
 
     def find_done(self) -> dict[int, dict[str, Any]]:
         """Return the facts of each tile that is done, by its number."""
-        found = {int(path.stem): read_sealed(path) for path in self._marks.glob("[0-9]*.json")}
-        return {number: facts for number, facts in found.items() if facts is not None}
+        marks = {int(path.stem): read_sealed(path) for path in self._marks.glob("[0-9]*.json")}
+        return {number: facts for number, facts in marks.items() if facts is not None}
 
 
 def _read_dims(path: Path) -> list[str]:

@@ -87,15 +87,15 @@ class _Rows:
     def find(self, start: int, stop: int) -> list[tuple[int, NDArray[np.int64], NDArray[np.int64]]]:
         """Return for each piece its rows that lie in a range, and their places in the range."""
         ends = np.cumsum(self.count)
-        some = slice(*np.searchsorted(ends, [start, stop - 1], "right") + (0, 1))
-        low = np.maximum(ends[some] - self.count[some], start)
-        high = np.minimum(ends[some], stop)
+        rows = slice(*np.searchsorted(ends, [start, stop - 1], "right") + (0, 1))
+        low = np.maximum(ends[rows] - self.count[rows], start)
+        high = np.minimum(ends[rows], stop)
         length = high - low
         offset = np.arange(int(length.sum())) - np.repeat(np.cumsum(length) - length, length)
-        skipped = low - (ends[some] - self.count[some])
-        source = np.repeat(self.first[some] + skipped, length) + offset
+        skipped = low - (ends[rows] - self.count[rows])
+        source = np.repeat(self.first[rows] + skipped, length) + offset
         target = np.repeat(low - start, length) + offset
-        tile = np.repeat(self.tile[some], length)
+        tile = np.repeat(self.tile[rows], length)
         return [(int(t), source[tile == t], target[tile == t]) for t in np.unique(tile)]
 
 
@@ -135,17 +135,17 @@ class SurfacePieces:
                 "nothing is left to sample: all surfaces face straight down; choose others with on="
             )
             raise InputError(msg, option="on")
-        each = [np.load(folder / "keys.npy") for folder in self._folders]
-        tile = np.repeat(np.arange(len(each)), [len(keys) for keys in each])
-        start = np.concatenate([np.cumsum(keys, axis=0) - keys for keys in each])
-        keys = np.concatenate(each)
+        keys_by_tile = [np.load(folder / "keys.npy") for folder in self._folders]
+        tile = np.repeat(np.arange(len(keys_by_tile)), [len(keys) for keys in keys_by_tile])
+        start = np.concatenate([np.cumsum(keys, axis=0) - keys for keys in keys_by_tile])
+        keys = np.concatenate(keys_by_tile)
         order = np.lexsort((keys[:, 1], keys[:, 0]))
         self.keys, start, tile = keys[order], start[order], tile[order]
         self._rows = {
             axis: _Rows(tile, start[:, column], self.keys[:, column])
             for axis, column in _COUNTS.items()
         }
-        self._rows["part"] = _sort_objects(each)
+        self._rows["part"] = _sort_objects(keys_by_tile)
         self.sizes = {axis: len(rows) for axis, rows in self._rows.items()}
         self.objects, owner = np.unique(self.keys[:, [0, 2]], axis=0, return_inverse=True)
         self.owner = owner.ravel()
@@ -168,15 +168,15 @@ class SurfacePieces:
         assert at is not None
         axis = self.names[name][at]
         lead: tuple[Any, ...] = (slice(None),) * at
-        found = []
+        pieces = []
         # One file is open at a time: there may be more pieces than a process may open.
         for piece, source, target in self._rows[axis].find(begin, stop):
-            found.append((self._open(piece, name)[(*lead, source)], target))
-        widest = max((rows.dtype for rows, _ in found), key=lambda dtype: dtype.itemsize)
-        shape = list(found[0][0].shape)
+            pieces.append((self._open(piece, name)[(*lead, source)], target))
+        widest = max((rows.dtype for rows, _ in pieces), key=lambda dtype: dtype.itemsize)
+        shape = list(pieces[0][0].shape)
         shape[at] = stop - begin
         values = np.zeros(shape, widest)
-        for rows, target in found:
+        for rows, target in pieces:
             values[(*lead, target)] = rows
         if name in _INDICES:
             values = (values + self._find_first_surfaces(axis, begin, stop)).astype(np.int32)
@@ -192,13 +192,13 @@ class SurfacePieces:
         return first[np.searchsorted(ends, np.arange(begin, stop), "right")]
 
 
-def _sort_objects(each: Sequence[NDArray[np.int64]]) -> _Rows:
+def _sort_objects(piece_keys: Sequence[NDArray[np.int64]]) -> _Rows:
     """Return the rows of objects, which each piece holds in the order of files and objects."""
-    labels = [np.unique(keys[:, [0, 2]], axis=0) for keys in each]
+    labels = [np.unique(keys[:, [0, 2]], axis=0) for keys in piece_keys]
     label = np.concatenate(labels)
     order = np.lexsort((label[:, 1], label[:, 0]))
-    tile = np.repeat(np.arange(len(each)), [len(one) for one in labels])[order]
-    first = np.concatenate([np.arange(len(one)) for one in labels])[order]
+    tile = np.repeat(np.arange(len(piece_keys)), [len(objects) for objects in labels])[order]
+    first = np.concatenate([np.arange(len(objects)) for objects in labels])[order]
     return _Rows(tile, first, np.ones(len(order), np.int64))
 
 
@@ -254,5 +254,5 @@ def name_objects(catalogue: Catalogue, objects: NDArray[np.int64]) -> NDArray:
         file = catalogue.files[number]
         known = file.names_of_objects
         lead = f"{file.layer}/" if file.layer else ""
-        names += [lead + known[thing] for thing in objects[objects[:, 0] == number, 1].tolist()]
+        names += [lead + known[index] for index in objects[objects[:, 0] == number, 1].tolist()]
     return np.array(names)

@@ -22,7 +22,7 @@ from umbra.receivers.surface_samples import Samples
 from umbra.study.compare import NeighbourSums
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.city_proposal import split_neighbours
-from umbra.tiles.job import Workplace
+from umbra.tiles.job import WorkerContext
 from umbra.tiles.neighbourhood import Neighbourhood, PartScene, Selection, make_tile_casters
 from umbra.tiles.receive import Tiles, count_receivers
 from umbra.volume.adjacency import make_caster
@@ -53,28 +53,28 @@ class PartResults:
     variables: dict[str, tuple[tuple[str, ...], NDArray]]
 
 
-def find_objects(place: Workplace, tile: CityTile) -> list[tuple[int, NDArray[np.intp]]]:
+def find_objects(context: WorkerContext, tile: CityTile) -> list[tuple[int, NDArray[np.intp]]]:
     """Find the objects whose centre lies in a tile's square: number of each file, and objects."""
-    lattice = place.job.lattice
+    lattice = context.job.lattice
     assert lattice is not None
     grid = lattice.grid
     row, col = tile.rows[0], tile.cols[0]
-    found = []
-    for number, box in enumerate(place.boxes):
+    objects = []
+    for number, box in enumerate(context.boxes):
         if not _meets(box, grid, row, col):
             continue
-        geometry = place.catalogue.files[number].geometry
-        count = place.catalogue.files[number].counts["objects"]
+        geometry = context.catalogue.files[number].geometry
+        count = context.catalogue.files[number].counts["objects"]
         low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
         np.minimum.at(low, geometry.objects, geometry.boxes[:, 0, :2])
         np.maximum.at(high, geometry.objects, geometry.boxes[:, 1, :2])
-        centre = (low + high) / 2 + place.shifts[number, :2]
+        centre = (low + high) / 2 + context.shifts[number, :2]
         cell = np.rint((centre - (grid.x0, grid.y0)) / (grid.dx, grid.dy))
         cell = np.clip(cell, 0, (grid.cols - 1, grid.rows - 1))
-        mine = np.flatnonzero((cell == (col, row)).all(1))
-        if len(mine):
-            found.append((number, mine))
-    return found
+        own = np.flatnonzero((cell == (col, row)).all(1))
+        if len(own):
+            objects.append((number, own))
+    return objects
 
 
 def _meets(box: NDArray[np.float64], grid: Any, row: int, col: int) -> bool:
@@ -87,7 +87,7 @@ def _meets(box: NDArray[np.float64], grid: Any, row: int, col: int) -> bool:
 
 
 def count_surfaces(
-    place: Workplace, tile: CityTile
+    context: WorkerContext, tile: CityTile
 ) -> tuple[list[PartResults], list[NeighbourSums], int]:
     """
     Count the surfaces of the objects in a tile.
@@ -100,44 +100,44 @@ def count_surfaces(
     triangles : int
         Casting triangles that were read, added up over its batches.
     """
-    near = Neighbourhood(place)
+    near = Neighbourhood(context)
     pieces, neighbours, triangles = [], list[NeighbourSums](), 0
-    for batch in _make_batches(place, near, find_objects(place, tile)):
-        found = _count_batch(place, near, batch)
-        if found is not None:
-            pieces.append(found[0])
-            neighbours += found[1]
-            triangles += found[2]
+    for batch in _make_batches(context, near, find_objects(context, tile)):
+        counted = _count_batch(context, near, batch)
+        if counted is not None:
+            pieces.append(counted[0])
+            neighbours += counted[1]
+            triangles += counted[2]
     return pieces, neighbours, triangles
 
 
 def _make_batches(
-    place: Workplace, near: Neighbourhood, objects: list[tuple[int, NDArray[np.intp]]]
+    context: WorkerContext, near: Neighbourhood, objects: list[tuple[int, NDArray[np.intp]]]
 ) -> Iterator[Selection]:
     """Yield the units of objects, as many as make enough samples."""
-    spacing = place.job.options.spacing
-    room = (place.job.memory - _BASE) / 2 / _SAMPLE  # the other half is for casters
+    spacing = context.job.options.spacing
+    room = (context.job.memory - _BASE) / 2 / _SAMPLE  # the other half is for casters
     most = min(_SAMPLES, max(room, _LEAST_SAMPLES))
     waiting: list[tuple[int, NDArray[np.intp]]] = []
     expected = 0.0
-    for number, mine in objects:
-        geometry = place.catalogue.files[number].geometry
-        units = np.flatnonzero(np.isin(geometry.objects, mine))
+    for number, own in objects:
+        geometry = context.catalogue.files[number].geometry
+        units = np.flatnonzero(np.isin(geometry.objects, own))
         scene = near.read(Selection(((number, units),)), "receives")
         soup = scene.soup
         a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         owner = geometry.object_of[scene.number[:, 1]][soup.part]
-        each = np.bincount(owner, area, int(mine.max()) + 1)[mine] / spacing**2
+        counts = np.bincount(owner, area, int(own.max()) + 1)[own] / spacing**2
         first = 0
-        for k, samples in enumerate(each):
+        for k, samples in enumerate(counts):
             if expected and expected + samples > most:
                 if k > first:
-                    waiting.append((number, _pick(geometry, mine[first:k])))
+                    waiting.append((number, _pick(geometry, own[first:k])))
                 yield Selection(tuple(waiting))
                 waiting, expected, first = [], 0.0, k
             expected += samples
-        waiting.append((number, _pick(geometry, mine[first:])))
+        waiting.append((number, _pick(geometry, own[first:])))
     if waiting:
         yield Selection(tuple(waiting))
 
@@ -147,50 +147,50 @@ def _pick(geometry: Any, objects: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _count_batch(
-    place: Workplace, near: Neighbourhood, batch: Selection
+    context: WorkerContext, near: Neighbourhood, batch: Selection
 ) -> tuple[PartResults, list[NeighbourSums], int] | None:
     """Count the surfaces of some objects; return them, neighbours, and the number of casters."""
-    box, groups = near.find_bounds(batch), place.groups
+    box, groups = near.find_bounds(batch), context.groups
 
     def lay_out(units: Selection) -> SurfaceSamples | None:
-        scene = near.read(units, "any").with_words(place.catalogue)
-        samples = _sample(scene, _find_parts(place, scene, batch), place.job.options.spacing)
+        scene = near.read(units, "any").with_words(context.catalogue)
+        samples = _sample(scene, _find_parts(context, scene, batch), context.job.options.spacing)
         if samples is None:
             return None
-        caster, canopy, soup = make_tile_casters(place, scene)
-        casting = Casting(scene, soup, caster, place.job.threads, canopy=canopy)
-        return SurfaceSamples.of(place.kind, casting, samples)
+        caster, canopy, soup = make_tile_casters(context, scene)
+        casting = Casting(scene, soup, caster, context.job.threads, canopy=canopy)
+        return SurfaceSamples.of(context.kind, casting, samples)
 
     def cut(laid: SurfaceSamples | None) -> Tiles:
         assert laid is not None
         casting = laid.casting
         return laid.make_tiles(Request(
-            casting.scene, place.job.options, [], casting.threads, casting.canopy,
-            lights=len(place.lights), has_groups=groups is not None,
+            casting.scene, context.job.options, [], casting.threads, casting.canopy,
+            lights=len(context.lights), has_groups=groups is not None,
         ))  # fmt: skip
 
-    units = batch | near.find_casting(box, place.lights.vectors)
+    units = batch | near.find_casting(box, context.lights.vectors)
     laid = lay_out(units)
     if laid is None:
         return None
     is_due = groups is not None and groups.are_among(units)
     study, neighbours = count_receivers(
-        place, laid, cut(laid), lambda lights: cut(lay_out(batch | near.find_casting(box, lights))),
-        is_due=is_due,
+        context, laid, cut(laid),
+        lambda lights: cut(lay_out(batch | near.find_casting(box, lights))), is_due=is_due,
     )  # fmt: skip
     variables = split_neighbours({**study.variables(), **laid.sum_up(study)})
     pieces = _cut_to_parts(laid.casting.scene, laid.samples, variables)  # type: ignore[arg-type]
     return pieces, neighbours, len(laid.casting.caster.faces)
 
 
-def _find_parts(place: Workplace, scene: PartScene, batch: Selection) -> NDArray[np.intp]:
+def _find_parts(context: WorkerContext, scene: PartScene, batch: Selection) -> NDArray[np.intp]:
     """Return the parts of a scene that are sampled: those of the batch's objects that receive."""
     units = dict(batch.units)
 
     def find(number: int) -> NDArray[np.bool_]:
-        geometry = place.catalogue.files[number].geometry
-        mine = np.isin(geometry.object_of, geometry.objects[units.get(number, [])])
-        return mine & place.roles.find_receiving(number)
+        geometry = context.catalogue.files[number].geometry
+        is_chosen = np.isin(geometry.object_of, geometry.objects[units.get(number, [])])
+        return is_chosen & context.roles.find_receiving(number)
 
     return np.flatnonzero(scene.spread(find))
 
@@ -254,16 +254,16 @@ def _cut_to_parts(
     keys = np.column_stack([scene.number[own], scene.thing[own], count, surfaces, triangles])
     start = np.zeros(len(scene.group), np.int64)
     start[own] = first
-    found = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
+    results = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
     index = samples.surface - start[samples.part[samples.surface]]
-    found["surface_of_sample"] = (DIMS, index.astype(np.int32))
+    results["surface_of_sample"] = (DIMS, index.astype(np.int32))
     # What files of shapes need besides.
     own_surface = (samples.owner - start[owner]).astype(np.int32)
-    found |= {
+    results |= {
         "triangle_corners": (("triangle", "corner", "xyz"), samples.corners),
         "surface_of_triangle": (("triangle",), own_surface),
         "surface_axes": (("surface", "axis", "xyz"), samples.axes),
         "surface_start": (("surface", "axis"), samples.start),
         "surface_cells": (("surface", "axis"), samples.cells),
     }
-    return PartResults(keys.astype(np.int64), found)
+    return PartResults(keys.astype(np.int64), results)

@@ -172,11 +172,11 @@ class _Worker:
 
 def _read(answer: bytes) -> TileRecord | BaseException:
     """Read a worker's answer."""
-    told = orjson.loads(answer)
-    if "record" in told:
-        return TileRecord(**told["record"])
-    kind = InputError if told.get("kind") == InputError.__name__ else UmbraError
-    return kind(told.get("message", "the run has ended"))
+    message = orjson.loads(answer)
+    if "record" in message:
+        return TileRecord(**message["record"])
+    kind = InputError if message.get("kind") == InputError.__name__ else UmbraError
+    return kind(message.get("message", "the run has ended"))
 
 
 def serve_tiles() -> None:

@@ -26,15 +26,15 @@ def settle_dates(condition: Condition, year: int, zone: str) -> list[str]:
     InputError
         If there is no 29 February in the year.
     """
-    found = []
+    dates = []
     for text in condition.dates:
         if text == "year":
-            found.append(str(year))
+            dates.append(str(year))
         elif not text[0].isdigit():
-            found += [str(day) for day in find_term(text, year, zone)]
+            dates += [str(day) for day in find_term(text, year, zone)]
         else:
-            found.append(_settle(text, year))
-    return found
+            dates.append(_settle(text, year))
+    return dates
 
 
 def _settle(text: str, year: int) -> str:

@@ -177,9 +177,9 @@ def _judge_requirement(
     if requirement.applies_above is not None:
         height = gathered.find_height()
         if height <= requirement.applies_above:
-            told = (f"does not apply: the proposal is {height:.1f} m high, not above "
+            reason = (f"does not apply: the proposal is {height:.1f} m high, not above "
                     f"{requirement.applies_above:g} m")  # fmt: skip
-            return conclude("proposal", "the proposal", PASS, told)
+            return conclude("proposal", "the proposal", PASS, reason)
     sunlit = gathered.find(requirement)
     if isinstance(sunlit, Lacking):
         return conclude(requirement.receivers[0], "none", UNKNOWN, sunlit.needs)
@@ -191,13 +191,13 @@ def _judge_requirement(
         return [_judge_share(rule, requirement, _judge_all(sunlit, requirement, model.proposed))]
     findings: list[Finding] = []
     for sunlight in sunlit:
-        asked = choose_asked(sunlight.subjects, requirement)
-        left = len(sunlight.subjects) - len(asked)
+        judged = choose_asked(sunlight.subjects, requirement)
+        left = len(sunlight.subjects) - len(judged)
         if left:
             notes.append(f"{left:,} of {len(sunlight.subjects):,} {sunlight.subjects.kind} are not "
                          f"asked of ({_tell_choice(requirement)})")  # fmt: skip
         outcomes = _judge_subjects(sunlight, requirement, bool(model.proposed))
-        findings += _list_findings(rule, requirement, sunlight, asked, outcomes, notes)
+        findings += _list_findings(rule, requirement, sunlight, judged, outcomes, notes)
     if not findings:
         return conclude(requirement.receivers[0], "none of these", PASS,
                         f"the rule asks nothing of them: {_tell_choice(requirement)}")  # fmt: skip
@@ -210,8 +210,10 @@ def spell_out(verdicts: Sequence[RuleVerdict], spell: Callable[[str], str]) -> l
         replace(
             verdict, notes=tuple(map(spell, verdict.notes)),
             findings=tuple(
-                replace(each, outcome=replace(each.outcome, needs=spell(each.outcome.needs)))
-                for each in verdict.findings
+                replace(
+                    finding, outcome=replace(finding.outcome, needs=spell(finding.outcome.needs))
+                )
+                for finding in verdict.findings
             ),
         )
         for verdict in verdicts
@@ -235,15 +237,15 @@ def _tell_choice(requirement: Requirement) -> str:
 
 def choose_asked(subjects: Subjects, requirement: Requirement) -> list[int]:
     """Return the indices of the receivers that a rule asks of."""
-    kept = list(range(len(subjects)))
+    chosen = list(range(len(subjects)))
     if subjects.kind != "windows":
-        return kept
+        return chosen
     if requirement.facing is not None:
         low, high = requirement.facing
-        kept = [k for k in kept if low - 1e-6 <= subjects.azimuths[k] % 360 <= high + 1e-6]
+        chosen = [k for k in chosen if low - 1e-6 <= subjects.azimuths[k] % 360 <= high + 1e-6]
     if requirement.rooms and any(subjects.rooms):
-        kept = [k for k in kept if subjects.rooms[k] in requirement.rooms]
-    return kept
+        chosen = [k for k in chosen if subjects.rooms[k] in requirement.rooms]
+    return chosen
 
 
 Judged = list[list[Outcome]]
@@ -263,14 +265,15 @@ def _judge_condition(
     sunlight: SunlightOf, condition: Condition | Alternative, lacking: str, reads_before: bool
 ) -> Judged:
     if isinstance(condition, Alternative):
-        each = [
-            _judge_condition(sunlight, one, lacking, reads_before) for one in condition.conditions
+        branches = [
+            _judge_condition(sunlight, inner, lacking, reads_before)
+            for inner in condition.conditions
         ]
-        dates = max(map(len, each))
-        each = [one * dates if len(one) == 1 else one for one in each]
+        dates = max(map(len, branches))
+        branches = [branch * dates if len(branch) == 1 else branch for branch in branches]
         return [
             [join(condition, parts) for parts in zip(*of_date, strict=True)]
-            for of_date in zip(*each, strict=True)
+            for of_date in zip(*branches, strict=True)
         ]
     needs = lacking if condition.needs_before else ""
     if needs and not condition.has_value_alone:
@@ -280,20 +283,20 @@ def _judge_condition(
     values = measure(condition, sunlight, has_before=reads_before)
     sunlight.keep_line(condition, values)
     return [
-        [judge_value(condition, one, k, needs) for k in range(len(sunlight.subjects))]
-        for one in values
+        [judge_value(condition, value, k, needs) for k in range(len(sunlight.subjects))]
+        for value in values
     ]
 
 
 def _list_findings(
-    rule: Rule, requirement: Requirement, sunlight: SunlightOf, asked: list[int],
+    rule: Rule, requirement: Requirement, sunlight: SunlightOf, chosen: list[int],
     judged: Judged, notes: list[str],
 ) -> list[Finding]:  # fmt: skip
     """Return a finding for each receiver, or each flat, and date."""
     subjects, findings = sunlight.subjects, []
     groups: dict[tuple[str, str], list[int]] = {}
     labels = {"flat": subjects.flats, "room": subjects.rooms, "storey": subjects.storeys}
-    for k in asked:
+    for k in chosen:
         label = labels[requirement.of_each][k] if requirement.of_each else ""
         key = (requirement.of_each, label) if label else (subjects.kind, subjects.names[k])
         groups.setdefault(key, []).append(k)
@@ -353,8 +356,8 @@ def _judge_share(
     is_least = limit is not None
     bound = limit if limit is not None else requirement.share_at_most
     assert bound is not None
-    each = tell_wanted(next(list_conditions(requirement.condition)))
-    wanted = f"{each} in at {'least' if is_least else 'most'} {bound:g} % of the flats"
+    of_each = tell_wanted(next(list_conditions(requirement.condition)))
+    wanted = f"{of_each} in at {'least' if is_least else 'most'} {bound:g} % of the flats"
     blank = Outcome(verdict=UNKNOWN, wanted=wanted, measure="share_of_flats", unit="%", limit=bound)
     made = {"rule": rule, "check": requirement.name, "kind": "flats", "where": "all flats"}
     if not flats:
@@ -372,5 +375,5 @@ def _judge_share(
         margin=share - bound if is_least else bound - share,
         needs="" if passes or fails else "; ".join(lacking[:3]),
     )  # fmt: skip
-    told = f"{met} of {whole} flats" + (f", {unsure} unknown" if unsure else "")
-    return Finding(**made, outcome=outcome, because=told)  # type: ignore[arg-type]
+    text = f"{met} of {whole} flats" + (f", {unsure} unknown" if unsure else "")
+    return Finding(**made, outcome=outcome, because=text)  # type: ignore[arg-type]

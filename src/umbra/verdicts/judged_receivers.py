@@ -65,15 +65,15 @@ class Gathered:
 
     def find(self, requirement: Requirement) -> "list[SunlightOf] | Lacking":
         """Return the receivers of a requirement, each kind with its sunlight; or what lacks."""
-        found: list[SunlightOf] = []
+        receivers: list[SunlightOf] = []
         lacking: list[str] = []
         for kind in requirement.receivers:
-            one = self._find_kind(kind, requirement)
-            if isinstance(one, Lacking):
-                lacking.append(one.needs)
+            sunlight = self._find_kind(kind, requirement)
+            if isinstance(sunlight, Lacking):
+                lacking.append(sunlight.needs)
             else:
-                found.append(one)
-        return found or Lacking("; or ".join(dict.fromkeys(lacking)))
+                receivers.append(sunlight)
+        return receivers or Lacking("; or ".join(dict.fromkeys(lacking)))
 
     def _find_kind(self, kind: str, requirement: Requirement) -> "SunlightOf | Lacking":
         if kind == "areas" and self.areas is not None:
@@ -90,9 +90,13 @@ class Gathered:
 
     def _keep(self, key: Any, make: Any) -> SunlightOf:
         if key not in self._kept:
-            self._kept[key] = SunlightOf(self.model, make())
-        kept: SunlightOf = self._kept[key]
-        return kept
+            self._kept[key] = self._make_sunlight(make())
+        sunlight: SunlightOf = self._kept[key]
+        return sunlight
+
+    def _make_sunlight(self, subjects: Subjects) -> SunlightOf:
+        """Return what counts the sun and the sky on receivers."""
+        return SunlightOf(self.model, subjects)
 
     def _has_windows(self) -> bool:
         return self.windows is not None or bool(getattr(self.model.scene, "windows", ()))
@@ -100,26 +104,30 @@ class Gathered:
     def _lay_out(self, kind: str, *, is_told: bool = False, **more: Any) -> Any:
         """Lay named receivers out, as a study of them would; tell of those that a user gave."""
         options = self.model.options
-        asked = StudyOptions(
+        study_options = StudyOptions(
             receivers=kind, date=f"{self.model.year}-03-21", ground=options.ground,
             canopy=options.canopy, transmissivity=options.transmissivity, leaf_on=options.leaf_on,
             cast=options.cast, no_cast=options.no_cast, threads=options.threads, **more,
         )  # fmt: skip
-        scene = settle_ground(self.model.scene, asked).scene
-        setup = Setup.of(scene, self.model.site, asked)
-        laid = find_kind(kind, scene, asked.ground).lay_out(setup.request)
+        laid = self._lay_out_kind(kind, study_options)
         for note in getattr(laid, "notes", ()) if is_told else ():
             if note not in self.notes:
                 self.notes.append(note)
         return laid
+
+    def _lay_out_kind(self, kind: str, options: StudyOptions) -> Any:
+        """Lay out receivers of a kind as options ask for them."""
+        scene = settle_ground(self.model.scene, options).scene
+        setup = Setup.of(scene, self.model.site, options)
+        return find_kind(kind, scene, options.ground).lay_out(setup.request)
 
     def _lay_areas(self) -> Subjects:
         laid = self._lay_out("areas", is_told=True, areas=self.areas, areas_on=self.areas_on)
         properties = [area.properties for area in laid.records]
         return _read_laid(
             "areas", laid,
-            flats=tuple(str(one.get("flat") or "") for one in properties),
-            rooms=tuple(str(one.get("room") or "") for one in properties),
+            flats=tuple(str(area.get("flat") or "") for area in properties),
+            rooms=tuple(str(area.get("room") or "") for area in properties),
         )  # fmt: skip
 
     def _lay_windows(self, judge: str) -> Subjects:
@@ -129,10 +137,10 @@ class Gathered:
         windows, north = laid.records, self.model.site.true_north
         return _read_laid(
             "windows", laid,
-            azimuths=np.array([one.find_azimuth(north) for one in windows], np.float64),
-            flats=tuple(one.flat for one in windows),
-            rooms=tuple(one.room for one in windows),
-            storeys=tuple(one.storey for one in windows),
+            azimuths=np.array([window.find_azimuth(north) for window in windows], np.float64),
+            flats=tuple(window.flat for window in windows),
+            rooms=tuple(window.room for window in windows),
+            storeys=tuple(window.storey for window in windows),
         )  # fmt: skip
 
     def _find_ground(self, spots: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
@@ -150,9 +158,18 @@ class Gathered:
 
     def find_height(self) -> float:
         """Return the height of the proposal, or of the model, above its ground [m]."""
-        low, high = _find_bounds(self.model)
+        low, high = self.find_bounds()
         middle = (low + high) / 2
         return float(high[2] - self._find_ground([(middle[0], middle[1])])[0])
+
+    def find_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners of the proposal, or of the model [m]."""
+        scene: Scene = self.model.scene
+        parts: Sequence[int] = range(len(scene.parts))
+        if self.model.proposed:
+            parts = scene.select(self.model.proposed, option="proposed")
+        bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
+        return bounds[:, 0].min(0), bounds[:, 1].max(0)
 
     def _lay_places(self, requirement: Requirement) -> Subjects:
         places = requirement.places
@@ -182,14 +199,14 @@ class Gathered:
             else f"beyond {near:g} m"
         )
         laid = self._lay_out("areas", areas=[Area(name, ring)], areas_on="mean")
-        found = _read_laid("band", laid)
-        found.points[:, 2] = z
-        found.normals[:] = (0.0, 0.0, 1.0)
-        return found
+        band = _read_laid("band", laid)
+        band.points[:, 2] = z
+        band.normals[:] = (0.0, 0.0, 1.0)
+        return band
 
     def list_counted(self) -> list[SunlightOf]:
         """Return all receivers that rules asked of."""
-        return [one for one in self._kept.values() if isinstance(one, SunlightOf)]
+        return [sunlight for sunlight in self._kept.values() if isinstance(sunlight, SunlightOf)]
 
     def find_plot(self) -> Any:
         """Return the plot's boundary, a polygon in the model's own coordinates."""
@@ -208,9 +225,9 @@ class Gathered:
         A place that is dark for L hours is so at some moment at least L/2 from both ends of the
         period, when the sun is no lower than at these two.
         """
-        height = float(_find_bounds(self.model)[1][2]) - z
+        height = float(self.find_bounds()[1][2]) - z
         reach = 0.0
-        probe = SunlightOf(self.model, of_points("places", ["probe"], [(0, 0, 1e4)]))
+        probe = self._make_sunlight(of_points("places", ["probe"], [(0, 0, 1e4)]))
         for condition in list_conditions(requirement.condition):
             for day in probe.list_days(condition, "after"):
                 past = np.cumsum(day.hours)
@@ -219,16 +236,6 @@ class Gathered:
                 lowest = day.altitudes[inside].min() if inside.any() else 90.0
                 reach = max(reach, height / math.tan(math.radians(max(lowest, _LOWEST))))
         return max(reach, 10.0)
-
-
-def _find_bounds(model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of the proposal, or of the model [m]."""
-    scene: Scene = model.scene
-    parts: Sequence[int] = range(len(scene.parts))
-    if model.proposed:
-        parts = scene.select(model.proposed, option="proposed")
-    bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
-    return bounds[:, 0].min(0), bounds[:, 1].max(0)
 
 
 def _read_laid(kind: str, laid: Any, **more: Any) -> Subjects:

@@ -38,7 +38,7 @@ def find_term(term: str, year: int, zone: str) -> list[dt.date]:
 def follows_clock(condition: Condition) -> bool:
     """Return whether a condition's hours are plain times of the local clock."""
     times = (condition.start, condition.end)
-    return condition.clock == "local" and all(":" in one and one[0].isdigit() for one in times)
+    return condition.clock == "local" and all(":" in time and time[0].isdigit() for time in times)
 
 
 def find_sun_windows(
@@ -110,4 +110,4 @@ def _find_crossings(
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     # A sun that is up all day, or never: the day's ends.
     fallback = times[:, 0] if is_rising else np.where(above.any(1), times[:, -1], times[:, 0])
-    return [int(one) for one in np.where(turns.any(1), high, fallback)]
+    return [int(instant) for instant in np.where(turns.any(1), high, fallback)]

@@ -183,22 +183,22 @@ def join_all(outcomes: Sequence[Outcome]) -> Outcome:
 
 def _decide(outcomes: Sequence[Outcome], first: str, other: str, word: str) -> Outcome:
     """Take ``first`` if any outcome is so, else unknown if any is, else ``other``."""
-    verdicts = [one.verdict for one in outcomes]
+    verdicts = [outcome.verdict for outcome in outcomes]
     verdict = first if first in verdicts else UNKNOWN if UNKNOWN in verdicts else other
-    alike = [one for one in outcomes if one.verdict == verdict]
+    alike = [outcome for outcome in outcomes if outcome.verdict == verdict]
     # The nearest to the limit decides; of several that pass by choice, the clearest.
     by_choice = verdict == first == PASS or verdict == other == FAIL
-    shown = (max if by_choice else min)(alike, key=lambda one: one.slack)
-    wanted = word.join(dict.fromkeys(one.wanted for one in outcomes))
+    shown = (max if by_choice else min)(alike, key=lambda outcome: outcome.slack)
+    wanted = word.join(dict.fromkeys(outcome.wanted for outcome in outcomes))
     return replace(shown, wanted=wanted, parts=tuple(outcomes))
 
 
 def join_levels(outcomes: Sequence[Outcome]) -> Outcome:
-    """Return the outcome of levels, from the lowest: the first must hold; the highest is told."""
+    """Return the outcome of levels from the lowest: the first must hold; the highest is shown."""
     lowest = outcomes[0]
-    reached = [one for one in outcomes if one.verdict == PASS]
+    reached = [outcome for outcome in outcomes if outcome.verdict == PASS]
     level = reached[-1].level if reached and lowest.verdict == PASS else ""
-    wanted = ", ".join(f"{one.wanted} ({one.level})" for one in outcomes)
+    wanted = ", ".join(f"{outcome.wanted} ({outcome.level})" for outcome in outcomes)
     return replace(lowest, level=level, wanted=wanted, parts=tuple(outcomes))
 
 

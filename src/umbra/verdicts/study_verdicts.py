@@ -55,7 +55,7 @@ def judge_study(study: Study, options: StudyOptions, rules: Sequence[Rule]) -> l
     InputError
         If a rule is none, or the study has no site, which rules of the sun need.
     """
-    if not all(isinstance(one, Rule) for one in rules):
+    if not all(isinstance(rule, Rule) for rule in rules):
         msg = "rules= is the name of a cited rule, a file, or what umbra.read_rule returns"
         raise InputError(msg, option="rules")
     if study.site is None:

@@ -80,28 +80,29 @@ class Subjects:
         """Indices of the nearest samples of the same receiver, (n, 4); itself where it has few."""
         from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
-        found = np.repeat(np.arange(len(self.owner))[:, None], _NEAR, 1)
+        near = np.repeat(np.arange(len(self.owner))[:, None], _NEAR, 1)
         for k in range(len(self)):
             own = np.flatnonzero(self.owner == k)
             if len(own) > _NEAR:
                 plan = self.points[own, :2]
-                found[own] = own[cKDTree(plan).query(plan, _NEAR + 1)[1][:, 1:]]
-        return found
+                near[own] = own[cKDTree(plan).query(plan, _NEAR + 1)[1][:, 1:]]
+        return near
 
     def pick(self, which: Sequence[int]) -> "Subjects":
         """Return some of them, by ascending indices."""
-        kept = np.isin(self.owner, which)
+        is_picked = np.isin(self.owner, which)
         order = np.full(len(self), -1, np.intp)
         order[list(which)] = np.arange(len(which))
 
-        def some(words: tuple[Any, ...]) -> tuple[Any, ...]:
+        def choose(words: tuple[Any, ...]) -> tuple[Any, ...]:
             return tuple(words[k] for k in which) if words else ()
 
         return Subjects(
-            kind=self.kind, names=some(self.names), owner=order[self.owner[kept]],
-            points=self.points[kept], normals=self.normals[kept], areas=self.areas[kept],
-            azimuths=self.azimuths[list(which)], flats=some(self.flats), rooms=some(self.rooms),
-            storeys=some(self.storeys), records=some(self.records),
+            kind=self.kind, names=choose(self.names), owner=order[self.owner[is_picked]],
+            points=self.points[is_picked], normals=self.normals[is_picked],
+            areas=self.areas[is_picked], azimuths=self.azimuths[list(which)],
+            flats=choose(self.flats), rooms=choose(self.rooms), storeys=choose(self.storeys),
+            records=choose(self.records),
         )  # fmt: skip
 
 

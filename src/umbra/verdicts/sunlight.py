@@ -101,9 +101,9 @@ class SunDay:
 
     def trim(self, first: int, last: int) -> "SunDay":
         """Return the steps between two instants [us since 1970], those at the ends cut."""
-        kept = self.pick((self.ends > first) & (self.starts < last))
-        starts, ends = np.maximum(kept.starts, first), np.minimum(kept.ends, last)
-        return replace(kept, starts=starts, ends=ends, hours=(ends - starts) / 3.6e9)
+        steps = self.pick((self.ends > first) & (self.starts < last))
+        starts, ends = np.maximum(steps.starts, first), np.minimum(steps.ends, last)
+        return replace(steps, starts=starts, ends=ends, hours=(ends - starts) / 3.6e9)
 
 
 @dataclass(eq=False)
@@ -147,10 +147,14 @@ class SunlightOf:
     def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:
         """Keep the hours at the samples of areas, on which a drawing rules the limit's line."""
         amount = condition.at_most if condition.at_least is None else condition.at_least
-        for one in values:
-            has_line = self.subjects.kind in {"areas", "band"} and one.hours is not None and amount
-            if has_line and one.date and one.date[0] is not None:
-                self.lines[float(amount or 0.0), condition.measure, f"{one.date[0]}"] = one.hours
+        for value in values:
+            has_line = (
+                self.subjects.kind in {"areas", "band"} and value.hours is not None and amount
+            )
+            if has_line and value.date and value.date[0] is not None:
+                self.lines[float(amount or 0.0), condition.measure, f"{value.date[0]}"] = (
+                    value.hours
+                )
 
     def _count(self, condition: Condition, which: str) -> Study:
         # Hours by the sun or another clock are cut out of whole days, which rules share.
@@ -170,35 +174,45 @@ class SunlightOf:
         """Return a measure of the sky at each sample, (n,)."""
         key = (which, measure)
         if key not in self._studies:
-            asked = "probable_sun_hours" if "probable" in measure else measure
+            variable = "probable_sun_hours" if "probable" in measure else measure
             exact = (
-                {"exact": True} if asked.startswith("sky") and not self.model.options.canopy else {}
+                {"exact": True}
+                if variable.startswith("sky") and not self.model.options.canopy
+                else {}
             )
-            study = self._run(which, measure=[asked], sunshine=self.model.options.sunshine, **exact)
-            for name in (measure, *(one.name for one in study.quantities)):
+            study = self._run(
+                which, measure=[variable], sunshine=self.model.options.sunshine, **exact
+            )
+            for name in (measure, *(quantity.name for quantity in study.quantities)):
                 self._studies[which, name] = study
         return np.asarray(self._studies[key].more[measure][1], np.float64)
 
-    def _run(self, which: str, **more: Any) -> Study:
-        model, options = self.model, self.model.options
-        given = self.subjects
-        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
-        kept = {
+    def keep_options(self, which: str) -> dict[str, Any]:
+        """Return the model's options that hold for a study of these casters."""
+        options = self.model.options
+        settings = {
             name: getattr(options, name)
             for name in ("canopy", "transmissivity", "leaf_on", "ground", "device", "threads",
                          "refraction")
         }  # fmt: skip
         if which != "proposed":  # what the proposal alone shades, it shades without land, too
-            kept["horizon"] = options.horizon
-        casters = model.choose_casters(which)
+            settings["horizon"] = options.horizon
+        return settings
+
+    def _run(self, which: str, **more: Any) -> Study:
+        model, given = self.model, self.subjects
+        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        settings, casters = self.keep_options(which), model.choose_casters(which)
         scene = model.scene.whole if which == "before" else model.scene
         if not scene.select(casters["cast"], casters["no_cast"]):
-            scene, casters, kept = _make_empty(given.points), {}, {
-                name: kept[name] for name in ("threads", "horizon") if name in kept
+            scene, casters, settings = _make_empty(given.points), {}, {
+                name: settings[name] for name in ("threads", "horizon") if name in settings
             }  # fmt: skip
         points = np.hstack([given.points, normals])
-        asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
-        return run(scene, model.site, asked)
+        study_options = StudyOptions(
+            receivers="points", points=points, **settings, **casters, **more
+        )
+        return run(scene, model.site, study_options)
 
 
 def _make_empty(points: NDArray[np.float64]) -> Scene:

@@ -106,13 +106,13 @@ def _pair_days(
 ) -> Iterator[tuple[SunDay, SunDay | None]]:
     """Yield each date after and, if it is asked for, before."""
     which = "proposed" if condition.casters == "proposed" else "after"
-    after = (_choose(one, condition, sunlight.subjects)
-             for one in sunlight.list_days(condition, which))  # fmt: skip
+    after = (_choose(day, condition, sunlight.subjects)
+             for day in sunlight.list_days(condition, which))  # fmt: skip
     if not has_before or condition.casters == "proposed":
-        yield from ((one, None) for one in after)
+        yield from ((day, None) for day in after)
         return
-    before = (_choose(one, condition, sunlight.subjects)
-              for one in sunlight.list_days(condition, "before"))  # fmt: skip
+    before = (_choose(day, condition, sunlight.subjects)
+              for day in sunlight.list_days(condition, "before"))  # fmt: skip
     yield from zip(after, before, strict=True)
 
 
@@ -132,14 +132,14 @@ def _choose(day: SunDay, condition: Condition, subjects: Subjects) -> SunDay:
 def _measure_day(
     condition: Condition, subjects: Subjects, day: SunDay, before: SunDay | None
 ) -> Values:
-    found = _find_hours(condition, subjects, day, before)
-    value, off = _reduce(condition, subjects, found)
+    measured = _find_hours(condition, subjects, day, before)
+    value, off = _reduce(condition, subjects, measured)
     earlier = before_off = lost_off = None
     if before is not None and condition.measure not in {"hours_lost", "new_shadow_hours"}:
         was = _find_hours(condition, subjects, before, None)
         earlier, before_off = _reduce(condition, subjects, was)
-        lost_off = _bound_lost(condition, subjects, day, found, was)
-    of_receiver = len(found.hours) == len(subjects) and len(subjects) != len(subjects.owner)
+        lost_off = _bound_lost(condition, subjects, day, measured, was)
+    of_receiver = len(measured.hours) == len(subjects) and len(subjects) != len(subjects.owner)
     starts = np.searchsorted(subjects.owner, np.arange(len(subjects)))
 
     def collect(pick: Callable, values: NDArray) -> NDArray:
@@ -147,9 +147,9 @@ def _measure_day(
 
     return Values(
         value=value, unit=_find_unit(condition, subjects), before=earlier, off=off,
-        date=(day.date,) * len(subjects), first=collect(np.fmin, found.first),
-        last=collect(np.fmax, found.last), spells=collect(np.maximum, found.spells),
-        hours=None if of_receiver else found.hours, before_off=before_off, lost_off=lost_off,
+        date=(day.date,) * len(subjects), first=collect(np.fmin, measured.first),
+        last=collect(np.fmax, measured.last), spells=collect(np.maximum, measured.spells),
+        hours=None if of_receiver else measured.hours, before_off=before_off, lost_off=lost_off,
     )  # fmt: skip
 
 
@@ -186,47 +186,47 @@ def _find_hours(
     if len(lit):
         state.add_steps((~lit).astype(np.uint8), day.starts, day.ends)
     table = state.finish()
-    asked = {"longest_sun_hours": table.longest, "sun_hours_in_spells": table.counted}
-    hours = asked.get(condition.measure, table.sun) / _US
+    by_measure = {"longest_sun_hours": table.longest, "sun_hours_in_spells": table.counted}
+    hours = by_measure.get(condition.measure, table.sun) / _US
     off, count = bound_hours(lit, day), table.count.astype(np.int64)
     return _Hours(lit, hours, off, table.first, table.last, count)
 
 
-def _doubt_share(condition: Condition, subjects: Subjects, found: _Hours) -> ShareDoubt:
+def _doubt_share(condition: Condition, subjects: Subjects, measured: _Hours) -> ShareDoubt:
     """Return which cells meet the limit of hours, of a share of each area, and the doubt."""
-    hours, is_least = found.hours, condition.at_least is not None
+    hours, is_least = measured.hours, condition.at_least is not None
     limit = condition.at_least if is_least else condition.at_most
     assert limit is not None
     meets = hours >= limit - SLACK if is_least else hours <= limit + SLACK
-    near = (np.abs(hours - limit) <= found.off + SLACK) & (found.off > 0)
+    near = (np.abs(hours - limit) <= measured.off + SLACK) & (measured.off > 0)
     return doubt_share(subjects, meets, near)
 
 
 def _bound_lost(
-    condition: Condition, subjects: Subjects, day: SunDay, found: _Hours, was: _Hours
+    condition: Condition, subjects: Subjects, day: SunDay, measured: _Hours, was: _Hours
 ) -> NDArray[np.float64]:
     """Return what the difference to before may be off by, of each receiver."""
-    changed = (found.lit != was.lit).any(0)
+    changed = (measured.lit != was.lit).any(0)
     if _judges_share(condition, subjects):
-        doubt = _doubt_share(condition, subjects, found)
+        doubt = _doubt_share(condition, subjects, measured)
         return 100 * doubt.bound_lost(subjects, _doubt_share(condition, subjects, was), changed)
     if condition.measure in _PLAIN and subjects.kind not in {"areas", "band"}:
-        off = bound_lost_hours(found.lit, was.lit, day)
+        off = bound_lost_hours(measured.lit, was.lit, day)
     else:  # the least of an area may be another cell's; a spell may end at another moment
-        off = np.where(changed, found.off + was.off, 0.0)
+        off = np.where(changed, measured.off + was.off, 0.0)
     of_receiver = len(off) == len(subjects)
     return off if of_receiver else subjects.find_worst(off, is_least=False)
 
 
 def _reduce(
-    condition: Condition, subjects: Subjects, found: _Hours
+    condition: Condition, subjects: Subjects, measured: _Hours
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return each receiver's value, and what it may be off by."""
-    hours, off = found.hours, found.off
+    hours, off = measured.hours, measured.off
     if len(hours) == len(subjects) and len(subjects.owner) != len(subjects):
         return hours, off
     if _judges_share(condition, subjects):
-        doubt = _doubt_share(condition, subjects, found)
+        doubt = _doubt_share(condition, subjects, measured)
         return 100 * subjects.average(doubt.meets), 100 * doubt.bound(subjects)
     if condition.has_limit and subjects.kind in {"areas", "band"}:
         is_least = condition.at_least is not None or condition.at_most is None
@@ -237,13 +237,13 @@ def _reduce(
 
 def _join(condition: Condition, dated: list[Values]) -> Values:
     """Return each receiver's value of the worst or the best date, or the sum."""
-    values = np.array([one.value for one in dated])
+    values = np.array([item.value for item in dated])
     columns = np.arange(values.shape[1])
     if condition.over == "sum":
 
         def add(name: str) -> Any:
-            each = [getattr(one, name) for one in dated]
-            return None if each[0] is None else np.sum(each, 0)
+            arrays = [getattr(item, name) for item in dated]
+            return None if arrays[0] is None else np.sum(arrays, 0)
 
         return replace(
             dated[-1], value=values.sum(0), date=(None,) * len(columns), hours=None,
@@ -251,14 +251,14 @@ def _join(condition: Condition, dated: list[Values]) -> Values:
         )  # fmt: skip
     rank = values
     if condition.ratio_to_before is not None or condition.loss_at_most is not None:
-        rank = np.array([_rate(condition, one) for one in dated])
+        rank = np.array([_rate(condition, item) for item in dated])
     is_low_bad = condition.at_least is not None or condition.ratio_to_before is not None
     seeks_low = is_low_bad == (condition.over == "worst")
     day = rank.argmin(0) if seeks_low else rank.argmax(0)
 
     def pick(name: str) -> Any:
-        each = [getattr(one, name) for one in dated]
-        return None if each[0] is None else np.array(each)[day, columns]
+        arrays = [getattr(item, name) for item in dated]
+        return None if arrays[0] is None else np.array(arrays)[day, columns]
 
     names = ("off", "first", "last", "spells", "before", "before_off", "lost_off")
     return replace(

@@ -143,8 +143,8 @@ def find_box_distance(box, light):
     square = 0.0
     if light[3] != 0.0:
         for axis in range(3):
-            place = light[axis] / light[3]
-            square += max(box[0, axis] - place, place - box[1, axis], 0.0) ** 2
+            coordinate = light[axis] / light[3]
+            square += max(box[0, axis] - coordinate, coordinate - box[1, axis], 0.0) ** 2
     return np.sqrt(square)
 
 
@@ -164,8 +164,8 @@ def throw_box(box, light, floor, reach, points):
         is_below = False
         for k in range(8):
             for axis in range(3):
-                place = light[axis] / light[3]
-                points[8 + k, axis] = place + times * (points[k, axis] - place)
+                coordinate = light[axis] / light[3]
+                points[8 + k, axis] = coordinate + times * (points[k, axis] - coordinate)
             points[8 + k, 3] = 1.0
             is_below |= points[8 + k, 2] < floor
     # One kind of end for all corners: the hull of mixed ends could miss part of the volume.
@@ -253,8 +253,8 @@ def _find_parts(bounds, light, planes, far, floor, reach, parts):
     """Write the parts of each box that may be in view."""
     scratch = np.zeros((40, 4))
     for i in range(bounds.shape[0]):
-        found = find_box_parts(bounds[i], light, planes, far, floor, reach, scratch)
-        parts[0, i], parts[1, i], parts[2, i] = found
+        box_parts = find_box_parts(bounds[i], light, planes, far, floor, reach, scratch)
+        parts[0, i], parts[1, i], parts[2, i] = box_parts
 
 
 @dataclass(frozen=True, eq=False)

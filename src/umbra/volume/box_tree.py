@@ -83,18 +83,18 @@ class BoxTree:
 
         Returns
         -------
-        found : (n_lights, n) bool
+        is_seen : (n_lights, n) bool
         """
-        found = np.zeros((len(lights), len(self.bounds)), np.bool_)
+        is_seen = np.zeros((len(lights), len(self.bounds)), np.bool_)
         around = [_NOWHERE if cone is None else cone for cone in cones] or [_NOWHERE] * len(lights)
         starts = np.append(0, np.cumsum([len(cone) for cone in around], dtype=np.int64))
         _find_seen(
             self.bounds, self._order, self._starts, self._nodes, lights, views,
             np.nan if floor is None else float(floor),
             np.full(len(lights), np.inf) if reaches is None else reaches,
-            np.concatenate([_NOWHERE, *around]), starts, found,
+            np.concatenate([_NOWHERE, *around]), starts, is_seen,
         )  # fmt: skip
-        return found
+        return is_seen
 
     def find_holding(
         self, places: NDArray[np.float64], margin: float = 0.0
@@ -104,9 +104,11 @@ class BoxTree:
 
         Returns the point and the box of each pair found, in order.
         """
-        found = np.zeros((len(places), len(self.bounds)), np.bool_)
-        _find_holding(self.bounds, self._order, self._starts, self._nodes, places, margin, found)
-        points, boxes = found.nonzero()
+        is_holding = np.zeros((len(places), len(self.bounds)), np.bool_)
+        _find_holding(
+            self.bounds, self._order, self._starts, self._nodes, places, margin, is_holding
+        )
+        points, boxes = is_holding.nonzero()
         return points, boxes
 
 
@@ -121,10 +123,10 @@ def _fit(bounds, order, starts, nodes):
             for axis in range(3):
                 box[0, axis], box[1, axis] = np.inf, -np.inf
             for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
-                mine = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
+                own = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
                 for axis in range(3):
-                    box[0, axis] = min(box[0, axis], mine[0, axis])
-                    box[1, axis] = max(box[1, axis], mine[1, axis])
+                    box[0, axis] = min(box[0, axis], own[0, axis])
+                    box[1, axis] = max(box[1, axis], own[1, axis])
             if level == 0:
                 size += box[1, 0] - box[0, 0] + (box[1, 1] - box[0, 1]) + (box[1, 2] - box[0, 2])
     return size
@@ -144,7 +146,7 @@ def _is_within_all(planes, box):
 
 @kernel
 def _find_seen(
-    bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, found
+    bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, seen
 ):
     """Mark the boxes of ``find_seen``, from the root down."""
     points = np.zeros((16, 4))
@@ -168,22 +170,22 @@ def _find_seen(
                 if not is_seen(box, light, planes, floor, reach, points):
                     continue
                 if level == 0:
-                    found[k, order[child]] = True
+                    seen[k, order[child]] = True
                 elif not cone.size and reach == np.inf and _is_within_all(planes, box):
                     leaves = _WIDTH**level
                     for leaf in range(child * leaves, min((child + 1) * leaves, order.size)):
-                        found[k, order[leaf]] = True
+                        seen[k, order[leaf]] = True
                 else:
                     stack[depth, 0], stack[depth, 1] = level - 1, child
                     depth += 1
 
 
 @kernel
-def _find_holding(bounds, order, starts, nodes, places, margin, found):
+def _find_holding(bounds, order, starts, nodes, places, margin, is_holding):
     """Mark the boxes of ``find_holding``, from the root down."""
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
     for k in range(places.shape[0]):
-        place = places[k]
+        point = places[k]
         stack[0, 0], stack[0, 1] = starts.size - 2, 0
         depth = 1 if order.size else 0
         while depth:
@@ -194,12 +196,12 @@ def _find_holding(bounds, order, starts, nodes, places, margin, found):
                 box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
                 holds = True
                 for axis in range(3):
-                    holds &= place[axis] >= box[0, axis] - margin
-                    holds &= place[axis] <= box[1, axis] + margin
+                    holds &= point[axis] >= box[0, axis] - margin
+                    holds &= point[axis] <= box[1, axis] + margin
                 if not holds:
                     continue
                 if level == 0:
-                    found[k, order[child]] = True
+                    is_holding[k, order[child]] = True
                 else:
                     stack[depth, 0], stack[depth, 1] = level - 1, child
                     depth += 1

@@ -35,11 +35,11 @@ __all__ = ["DualTree", "make_dual_tree", "prefetch"]
 
 
 @intrinsic
-def prefetch(_typing, array, place):
+def prefetch(_typing, array, index):
     """
     Prefetch the cache line of one entry of a contiguous array, without waiting.
 
-    ``place`` is a flat index. Only a hint: without support it does nothing.
+    ``index`` is a flat index. Only a hint: without support it does nothing.
     """
 
     def generate(context, builder, signature, arguments):
@@ -53,7 +53,7 @@ def prefetch(_typing, array, place):
         builder.call(call, [address, read, keep, is_data])
         return context.get_dummy_value()
 
-    return types.void(array, place), generate
+    return types.void(array, index), generate
 
 
 _AT_ONCE = STRETCH // WIDTH  # blocks per work item of a thread

@@ -196,12 +196,12 @@ class Segments:
     ) -> NDArray[np.int32]:
         """Test the unsure edges and the edges that are no segments; return all codes, ascending."""
         rest = np.concatenate([unsure, self.always])
-        asked = np.zeros(len(rest) + 1, np.int32)
+        tested = np.zeros(len(rest) + 1, np.int32)
         n = _ask_edges(
             rest, light, caster.planes, caster.edge_faces, caster.turn,
-            caster.component, caster.is_closed, asked,
+            caster.component, caster.is_closed, tested,
         )  # fmt: skip
-        return np.sort(np.concatenate([codes, asked[:n]]))
+        return np.sort(np.concatenate([codes, tested[:n]]))
 
 
 class Tree(ABC):
@@ -270,10 +270,10 @@ def _lay_out(points, numbers, edge_faces, turn, blocks, taken):
                 a, b = edge_faces[edge, 0], edge_faces[edge, 1]
                 sign = -1.0 if turn[edge] else 1.0
                 for axis in range(4):
-                    one = points[a, axis]
-                    two = sign * points[b, axis]
-                    blocks[block, axis, i] = 0.5 * (one + two)
-                    blocks[block, 4 + axis, i] = 0.5 * (one - two)
+                    start = points[a, axis]
+                    end = sign * points[b, axis]
+                    blocks[block, axis, i] = 0.5 * (start + end)
+                    blocks[block, 4 + axis, i] = 0.5 * (start - end)
 
 
 @partial(inlined, boundscheck=False)
@@ -319,18 +319,18 @@ def _ask_edges(edges, light, planes, edge_faces, turn, component, is_closed, cod
         edge = edges[i]
         a = edge_faces[edge, 0]
         b = edge_faces[edge, 1]
-        one = planes[0, a] * l0 + planes[1, a] * l1 + planes[2, a] * l2 + planes[3, a] * l3
-        two = planes[0, b] * l0 + planes[1, b] * l1 + planes[2, b] * l2 + planes[3, b] * l3
-        lit = one > 0.0
+        side_a = planes[0, a] * l0 + planes[1, a] * l1 + planes[2, a] * l2 + planes[3, a] * l3
+        side_b = planes[0, b] * l0 + planes[1, b] * l1 + planes[2, b] * l2 + planes[3, b] * l3
+        lit = side_a > 0.0
         code = edge << 2 | np.int32(lit)
-        found = lit ^ (two > 0.0) ^ turn[edge]
-        if (one == 0.0 or two == 0.0) and not is_closed[component[min(a, b)]]:
+        is_silhouette = lit ^ (side_b > 0.0) ^ turn[edge]
+        if (side_a == 0.0 or side_b == 0.0) and not is_closed[component[min(a, b)]]:
             # Only the other face adds: a in its own direction; b opposite to a along the edge if
             # the pair is consistently wound, else the same.
-            found = (one == 0.0) ^ (two == 0.0)
+            is_silhouette = (side_a == 0.0) ^ (side_b == 0.0)
             code |= 2
-            if one == 0.0:
-                code = edge << 2 | 2 | np.int32((two > 0.0) == turn[edge])
+            if side_a == 0.0:
+                code = edge << 2 | 2 | np.int32((side_b > 0.0) == turn[edge])
         codes[m] = code
-        m += found
+        m += is_silhouette
     return m

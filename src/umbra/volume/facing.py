@@ -120,9 +120,9 @@ def _find_lit_in_groups(planes, low, high, suns, lit, edge_on, taken):
             for k in range(suns.shape[0]):
                 least = most = margin = 0.0
                 for j in range(3):
-                    one, two = low[group, j] * suns[k, j], high[group, j] * suns[k, j]
-                    least += min(one, two)
-                    most += max(one, two)
+                    at_low, at_high = low[group, j] * suns[k, j], high[group, j] * suns[k, j]
+                    least += min(at_low, at_high)
+                    most += max(at_low, at_high)
                     margin += _ROUNDING * abs(suns[k, j])
                 bit = np.uint64(1) << np.uint64(k)
                 facing |= bit if least > margin else none
@@ -183,7 +183,7 @@ def ask_every_edge(
     lit = np.zeros(n_faces, np.uint64)
     edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
     edges = np.zeros(n_edges, np.int32)
-    found, first = np.zeros((2, n_edges), np.uint64)
+    masks, first = np.zeros((2, n_edges), np.uint64)
     active = np.zeros((n_edges + _STRETCH - 1) // _STRETCH, np.int64)
     done = 0
     while done < len(lights):
@@ -192,7 +192,7 @@ def ask_every_edge(
         counts = np.zeros((len(batch), len(active)), np.int64)
         run_shared(
             len(active), _find_active, caster.edge_faces, caster.turn, lit, len(batch), edges,
-            found, first, active, counts,
+            masks, first, active, counts,
         )  # fmt: skip
         totals = np.cumsum(counts.sum(1))
         n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
@@ -201,7 +201,7 @@ def ask_every_edge(
         starts = np.append(0, totals[:n])
         places = np.cumsum(counts[:n], axis=1) - counts[:n] + starts[:-1, None]
         codes = np.zeros(max(int(starts[-1]), 1), np.int32)
-        run_shared(len(active), _list_codes, edges, found, first, active, places, codes)
+        run_shared(len(active), _list_codes, edges, masks, first, active, places, codes)
         flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
         codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
         yield slice(done, done + n), Silhouettes(codes, starts)
@@ -252,10 +252,10 @@ def _list_for_one(edge_faces, turn, lit, codes, active, taken):
         start = stretch * _STRETCH
         n = start
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
-            one = lit[edge_faces[edge, 0]]
-            two = lit[edge_faces[edge, 1]]
-            codes[n] = np.int32(edge) << 2 | one
-            n += one ^ two ^ turn[edge]
+            lit_a = lit[edge_faces[edge, 0]]
+            lit_b = lit[edge_faces[edge, 1]]
+            codes[n] = np.int32(edge) << 2 | lit_a
+            n += lit_a ^ lit_b ^ turn[edge]
         active[stretch] = n - start
 
 
@@ -272,7 +272,7 @@ def _join_stretches(codes, active):
 
 
 @partial(kernel, boundscheck=False)
-def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts, taken):
+def _find_active(edge_faces, turn, lit, n_lights, edges, masks, first, active, counts, taken):
     """
     Find the edges that are in some light's silhouette, in stretches of edges.
 
@@ -291,18 +291,18 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
         start = stretch * _STRETCH
         n = np.uint64(start)  # unsigned indices need no test of their sign
         for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
-            one = lit[np.uint64(edge_faces[edge, 0])]
-            two = lit[np.uint64(edge_faces[edge, 1])]
+            lit_a = lit[np.uint64(edge_faces[edge, 0])]
+            lit_b = lit[np.uint64(edge_faces[edge, 1])]
             turned = np.uint64(0) - np.uint64(turn[edge])  # all bits where turned
-            bits = (one ^ two ^ turned) & wanted
+            bits = (lit_a ^ lit_b ^ turned) & wanted
             edges[n] = edge
-            found[n] = bits
-            first[n] = one
+            masks[n] = bits
+            first[n] = lit_a
             n += np.uint64(bits != 0)
         active[stretch] = np.int64(n) - start
         if active[stretch] * _FEW_ACTIVE < _STRETCH:
             for i in range(start, np.int64(n)):
-                bits = found[i]
+                bits = masks[i]
                 while bits:
                     counts[find_lowest(np.int64(bits)), stretch] += 1
                     bits &= bits - np.uint64(1)
@@ -310,12 +310,12 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
         for k in range(n_lights):
             m = np.uint64(0)
             for i in range(start, np.int64(n)):
-                m += (found[i] >> np.uint64(k)) & np.uint64(1)
+                m += (masks[i] >> np.uint64(k)) & np.uint64(1)
             counts[k, stretch] = m
 
 
 @partial(kernel, boundscheck=False)
-def _list_codes(edges, found, first, active, places, codes, taken):
+def _list_codes(edges, masks, first, active, places, codes, taken):
     """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
     while True:
         stretch = take_next(taken)
@@ -325,7 +325,7 @@ def _list_codes(edges, found, first, active, places, codes, taken):
         if active[stretch] * _FEW_ACTIVE < _STRETCH:
             cursor = places[:, stretch].copy()
             for i in range(start, start + active[stretch]):
-                bits = found[i]
+                bits = masks[i]
                 while bits:
                     k = find_lowest(np.int64(bits))
                     bits &= bits - np.uint64(1)
@@ -342,10 +342,10 @@ def _list_codes(edges, found, first, active, places, codes, taken):
             for i in range(start, start + active[stretch]):
                 is_lit = np.int32((first[i] >> light) & np.uint64(1))
                 picked[m] = (edges[i] << 2) | is_lit
-                m += np.int64((found[i] >> light) & np.uint64(1))
-            place = places[k, stretch]
+                m += np.int64((masks[i] >> light) & np.uint64(1))
+            offset = places[k, stretch]
             for i in range(m):
-                codes[place + i] = picked[i]
+                codes[offset + i] = picked[i]
 
 
 def _drop_edge_on(
@@ -367,19 +367,21 @@ def _drop_edge_on(
     a, b = caster.edge_faces.T
     lists = []
     for k in range(len(lights)):
-        mine = codes[starts[k] : starts[k + 1]]
+        own = codes[starts[k] : starts[k + 1]]
         if flat >> k & 1:
             light = lights[k]
             side = find_sides(caster.planes, light)
             edge_on = (side == 0) & is_open
-            one = np.flatnonzero(edge_on[a] ^ edge_on[b])
-            mine = mine[~(edge_on[a] | edge_on[b])[mine >> 2]]
+            single = np.flatnonzero(edge_on[a] ^ edge_on[b])
+            own = own[~(edge_on[a] | edge_on[b])[own >> 2]]
             # The face that still adds: a in its own direction; b opposite to a along the edge if
             # the pair is consistently wound, else the same.
             lit = np.where(
-                edge_on[b[one]], side[a[one]] > 0, (side[b[one]] > 0) == caster.turn[one]
+                edge_on[b[single]],
+                side[a[single]] > 0,
+                (side[b[single]] > 0) == caster.turn[single],
             )
-            mine = np.concatenate([mine, (one << 2 | 2 | lit).astype(np.int32)])
-        lists.append(mine)
-    ends = np.cumsum([len(mine) for mine in lists])
+            own = np.concatenate([own, (single << 2 | 2 | lit).astype(np.int32)])
+        lists.append(own)
+    ends = np.cumsum([len(part) for part in lists])
     return np.concatenate([*lists, np.zeros(1, np.int32)]), np.append(0, ends)

@@ -19,29 +19,29 @@ def sort(numbers, order):
     least = most = numbers[0]
     for number in numbers:
         least, most = min(least, number), max(most, number)
-    place = np.zeros(most - least + 2, np.int32)
+    starts = np.zeros(most - least + 2, np.int32)
     for number in numbers:
-        place[number - least + 1] += 1
-    for k in range(1, place.size):
-        place[k] += place[k - 1]
+        starts[number - least + 1] += 1
+    for k in range(1, starts.size):
+        starts[k] += starts[k - 1]
     for i in order:
-        ordered[place[numbers[i] - least]] = i
-        place[numbers[i] - least] += 1
+        ordered[starts[numbers[i] - least]] = i
+        starts[numbers[i] - least] += 1
     return ordered
 
 
 @kernel
-def find_roots(one, two, n):
+def find_roots(first, second, n):
     """
     Find for each of n things the lowest that is connected to it (union-find, path halving).
 
-    ``one`` and ``two`` (n_pairs,) int32 are connected pairs. Returns (n,) int32.
+    ``first`` and ``second`` (n_pairs,) int32 are connected pairs. Returns (n,) int32.
     """
     root = np.zeros(n, np.int32)
     for i in range(n):
         root[i] = i
-    for i in range(one.size):
-        a, b = one[i], two[i]
+    for i in range(first.size):
+        a, b = first[i], second[i]
         while root[a] != a:
             root[a] = root[root[a]]
             a = root[a]
@@ -77,8 +77,8 @@ class HalfEdges:
 
     def within(self, chosen: NDArray[np.bool_], group: NDArray[np.int32]) -> "HalfEdges":
         """Keep the chosen faces, and split the runs by group."""
-        kept = np.flatnonzero(chosen[self.face])
-        key, face, sign = self.key[kept], self.face[kept], self.sign[kept]
+        indices = np.flatnonzero(chosen[self.face])
+        key, face, sign = self.key[indices], self.face[indices], self.sign[indices]
         order = np.lexsort((group[face], key))
         key, face, sign = key[order], face[order], sign[order]
         return HalfEdges(key, face, sign, _run_starts(key) | _run_starts(group[face]))

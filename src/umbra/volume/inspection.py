@@ -107,21 +107,27 @@ def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
     return repeated
 
 
-def describe_scene(scene: Scene, found: Inspection) -> dict[str, Any]:
+def describe_scene(scene: Scene, inspection: Inspection) -> dict[str, Any]:
     """Describe a scene, its place and its triangles, as ``umbra inspect --json`` prints it."""
-    total = {name: one for name, one in vars(found.total).items() if name not in {"name", "kind"}}
+    total = {
+        name: value
+        for name, value in vars(inspection.total).items()
+        if name not in {"name", "kind"}
+    }
     formats = (source.format for source in scene.sources if not source.is_companion)
     return {
         "format": ", ".join(dict.fromkeys(formats)),
         "parts": [
             {**vars(report), "layer": part.layer, "tags": list(part.tags)}
-            for report, part in zip(found.parts, scene.parts, strict=True)
+            for report, part in zip(inspection.parts, scene.parts, strict=True)
         ],
-        "vertices": found.vertices,
+        "vertices": inspection.vertices,
         "triangles": total.pop("triangles"),
         "bounds": scene.bounds().tolist(),
         **total,
-        "first_bad_edge": None if found.first_bad_edge is None else found.first_bad_edge.tolist(),
+        "first_bad_edge": None
+        if inspection.first_bad_edge is None
+        else inspection.first_bad_edge.tolist(),
         "crs": scene.crs,
         "latitude": scene.latitude,
         "longitude": scene.longitude,
@@ -130,7 +136,10 @@ def describe_scene(scene: Scene, found: Inspection) -> dict[str, Any]:
         "true_north_deg": scene.true_north,
         "ground": scene.ground,
         "layers": list(dict.fromkeys(part.layer for part in scene.parts if part.layer)),
-        "animations": [{"name": one.name, "duration": one.duration} for one in scene.animations],
+        "animations": [
+            {"name": animation.name, "duration": animation.duration}
+            for animation in scene.animations
+        ],
         "lights": len(scene.lights),
         "notes": list(scene.notes),
     }

@@ -75,10 +75,10 @@ def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np
     cap.
     """
     boxes = np.asarray(bounds, np.float64)
-    found = np.ones(boxes.shape[:-2], np.bool_)
-    for place in np.ndindex(found.shape):
-        found[place] = _is_fan(boxes[place], np.asarray(light, np.float64))
-    return found
+    is_fan = np.ones(boxes.shape[:-2], np.bool_)
+    for index in np.ndindex(is_fan.shape):
+        is_fan[index] = _is_fan(boxes[index], np.asarray(light, np.float64))
+    return is_fan
 
 
 def find_placements(
@@ -94,11 +94,11 @@ def find_placements(
     counted in case 1, too.
     """
     n = len(bounds)
-    case, found = np.zeros(n, np.int8), np.zeros((4, n), np.bool_)
+    case, flags = np.zeros(n, np.int8), np.zeros((4, n), np.bool_)
     drawn = np.broadcast_to(np.asarray(is_drawn, np.bool_), n)
     bounds = np.asarray(bounds, np.float64)
-    _place(bounds, regions.pyramid, regions.view, regions.light, drawn, case, found)
-    return Placements(case, *found)
+    _place(bounds, regions.pyramid, regions.view, regions.light, drawn, case, flags)
+    return Placements(case, *flags)
 
 
 @kernel
@@ -136,8 +136,8 @@ def _is_fan(box, light):
     for axis in range(3):
         margin = max(margin, 1e-6 * (box[1, axis] - box[0, axis]))  # as for the cap itself
     for axis in range(3):
-        place = light[axis] / light[3] if light[3] != 0.0 else np.inf
-        if not (box[0, axis] - margin < place < box[1, axis] + margin):
+        coordinate = light[axis] / light[3] if light[3] != 0.0 else np.inf
+        if not (box[0, axis] - margin < coordinate < box[1, axis] + margin):
             return True
     return False
 
@@ -158,10 +158,10 @@ def place_box(box, pyramid, view, light, is_drawn):
 
 
 @kernel
-def _place(bounds, pyramid, view, light, is_drawn, case, found):
-    """Write cases, and the other four fields of ``Placements``, into rows of ``found``."""
+def _place(bounds, pyramid, view, light, is_drawn, case, flags):
+    """Write cases, and the other four fields of ``Placements``, into rows of ``flags``."""
     for i in range(bounds.shape[0]):
-        case[i], found[0, i], found[1, i], found[2, i], found[3, i] = place_box(
+        case[i], flags[0, i], flags[1, i], flags[2, i], flags[3, i] = place_box(
             bounds[i], pyramid, view, light, is_drawn[i]
         )
 
@@ -298,9 +298,9 @@ def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away
 
 
 @kernel
-def ask_faces(vertices, faces, some, sides, component, is_closed, light, pyramid, view):
+def ask_faces(vertices, faces, chosen, sides, component, is_closed, light, pyramid, view):
     """
-    Return whether any casting face of ``some`` (n,) meets the pyramid, and whether any the view.
+    Return whether any casting face of ``chosen`` (n,) meets the pyramid, and whether any the view.
 
     Parameters are those of a caster, and of ``Regions`` in its frame; ``is_closed`` is of one
     instance.
@@ -310,8 +310,8 @@ def ask_faces(vertices, faces, some, sides, component, is_closed, light, pyramid
     values, clipped = np.zeros((2, room, pyramid.shape[0]))
     shown, cut = np.zeros((2, room, view.shape[0]))
     blocks = is_seen = False
-    for i in range(some.size):
-        face = some[i]
+    for i in range(chosen.size):
+        face = chosen[i]
         if not _casts(sides, face, light, is_closed[component[face]]):
             continue
         if not blocks and _measure(vertices, faces[face], pyramid, away, slack, values):

@@ -127,14 +127,14 @@ def _make_pyramid(
     angle = np.arccos(max(np.cos(np.radians(half_angle)) - _WIDER, -1.0))
     if angle >= np.radians(89.0):
         return None
-    one = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    one /= np.linalg.norm(one)
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
     turn = 2.0 * np.pi / _SIDES * np.arange(_SIDES)[:, None]
-    return float(angle), np.cos(turn) * one + np.sin(turn) * np.cross(axis, one)
+    return float(angle), np.cos(turn) * across + np.sin(turn) * np.cross(axis, across)
 
 
 def find_cone_planes(
-    place: NDArray[np.float64], axis: NDArray[np.float64], half_angle: float
+    apex: NDArray[np.float64], axis: NDArray[np.float64], half_angle: float
 ) -> NDArray[np.float64] | None:
     """
     Find inward planes (16, 4) around a cone with an apex and a unit axis.
@@ -146,12 +146,12 @@ def find_cone_planes(
         return None
     angle, around = pyramid
     normals = np.sin(angle) * axis - np.cos(angle) * around
-    return np.column_stack([normals, -(normals @ place)])
+    return np.column_stack([normals, -(normals @ apex)])
 
 
 def find_cone_scissor(
     camera: Camera,
-    place: NDArray[np.float64],
+    apex: NDArray[np.float64],
     axis: NDArray[np.float64],
     half_angle: float,
     reach: float = np.inf,
@@ -171,8 +171,8 @@ def find_cone_scissor(
     rim = axis + np.tan(angle) / np.cos(np.pi / _SIDES) * around
     is_endless = bool(np.isinf(reach))
     points = np.ones((_SIDES + 1, 4))
-    points[0, :3] = place
-    points[1:, :3] = rim if is_endless else place + reach * rim
+    points[0, :3] = apex
+    points[1:, :3] = rim if is_endless else apex + reach * rim
     points[1:, 3] = 0.0 if is_endless else 1.0
     ahead = points @ find_view_planes(camera, origin)[0]
     if is_endless and (ahead[1:] < _AHEAD).any():

@@ -88,11 +88,11 @@ def find_silhouettes(
     tree = _choose(caster, lights, method)
     done = 0
     if tree is None:
-        for which, found in ask_every_edge(caster, lights):
+        for which, silhouettes in ask_every_edge(caster, lights):
             done = which.stop
             if method == "auto":
-                tree = _think_again(caster, found, len(lights), done)
-            yield which, found
+                tree = _think_again(caster, silhouettes, len(lights), done)
+            yield which, silhouettes
             if tree is not None:
                 break
     if tree is None:
@@ -117,10 +117,10 @@ def prepare_tree(caster: Caster) -> DualTree:
 
     ``find_silhouettes`` uses it from then on.
     """
-    kept = _look_up(caster)
-    if kept.tree is None:
-        kept.tree = make_dual_tree(caster)
-    return kept.tree
+    cache = _look_up(caster)
+    if cache.tree is None:
+        cache.tree = make_dual_tree(caster)
+    return cache.tree
 
 
 def find_silhouette_edges(
@@ -133,17 +133,17 @@ def find_silhouette_edges(
     (n,), above 0. At every vertex the multiplicities of its edges sum to 0, outgoing minus
     incoming. Methods as in ``find_silhouettes``.
     """
-    (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
-    codes = found.codes[found.starts[0] : found.starts[1]]
+    (_, silhouettes), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
+    codes = silhouettes.codes[silhouettes.starts[0] : silhouettes.starts[1]]
     which = codes >> 2
     signed = np.where(codes & 1, 1, -1) * (
         caster.weight[which].astype(np.int64) >> (codes >> 1 & 1)
     )
-    pairs, place = np.unique(caster.edges[which], axis=0, return_inverse=True)
+    pairs, index = np.unique(caster.edges[which], axis=0, return_inverse=True)
     sums = np.zeros(len(pairs), np.int64)
-    np.add.at(sums, place.ravel(), signed)
-    kept = sums != 0
-    edges, sums = pairs[kept], sums[kept]
+    np.add.at(sums, index.ravel(), signed)
+    is_left = sums != 0
+    edges, sums = pairs[is_left], sums[is_left]
     return np.where(sums[:, None] > 0, edges, edges[:, ::-1]).astype(np.int32), np.abs(sums)
 
 
@@ -159,35 +159,35 @@ def _choose(caster: Caster, lights: NDArray[np.float64], method: str | Tree) -> 
     n_edges = len(caster.edges)
     if n_edges < _EDGES or not len(lights):
         return None
-    kept = _look_up(caster)
-    is_there = kept.tree is not None
+    cache = _look_up(caster)
+    is_there = cache.tree is not None
     if len(lights) == 1:
-        is_due = is_there or kept.lone_lights >= _LONE_LIGHTS - 1
-    elif kept.tree is not None and kept.are_shorter is None:
-        n_found = len(_search(kept.tree, caster, lights[0]))
-        is_due = kept.are_shorter = n_found * _SHORTER <= n_edges
+        is_due = is_there or cache.lone_lights >= _LONE_LIGHTS - 1
+    elif cache.tree is not None and cache.are_shorter is None:
+        n_found = len(_search(cache.tree, caster, lights[0]))
+        is_due = cache.are_shorter = n_found * _SHORTER <= n_edges
     else:
-        is_due = bool(kept.are_shorter) and (is_there or kept.lights >= _MANY_LIGHTS)
+        is_due = bool(cache.are_shorter) and (is_there or cache.lights >= _MANY_LIGHTS)
     return prepare_tree(caster) if is_due else None
 
 
-def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -> Tree | None:
+def _think_again(caster: Caster, silhouettes: Silhouettes, n_lights: int, done: int) -> Tree | None:
     """Return the tree if it pays for the remaining lights, judged by the silhouettes so far."""
     n_edges = len(caster.edges)
     if n_edges < _EDGES:
         return None
-    n_asked = len(found.starts) - 1
-    n_found = found.starts[-1] / n_asked
-    kept = _look_up(caster)
+    n_asked = len(silhouettes.starts) - 1
+    n_found = silhouettes.starts[-1] / n_asked
+    cache = _look_up(caster)
     if n_lights == 1:
-        kept.lone_lights += n_found * _SHORT <= n_edges
+        cache.lone_lights += n_found * _SHORT <= n_edges
         return None
-    kept.are_shorter = bool(n_found * _SHORTER <= n_edges)
-    if not kept.are_shorter:
+    cache.are_shorter = bool(n_found * _SHORTER <= n_edges)
+    if not cache.are_shorter:
         return None
-    kept.lights += n_asked * (2 if n_lights <= _FEW else 1)
+    cache.lights += n_asked * (2 if n_lights <= _FEW else 1)
     left = n_lights - done
-    is_worth = kept.tree is not None or kept.lights + left >= _MANY_LIGHTS
+    is_worth = cache.tree is not None or cache.lights + left >= _MANY_LIGHTS
     return prepare_tree(caster) if left and is_worth else None
 
 
@@ -195,16 +195,16 @@ def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[n
     codes = tree.find(caster, light)
     if codes is not None:
         return codes
-    ((_, found),) = ask_every_edge(caster, light[None])
-    return found.codes[: found.starts[1]]
+    ((_, silhouettes),) = ask_every_edge(caster, light[None])
+    return silhouettes.codes[: silhouettes.starts[1]]
 
 
 def _look_up(caster: Caster) -> _Kept:
     """Return the cache of a caster, which lives as long as its edges."""
     key = id(caster.edge_faces)
-    kept = _kept.get(key)
-    if kept is None or kept.planes() is not caster.whole_planes:
-        if kept is None:
+    cache = _kept.get(key)
+    if cache is None or cache.planes() is not caster.whole_planes:
+        if cache is None:
             weakref.finalize(caster.edge_faces, _kept.pop, key, None)
-        kept = _kept[key] = _Kept(weakref.ref(caster.whole_planes))
-    return kept
+        cache = _kept[key] = _Kept(weakref.ref(caster.whole_planes))
+    return cache

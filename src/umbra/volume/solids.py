@@ -73,10 +73,10 @@ def _cut(
     above = vertices[:, 2] >= ground
     faces = faces[(vertices[faces][:, :, 2] > ground).any(1)]
     count = above[faces].sum(1)
-    kept = [faces[count == 3]]
+    pieces = [faces[count == 3]]
     crossing = faces[(count == 1) | (count == 2)]
     if not len(crossing):
-        return vertices, kept[0]
+        return vertices, pieces[0]
     # Turn each so that its first corner is alone on its side of the ground.
     alone = above[crossing] == (above[crossing].sum(1) == 1)[:, None]
     first = alone.argmax(1)
@@ -89,12 +89,12 @@ def _cut(
     made[:, 2] = ground
     ab, ac = (len(vertices) + number.ravel()).astype(np.int32).reshape(2, -1)
     single = above[a]
-    kept.append(np.stack([a, ab, ac], 1)[single])
-    kept.append(np.stack([ab, b, c], 1)[~single])
-    kept.append(np.stack([ab, c, ac], 1)[~single])
-    found = np.concatenate(kept).astype(np.int32)
+    pieces.append(np.stack([a, ab, ac], 1)[single])
+    pieces.append(np.stack([ab, b, c], 1)[~single])
+    pieces.append(np.stack([ab, c, ac], 1)[~single])
+    joined = np.concatenate(pieces).astype(np.int32)
     all_vertices = np.concatenate([vertices, made])
-    return all_vertices, found[(all_vertices[found][:, :, 2] > ground).any(1)]
+    return all_vertices, joined[(all_vertices[joined][:, :, 2] > ground).any(1)]
 
 
 def _close(
@@ -154,10 +154,10 @@ def _split(points: NDArray[np.float64], faces: NDArray[np.intp]) -> Solid:
     at_tail, at_head = corner.ravel(), corner[:, [1, 2, 0]].ravel()
     key = tail.astype(np.int64) * len(points) + head
     back = head.astype(np.int64) * len(points) + tail
-    one = np.lexsort((_rank(key), key))
+    first = np.lexsort((_rank(key), key))
     two = np.lexsort((_rank(back), back))
     # Sorted alike, the k-th half-edge of a direction meets the k-th of the reverse one.
-    joined_one = np.concatenate([at_tail[one], at_head[one]])
+    joined_one = np.concatenate([at_tail[first], at_head[first]])
     joined_two = np.concatenate([at_head[two], at_tail[two]])
     label = renumber(find_roots(joined_one.astype(np.int32), joined_two.astype(np.int32), 3 * n))
     vertices = np.zeros((int(label.max()) + 1, 3))

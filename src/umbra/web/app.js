@@ -39,14 +39,14 @@ export class App {
    * @param {HTMLElement} root
    * @param {Model} model
    * @param {Config} config
-   * @param {(state: State) => void} [told] after each change
+   * @param {(state: State) => void} [notify] after each change
    */
-  constructor(root, model, config, told = () => {}) {
+  constructor(root, model, config, notify = () => {}) {
     this.id = ++number;
     this.root = root;
     this.model = model;
     this.config = config;
-    this.told = told;
+    this.notify = notify;
     const { site } = model;
     this.north = site?.trueNorth ?? 0;
     this.daylight = new Daylight(site);
@@ -178,7 +178,7 @@ export class App {
       was = this.framedAspect;
     this.framedAspect = aspect;
     if (!was || Math.abs(aspect / was - 1) < 1e-3) return;
-    const [before, after] = [was, aspect].map((one) => frame(viewpoint, this.box, one).distance);
+    const [before, after] = [was, aspect].map((parts) => frame(viewpoint, this.box, parts).distance);
     this.orbit.set({ ...viewpoint, distance: (viewpoint.distance * after) / before });
   }
 
@@ -186,19 +186,19 @@ export class App {
 
   /**
    * Change the state; everything follows at the next frame.
-   * @param {Partial<State>} some
+   * @param {Partial<State>} changes
    */
-  set(some) {
+  set(changes) {
     const { state } = this;
-    this.state = { ...state, ...some };
-    if (some.standing || some.compare) {
+    this.state = { ...state, ...changes };
+    if (changes.standing || changes.compare) {
       this.revision++;
       this.#findParts();
     }
-    if (some.standing && !this.hasChanges && this.state.compare !== "after")
+    if (changes.standing && !this.hasChanges && this.state.compare !== "after")
       this.state.compare = "after";
-    if (some.standing || some.move) this.#put();
-    if (some.section !== undefined) this.plane = findPlane(this, this.state);
+    if (changes.standing || changes.move) this.#put();
+    if (changes.section !== undefined) this.plane = findPlane(this, this.state);
     const isAway = isMoved(this.state.move);
     if (this.state.hasHours !== state.hasHours || isAway !== isMoved(state.move)) this.#layHours();
     this.sun = this.daylight.sun(this.state);
@@ -223,7 +223,7 @@ export class App {
     this.stage.draw(state);
     for (const panel of this.panels) panel.update(state);
     this.frame.update(state);
-    this.told(state);
+    this.notify(state);
     if (!this.config.hasLink) return;
     clearTimeout(this.saving);
     this.saving = setTimeout(() => {
@@ -237,7 +237,7 @@ export class App {
   /** Bring the proposal to its place. */
   #put() {
     const { standing, move } = this.state;
-    const parts = [...standing].flatMap(([k, one]) => (one === "proposed" ? this.things[k].parts : []));
+    const parts = [...standing].flatMap(([k, status]) => (status === "proposed" ? this.things[k].parts : []));
     const moved = this.proposal.put(parts, move);
     if (!moved) return;
     this.revision++;
@@ -249,15 +249,15 @@ export class App {
       count = this.model.parts.length;
     const { no_cast: silent = [] } = this.config.view;
     for (const state of /** @type {const} */ (["before", "after"])) {
-      const seen = findShown(this.things, standing, state === "after", count);
-      this.seen[state] = seen;
+      const shown = findShown(this.things, standing, state === "after", count);
+      this.seen[state] = shown;
       this[state] = silent.length
-        ? (seen ?? new Uint8Array(count).fill(1)).map((one, part) =>
-            silent.includes(part) ? 0 : one,
+        ? (shown ?? new Uint8Array(count).fill(1)).map((isShown, part) =>
+            silent.includes(part) ? 0 : isShown,
           )
-        : seen;
+        : shown;
     }
-    this.hasChanges = [...standing.values()].some((one) => one === "proposed" || one === "removed");
+    this.hasChanges = [...standing.values()].some((status) => status === "proposed" || status === "removed");
   }
 
   /**

@@ -18,11 +18,11 @@ export function makeBoxes(count) {
  * @param {Float64Array} boxes
  * @param {number} box
  * @param {Float64Array} places
- * @param {number} place
+ * @param {number} vertex
  */
-export function widen(boxes, box, places, place) {
+export function widen(boxes, box, places, vertex) {
   for (let axis = 0; axis < 3; axis++) {
-    const value = places[3 * place + axis];
+    const value = places[3 * vertex + axis];
     if (value < boxes[6 * box + axis]) boxes[6 * box + axis] = value;
     if (value > boxes[6 * box + 3 + axis]) boxes[6 * box + 3 + axis] = value;
   }
@@ -57,13 +57,13 @@ export function misses(boxes, box, from, towards, far) {
  * The distance from a place to a box; 0 inside.
  * @param {Float64Array} boxes
  * @param {number} box
- * @param {ArrayLike<number>} place
+ * @param {ArrayLike<number>} point
  */
-export function findGap(boxes, box, place) {
+export function findGap(boxes, box, point) {
   let square = 0;
   for (let axis = 0; axis < 3; axis++) {
-    const low = boxes[6 * box + axis] - place[axis];
-    const away = Math.max(low, place[axis] - boxes[6 * box + 3 + axis], 0);
+    const low = boxes[6 * box + axis] - point[axis];
+    const away = Math.max(low, point[axis] - boxes[6 * box + 3 + axis], 0);
     square += away * away;
   }
   return Math.sqrt(square);

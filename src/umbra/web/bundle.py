@@ -67,7 +67,7 @@ def _wrap(name: str, text: str) -> str:
     text = _EXPORT.sub("", text)
     for kind, names, _ in _IMPORT.findall(text):
         exports += re.findall(r"(\w+)\s*(?:,|$)", names) if kind == "export" else []
-    text = _IMPORT.sub(lambda found: f"const {{{_rename(found[2])}}} = ${found[3]};\n", text)
+    text = _IMPORT.sub(lambda match: f"const {{{_rename(match[2])}}} = ${match[3]};\n", text)
     unknown = _OTHER.search(text)
     if unknown:
         msg = f"{name}.js has a form of import or export that is not known: {unknown[0]}"

@@ -50,8 +50,8 @@ export class Carpet {
     for (let rays = 1; this.pass < STRIDES.length; this.pass++, this.next = 0) {
       const stride = STRIDES[this.pass],
         high = Math.ceil(ROWS / stride),
-        all = high * Math.ceil(suns.columns / stride);
-      for (; this.next < all; this.next++) {
+        total = high * Math.ceil(suns.columns / stride);
+      for (; this.next < total; this.next++) {
         const column = stride * Math.floor(this.next / high),
           row = stride * (this.next % high),
           cell = column * ROWS + row;

@@ -78,7 +78,7 @@ export const drawCarpet = (pen, carpet, colors, now, wide, high, ink) => {
   const days = columns * DAYS;
   MONTHS.forEach((name, month) => {
     const [from, to] = [month, month + 1].map(
-      (one) => (Date.UTC(year, one, 1) - Date.UTC(year, 0, 1)) / 86400000,
+      (month) => (Date.UTC(year, month, 1) - Date.UTC(year, 0, 1)) / 86400000,
     );
     const x = frame.left + (frame.wide * from) / days;
     pen.fillText(name, x + (frame.wide * (to - from)) / days / 2, high - FOOT / 2);

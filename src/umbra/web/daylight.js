@@ -72,13 +72,13 @@ export class Daylight {
   day(date) {
     const { site } = this;
     if (!site) return null;
-    let found = this.days.get(date);
-    if (!found) {
+    let known = this.days.get(date);
+    if (!known) {
       if (this.days.size > MOST) this.days.clear();
-      found = findDay(site, date);
-      this.days.set(date, found);
+      known = findDay(site, date);
+      this.days.set(date, known);
     }
-    return found;
+    return known;
   }
 }
 

@@ -85,11 +85,11 @@ export class Device {
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     for (const [name, [buffer, size, type, stride, offset]] of Object.entries(attributes)) {
-      const place = gl.getAttribLocation(program, name);
-      if (place < 0) continue;
+      const location = gl.getAttribLocation(program, name);
+      if (location < 0) continue;
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, size, type, type !== gl.FLOAT, stride, offset);
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, type, type !== gl.FLOAT, stride, offset);
     }
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
     gl.bindVertexArray(null);
@@ -139,14 +139,14 @@ class Program {
     }
     this.gl = gl;
     this.program = program;
-    /** @type {Map<string, {place: WebGLUniformLocation | null, type: number}>} */
+    /** @type {Map<string, {location: WebGLUniformLocation | null, type: number}>} */
     this.uniforms = new Map();
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) ?? 0;
     for (let i = 0; i < count; i++) {
       const info = gl.getActiveUniform(program, i);
       if (!info) continue;
-      const place = gl.getUniformLocation(program, info.name);
-      this.uniforms.set(info.name, { place, type: info.type });
+      const location = gl.getUniformLocation(program, info.name);
+      this.uniforms.set(info.name, { location, type: info.type });
     }
   }
 
@@ -156,14 +156,14 @@ class Program {
     for (const [name, value] of Object.entries(values)) {
       const uniform = this.uniforms.get(name);
       if (!uniform) continue;
-      const { place, type } = uniform;
+      const { location, type } = uniform;
       const list = /** @type {any} */ (value);
-      if (type === gl.FLOAT) gl.uniform1f(place, list);
-      else if (type === gl.FLOAT_VEC2) gl.uniform2fv(place, list);
-      else if (type === gl.FLOAT_VEC3) gl.uniform3fv(place, list);
-      else if (type === gl.FLOAT_VEC4) gl.uniform4fv(place, list);
-      else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(place, true, list);
-      else gl.uniform1i(place, Number(value));
+      if (type === gl.FLOAT) gl.uniform1f(location, list);
+      else if (type === gl.FLOAT_VEC2) gl.uniform2fv(location, list);
+      else if (type === gl.FLOAT_VEC3) gl.uniform3fv(location, list);
+      else if (type === gl.FLOAT_VEC4) gl.uniform4fv(location, list);
+      else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(location, true, list);
+      else gl.uniform1i(location, Number(value));
     }
     return this;
   }

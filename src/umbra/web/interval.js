@@ -82,8 +82,8 @@ export const makeInterval = (app, zone) => {
   });
   const hours = el("div", { class: "hours", "aria-hidden": "true" }, ...marks);
   const track = el("div", { class: "interval" }, light, span, from, to, hours);
-  const told = el("output", { class: "typed ends" });
-  const element = el("div", { class: "line" }, toggle, el("div", { class: "track" }, track), told);
+  const output = el("output", { class: "typed ends" });
+  const element = el("div", { class: "line" }, toggle, el("div", { class: "track" }, track), output);
 
   /** @type {Day | null} */
   let drawn = null;
@@ -106,7 +106,7 @@ export const makeInterval = (app, zone) => {
       handle.setAttribute("aria-valuemax", String(high));
       handle.setAttribute("aria-valuetext", tellMinutes(minutes));
     }
-    told.textContent = `${tellMinutes(begin)}–${tellMinutes(end)}`;
+    output.textContent = `${tellMinutes(begin)}–${tellMinutes(end)}`;
     toggle.setAttribute("aria-pressed", String(state.hasSunHours));
   };
   return { element, update };

@@ -82,7 +82,7 @@ export const drawLegend = (pen, { title, when, note, colors, most }, left, foot)
   pen.fillStyle = "#1c1c22";
   pen.font = `400 11px ${FONT}`;
   pen.fillText("no sun", 0, 80);
-  const step = WHOLE.find((each) => most / each <= 6) ?? 6;
+  const step = WHOLE.find((width) => most / width <= 6) ?? 6;
   pen.textAlign = "center";
   for (let hour = 0; hour <= most + 1e-6; hour += step) {
     const at = x + (most ? hour / most : 0) * ramp;

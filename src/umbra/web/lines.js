@@ -42,7 +42,7 @@ export class Lines {
         { reverses } = device;
       gl.depthFunc(isSky ? device.notFarther : device.nearer);
       program.set({
-        half_: [sight.columns, sight.rows].map((all) => (common.guard * all) / 2),
+        half_: [sight.columns, sight.rows].map((pixels) => (common.guard * pixels) / 2),
         width: width * ratio,
         isSky,
         reverses,
@@ -68,10 +68,10 @@ export class Lines {
       { gl } = device;
     this.listed = lines;
     if (!this.array) {
-      const one =
+      const segments =
         /** @type {[WebGLBuffer | null, number, number, number, number]} */
         ([this.buffer, 3, gl.FLOAT, 12, 0]);
-      this.array = device.makeArray(LINE, { from: one, to: one }, null);
+      this.array = device.makeArray(LINE, { from: segments, to: segments }, null);
       gl.bindVertexArray(this.array);
       for (const name of ["from", "to"]) {
         gl.vertexAttribDivisor(gl.getAttribLocation(device.use(LINE).program, name), 1);

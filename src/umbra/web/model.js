@@ -101,7 +101,7 @@ export class Model {
     /** (faces, 3, 2) octahedral normals in steps, if the file has any */
     this.normals = streams.normals ?? null;
     /** surface of a study's samples of each face; -1: none */
-    this.surface = (streams.surface ?? new Int32Array(this.faceCount)).map((one) => one - 1);
+    this.surface = (streams.surface ?? new Int32Array(this.faceCount)).map((index) => index - 1);
 
     const { faces, faceCount, places } = this;
     const edges = streams.edge;

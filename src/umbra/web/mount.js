@@ -10,14 +10,14 @@ import { followTheme } from "./theme.js";
  * @param {HTMLElement} root
  * @param {Uint8Array} block as umbra packs it
  * @param {Config} config
- * @param {(state: State) => void} [told] after each change
+ * @param {(state: State) => void} [notify] after each change
  * @returns {Promise<App | null>}
  */
-export const mount = async (root, block, config, told) => {
+export const mount = async (root, block, config, notify) => {
   root.classList.add("umbra");
   const stop = followTheme(root);
   try {
-    const app = new App(root, await unpackModel(block), config, told);
+    const app = new App(root, await unpackModel(block), config, notify);
     app.listening.signal.addEventListener("abort", stop);
     return app;
   } catch (error) {

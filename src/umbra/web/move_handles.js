@@ -57,8 +57,8 @@ export const makeHandles = (app, { change, turnTo, undo }) => {
     const { from, towards } = findRay(app.state.viewpoint, x, y, wide / high),
       foot = proposal.foot;
     const t = (foot[2] - from[2]) / towards[2],
-      place = shift(from, towards, t);
-    return t > 0 && measure(place, foot) < FAR * measure(...app.model.bounds) ? place : null;
+      point = shift(from, towards, t);
+    return t > 0 && measure(point, foot) < FAR * measure(...app.model.bounds) ? point : null;
   };
   /**
    * @param {HTMLElement} handle

@@ -15,8 +15,8 @@ const findMiddle = ({ model, proposal }, layer, turn) => {
   facePart.forEach((part, f) => {
     if (parts[part].layer !== layer) return;
     for (let k = 0; k < 3; k++) {
-      const place = 3 * faces[3 * f + k];
-      [at[0], at[1]] = turnPlan(places[place], places[place + 1], turn);
+      const vertex = 3 * faces[3 * f + k];
+      [at[0], at[1]] = turnPlan(places[vertex], places[vertex + 1], turn);
       widen(box, 0, at, 0);
     }
   });
@@ -58,8 +58,8 @@ export const tellOption = (app) => {
   if (!isMoved(state.move)) return { words: "", why: "Drag the handle in the picture, or type." };
   const isProposed = (/** @type {number} */ k) => state.standing.get(k) === "proposed";
   const layers = [...new Set(things.flatMap(({ layer }, k) => (isProposed(k) ? [layer] : [])))];
-  const some = layers.find((layer) => things.some((one, k) => one.layer === layer && !isProposed(k)));
-  if (some !== undefined || layers.includes("")) {
+  const shared = layers.find((layer) => things.some((thing, k) => thing.layer === layer && !isProposed(k)));
+  if (shared !== undefined || layers.includes("")) {
     const why = "The shell moves whole layers: give the proposal a file of its own, new=FILE, to copy its option.";
     return { words: "", why };
   }

@@ -107,18 +107,18 @@ export const makeMove = (app) => {
   });
 
   /** @type {unknown} */
-  let told = null;
+  let drawn = null;
   /** @param {State} state */
   const update = (state) => {
     element.hidden = !proposal.parts;
     handles.update(state);
     if (element.hidden) return;
     for (const { input, read } of fields) {
-      if (document.activeElement !== input || told !== state.move)
+      if (document.activeElement !== input || drawn !== state.move)
         input.value = show(read(state.move), input === fields[4].input ? 2 : 3);
     }
-    if (told === state.move && element.dataset.key === String(app.revision)) return;
-    told = state.move;
+    if (drawn === state.move && element.dataset.key === String(app.revision)) return;
+    drawn = state.move;
     element.dataset.key = String(app.revision);
     const { words, why } = tellOption(app);
     back.disabled = !past.length;

@@ -90,13 +90,13 @@ export class Proposal {
       at = /** @type {Vec3} */ ([0, 0, 0]);
     for (const f of isMoved(move) ? faces : []) {
       for (let k = 0; k < 3; k++) {
-        const place = model.faces[3 * f + k];
-        if (done.has(place)) continue;
-        done.add(place);
-        for (let axis = 0; axis < 3; axis++) at[axis] = packed[3 * place + axis];
+        const vertex = model.faces[3 * f + k];
+        if (done.has(vertex)) continue;
+        done.add(vertex);
+        for (let axis = 0; axis < 3; axis++) at[axis] = packed[3 * vertex + axis];
         this.carry(at, NOWHERE, move).forEach((value, axis) => {
           // As packed: whole steps, which float32 holds.
-          model.places[3 * place + axis] = Math.fround(Math.round(value / model.step) * model.step);
+          model.places[3 * vertex + axis] = Math.fround(Math.round(value / model.step) * model.step);
         });
       }
     }
@@ -108,11 +108,11 @@ export class Proposal {
   /** @param {number[]} parts */
   #choose(parts) {
     const { facePart, faces } = this.model,
-      asked = new Set(parts),
+      wanted = new Set(parts),
       box = makeBoxes(1);
     this.faces = [];
     facePart.forEach((part, f) => {
-      if (!asked.has(part)) return;
+      if (!wanted.has(part)) return;
       this.faces.push(f);
       for (let k = 0; k < 3; k++) widen(box, 0, this.packed ?? this.model.places, faces[3 * f + k]);
     });
@@ -120,9 +120,9 @@ export class Proposal {
     this.box = [[x, y, z], [east, north, top]];
   }
 
-  /** @param {number} place @param {Float64Array} from */
-  #set(place, from) {
-    for (let axis = 0; axis < 3; axis++) this.model.places[3 * place + axis] = from[3 * place + axis];
+  /** @param {number} vertex @param {Float64Array} from */
+  #set(vertex, from) {
+    for (let axis = 0; axis < 3; axis++) this.model.places[3 * vertex + axis] = from[3 * vertex + axis];
   }
 
   /**

@@ -33,7 +33,7 @@ export function findOpened(volumes, sight, light) {
       if (components[k] && (isFromEye ? value : -value) < 0) opened[k] = 1;
     });
   }
-  if (sight.near <= sight.asked) openCut(model, components, shells, sight, light, opened);
+  if (sight.near <= sight.cameraNear) openCut(model, components, shells, sight, light, opened);
   return opened.includes(1) ? opened : null;
 }
 
@@ -50,17 +50,17 @@ function findSuspects({ model, isClosed }, light) {
       (k) => light[k] >= shells[6 * shell + k] && light[k] <= shells[6 * shell + 3 + k],
     );
   if (!light[3] && !isInward.includes(1)) return null;
-  const asked = new Uint8Array(shellCount);
+  const wanted = new Uint8Array(shellCount);
   const components = new Uint8Array(isClosed.length);
   let any = false;
   for (let shell = 0; shell < shellCount; shell++) {
     const isHeld = isInside(shell);
     for (let f = faceStarts[shell]; f < faceStarts[shell + 1]; f++) {
       const k = faceComponent[f];
-      if (isClosed[k] && (isHeld || isInward[k])) any = Boolean((asked[shell] = components[k] = 1));
+      if (isClosed[k] && (isHeld || isInward[k])) any = Boolean((wanted[shell] = components[k] = 1));
     }
   }
-  return any ? { shells: asked, components } : null;
+  return any ? { shells: wanted, components } : null;
 }
 
 /**
@@ -104,9 +104,9 @@ function countThrough(model, shells, from, towards, reach) {
  */
 function openCut(model, components, shells, sight, light, opened) {
   const { faces, places, faceCount, faceComponent, isInward } = model;
-  const least = dot(sight.forward, sight.eye) + sight.asked;
-  const place = /** @type {Vec3} */ (light.slice(0, 3));
-  const around = light[3] ? countThrough(model, shells, place, SKY, Infinity) : null;
+  const least = dot(sight.forward, sight.eye) + sight.cameraNear;
+  const source = /** @type {Vec3} */ (light.slice(0, 3));
+  const around = light[3] ? countThrough(model, shells, source, SKY, Infinity) : null;
   for (let f = 0; f < faceCount; f++) {
     const k = faceComponent[f];
     if (!components[k] || opened[k] || !(isInward[k] || (around && around[k]))) continue;

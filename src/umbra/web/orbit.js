@@ -121,13 +121,13 @@ export class Orbit {
 
   /**
    * Look at a place, from nearer.
-   * @param {Vec3} place
+   * @param {Vec3} point
    */
-  goTo(place) {
+  goTo(point) {
     const size = Math.max(measure(...this.options.bounds), 1);
     this.glide({
       ...this.viewpoint,
-      target: place,
+      target: point,
       distance: Math.min(this.viewpoint.distance, size / 6),
     });
   }
@@ -217,9 +217,9 @@ export class Orbit {
   }
 
   #middle() {
-    const all = [...this.fingers.values()];
-    const sum = all.reduce((a, b) => ({ x: a.x + b.x, y: a.y + b.y }));
-    return { x: sum.x / all.length, y: sum.y / all.length };
+    const fingers = [...this.fingers.values()];
+    const sum = fingers.reduce((a, b) => ({ x: a.x + b.x, y: a.y + b.y }));
+    return { x: sum.x / fingers.length, y: sum.y / fingers.length };
   }
 
   /** Distance and direction between two fingers. */
@@ -278,7 +278,7 @@ export class Orbit {
     if (!(event.ctrlKey || event.metaKey || this.options.takesWheel || this.isTaken)) return;
     event.preventDefault();
     const { x, y } = this.#at(event);
-    // The place is found once a gesture: what comes nearer stays under the pointer by itself.
+    // The place is found once a gesture: zooming keeps it under the pointer.
     if (event.timeStamp - this.wheeled > 250) this.held = this.#findHold(x, y);
     this.wheeled = event.timeStamp;
     const pixels = event.deltaY * [1, 16, 400][event.deltaMode];
@@ -291,11 +291,11 @@ export class Orbit {
   /** @param {MouseEvent} event */
   #approach(event) {
     const { x, y } = this.#at(event),
-      place = this.options.find(x, y);
-    if (place)
+      point = this.options.find(x, y);
+    if (point)
       this.glide({
         ...this.viewpoint,
-        target: place,
+        target: point,
         distance: this.viewpoint.distance / (event.shiftKey ? 0.5 : 2),
       });
   }

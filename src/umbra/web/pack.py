@@ -205,12 +205,12 @@ def _find_shells(caster: Caster) -> NDArray[np.int32]:
 
         pairs = coo_array((np.ones(len(a)), (a, b)), (n, n))
         shell = connected_components(pairs, directed=False)[1]
-    mine = shell[caster.component]
+    shells = shell[caster.component]
     # In the order of their first faces, which lie along a curve: neighbours stay neighbours.
-    first = np.unique(mine, return_index=True)[1]
+    first = np.unique(shells, return_index=True)[1]
     rank = np.zeros(n, np.int32)
-    rank[mine[np.sort(first)]] = np.arange(len(first))
-    return rank[mine]
+    rank[shells[np.sort(first)]] = np.arange(len(first))
+    return rank[shells]
 
 
 def _renumber(faces: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
@@ -231,15 +231,15 @@ def _add_edges(streams: _Streams, caster: Caster, order: NDArray[np.intp]) -> No
     go the step from a to b in the list of faces, and 0 if b winds the edge the other way, 1 if the
     same way, 2 if there is no b.
     """
-    place = np.argsort(order)
+    position = np.argsort(order)
     a, b = caster.edge_faces.T
     tail = np.where(caster.weight > 0, caster.edges[:, 0], caster.edges[:, 1])
     corner = (caster.faces[a] == tail[:, None]).argmax(1)
     kind = np.where(a == b, 2, np.where(caster.turn, 1, 0))
-    half = 3 * place[a] + corner
+    half = 3 * position[a] + corner
     by = np.argsort(half, kind="stable")
     streams.add("edge", half[by], differences=True)
-    streams.add("across", (place[b] - place[a])[by])
+    streams.add("across", (position[b] - position[a])[by])
     streams.add("pair", kind[by])
 
 

@@ -46,7 +46,7 @@ def make_page(block: bytes, config: Mapping[str, object], version: str) -> str:
         "script": script,
     }
     # One pass: inserted text is never searched again.
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], read_asset("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], read_asset("page.html"))
 
 
 def make_policy(style: str, script: str) -> str:

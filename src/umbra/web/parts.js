@@ -81,7 +81,7 @@ export const makeParts = (app) => {
     state = () => app.state;
   const list = el("ul", { class: "things", "aria-label": "Objects" });
   const count = el("p", { class: "quiet", role: "status" });
-  let found = things.map((_, k) => k);
+  let matches = things.map((_, k) => k);
   /** @type {Map<string, boolean>} layers that were folded or opened by hand */
   const folds = new Map();
   const put = (/** @type {number[]} */ objects, /** @type {Standing} */ where) => {
@@ -112,15 +112,15 @@ export const makeParts = (app) => {
   });
   const search = () => {
     const words = filter.value.trim().toLowerCase();
-    found = things.flatMap((thing, k) =>
+    matches = things.flatMap((thing, k) =>
       [thing.label, thing.layer, ...thing.kinds].some((text) => text.toLowerCase().includes(words))
         ? [k]
         : [],
     );
   };
-  const all = choice("Set all found", [["", "Set all found…"], ...STANDINGS], (where) => {
-    if (where) put(found, /** @type {Standing} */ (where));
-    all.value = "";
+  const setAll = choice("Set all found", [["", "Set all found…"], ...STANDINGS], (where) => {
+    if (where) put(matches, /** @type {Standing} */ (where));
+    setAll.value = "";
   });
   const modes = el(
     "fieldset",
@@ -145,7 +145,7 @@ export const makeParts = (app) => {
     "Objects, before and after",
     modes,
     hint,
-    el("div", { class: "line" }, filter, all),
+    el("div", { class: "line" }, filter, setAll),
     count,
     list,
   );
@@ -158,7 +158,7 @@ export const makeParts = (app) => {
     for (const input of modes.querySelectorAll("input"))
       input.checked = input.value === now.compare;
     const marks = [...now.standing.values()];
-    const changes = marks.filter((one) => one === "proposed" || one === "removed").length;
+    const changes = marks.filter((standing) => standing === "proposed" || standing === "removed").length;
     fill(
       hint,
       changes
@@ -179,13 +179,13 @@ export const makeParts = (app) => {
         choose(`${label}: shown when`, where, (value) => put([k], value)),
       );
     };
-    const layers = groupByLayer(things, found);
+    const layers = groupByLayer(things, matches);
     const isOpen = (/** @type {string} */ layer) =>
-      !hasLayers || (folds.get(layer) ?? (layers.length === 1 || found.length <= MOST));
+      !hasLayers || (folds.get(layer) ?? (layers.length === 1 || matches.length <= MOST));
     const turn = (/** @type {string} */ layer) => {
       folds.set(layer, !isOpen(layer));
       update(state(), true);
-      list.querySelectorAll("button")[layers.findIndex((one) => one.layer === layer)]?.focus();
+      list.querySelectorAll("button")[layers.findIndex((group) => group.layer === layer)]?.focus();
     };
     let left = MOST,
       listed = 0;
@@ -217,8 +217,8 @@ export const makeParts = (app) => {
     fill(
       count,
       listed > MOST
-        ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
-        : tellCount(found.length),
+        ? `${matches.length.toLocaleString("en")} objects; the first ${MOST} are listed`
+        : tellCount(matches.length),
     );
   };
   return { element, update, choose, put };

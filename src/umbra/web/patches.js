@@ -78,15 +78,15 @@ export class Patches {
   /**
    * Where a place lies among the squares of a surface, along its two axes.
    * @param {number} surface
-   * @param {ArrayLike<number>} place of the model
+   * @param {ArrayLike<number>} point of the model
    * @returns {[number, number]}
    */
-  flatten(surface, place) {
+  flatten(surface, point) {
     const at = ROW * surface,
       { grids, shift } = this;
     const along = (/** @type {number} */ axis, /** @type {number} */ start) => {
       let sum = grids[at + start];
-      for (let k = 0; k < 3; k++) sum += grids[at + axis + k] * (place[k] + shift[k]);
+      for (let k = 0; k < 3; k++) sum += grids[at + axis + k] * (point[k] + shift[k]);
       return sum / grids[at + 8];
     };
     return [along(0, 6), along(3, 7)];
@@ -95,11 +95,11 @@ export class Patches {
   /**
    * The sample that a place of a surface shows.
    * @param {number} surface
-   * @param {ArrayLike<number>} place
+   * @param {ArrayLike<number>} point
    */
-  find(surface, place) {
+  find(surface, point) {
     const [columns, rows] = this.shape.subarray(2 * surface, 2 * surface + 2);
-    const [u, v] = this.flatten(surface, place);
+    const [u, v] = this.flatten(surface, point);
     const column = Math.max(0, Math.min(columns - 1, Math.floor(u)));
     const row = Math.max(0, Math.min(rows - 1, Math.floor(v)));
     return this.samples[this.first[surface] + row * columns + column];
@@ -151,12 +151,12 @@ export class Patches {
     listed.forEach((face, n) => {
       const s = surface[face];
       for (let k = 0; k < 3; k++) {
-        const place = places.subarray(3 * faces[3 * face + k], 3 * faces[3 * face + k] + 3);
-        const [u, v] = this.flatten(s, place);
+        const corner = places.subarray(3 * faces[3 * face + k], 3 * faces[3 * face + k] + 3);
+        const [u, v] = this.flatten(s, corner);
         const [left, low] = [corners[2 * s], corners[2 * s + 1]];
         vertices.set(
           [
-            ...place,
+            ...corner,
             left + u,
             low + v,
             left,

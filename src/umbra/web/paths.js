@@ -77,16 +77,16 @@ export class Dome {
    */
   drawPaths(day, others) {
     const { isSky } = this,
-      line = (/** @type {Day} */ one) => one.path.filter(isUp).map((sun) => this.at(sun));
-    const found = others.map((other) => ({ places: line(other), color: OTHER, width: 1.1, isSky }));
+      line = (/** @type {Day} */ day) => day.path.filter(isUp).map((sun) => this.at(sun));
+    const lines = others.map((other) => ({ places: line(other), color: OTHER, width: 1.1, isSky }));
     if (day) {
       const places = line(day);
-      found.push(
+      lines.push(
         { places, color: HALO, width: 4.5, isSky },
         { places, color: SUN, width: 2.5, isSky },
       );
     }
-    return found.filter(({ places }) => places.length > 1);
+    return lines.filter(({ places }) => places.length > 1);
   }
 
   /**

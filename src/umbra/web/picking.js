@@ -15,8 +15,8 @@ import { dot, move, scale } from "./vectors.js";
  */
 export function pickPlace(renderer, x, y) {
   const { model, canvas, ground, clip } = renderer;
-  const view = [...renderer.views].reverse().find((each) => {
-    const [left, top, wide, high] = each.scissor ?? findPageRectangle(canvas, each);
+  const view = [...renderer.views].reverse().find((candidate) => {
+    const [left, top, wide, high] = candidate.scissor ?? findPageRectangle(canvas, candidate);
     return x >= left && x < left + wide && y >= top && y < top + high;
   });
   if (!view) return null;
@@ -26,8 +26,8 @@ export function pickPlace(renderer, x, y) {
   const { from, towards } = sight.findRay(across * sight.columns, down * sight.rows);
   const { show } = renderer.findStage(view);
   const reach = ground === null ? Infinity : (ground - from[2]) / towards[2];
-  const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;
-  const nearest = sight.asked;
+  const isHeld = (/** @type {Vec3} */ point) => !clip || dot(clip, point) + clip[3] >= 0;
+  const nearest = sight.cameraNear;
   for (const { face, part, distance } of model.trace(from, towards, { cast: show, every: true })) {
     const position = move(from, towards, distance);
     if (distance < nearest || !isHeld(position)) continue;

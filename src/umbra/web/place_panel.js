@@ -28,22 +28,22 @@ export const makePlacePanel = (app) => {
   const zone = app.daylight.site?.zone ?? "UTC";
 
   /** What is kept while place, date and parts stay: only the sun's way changes with the time. */
-  let kept = {
+  let cached = {
     key: "",
     days: /** @type {{title: string, parts: Mask, sun: import('./place.js').Sunlight | null}[]} */ ([]),
   };
   const findDays = (/** @type {State} */ state, /** @type {Place} */ place) => {
     const key = [app.revision, state.date, place.position.join()].join("|");
-    if (kept.key !== key) {
+    if (cached.key !== key) {
       const count = (/** @type {Mask} */ parts) => app.findSunlight(place, state.date, parts);
       const days = [
         { title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) },
       ];
       if (app.hasChanges)
         days.unshift({ title: "Before", parts: app.before, sun: count(app.before) });
-      kept = { key, days };
+      cached = { key, days };
     }
-    return kept.days;
+    return cached.days;
   };
   /**
    * Hours of sun, of those that it is up.
@@ -189,7 +189,7 @@ export const makePlacePanel = (app) => {
     const hadFocus =
       body.contains(document.activeElement) && document.activeElement instanceof HTMLSelectElement;
     const days = findDays(state, place);
-    if (!state.playing) brief.textContent = days.map((one) => tellDay(place, one)).join(" ");
+    if (!state.playing) brief.textContent = days.map((shown) => tellDay(place, shown)).join(" ");
     fill(
       body,
       el(
@@ -199,7 +199,7 @@ export const makePlacePanel = (app) => {
         " ",
         el("span", { class: "quiet" }, tellWhere(place)),
       ),
-      ...days.map((one) => drawDay(place, state, one)),
+      ...days.map((shown) => drawDay(place, state, shown)),
       el(
         "div",
         { class: "line" },

@@ -278,10 +278,10 @@ export class Renderer {
    * @param {Sight} sight
    */
   describe(light, sight) {
-    const place = findPlace(light);
+    const source = findPlace(light);
     const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(this.lights.length));
     return {
-      light: place[3] ? [...subtract(place, sight.eye), 1] : place,
+      light: source[3] ? [...subtract(source, sight.eye), 1] : source,
       tint: (light.color ?? [1, 1, 1]).map((c) => strength * c),
       range: "position" in light ? (light.range ?? 1e9) : 0,
     };
@@ -323,14 +323,14 @@ export class Renderer {
 
   /**
    * Project a place to the canvas; null behind the eye.
-   * @param {Vec3} place
+   * @param {Vec3} point
    * @param {View} [view] by default the whole canvas
    * @returns {{x: number, y: number} | null}
    */
-  project(place, view = {}) {
+  project(point, view = {}) {
     const [left, top, wide, high] = findPageRectangle(this.canvas, view);
-    const seen = new Sight(view.camera ?? this.camera, wide, high, false).project(place);
-    return seen && { x: left + seen.x, y: top + seen.y };
+    const pixel = new Sight(view.camera ?? this.camera, wide, high, false).project(point);
+    return pixel && { x: left + pixel.x, y: top + pixel.y };
   }
 
   /** @param {number} light @param {number} [times] as `readCounts` of picking.js */

@@ -23,7 +23,7 @@ import { List } from "./volumes.js";
 export const WEAKEST = 0.15;
 
 /** Creases that are seen: one list serves all selections. */
-const seen = new List();
+const creases = new List();
 
 /** Faces and creases of the shown parts, and the shadows of the casting ones. */
 export class Selection {
@@ -99,7 +99,7 @@ export class Selection {
       farthest = sight.isPerspective ? pixels / (6 * WEAKEST) : Infinity;
     const at = -dot(sight.forward, sight.eye),
       { lineStarts, lines } = this;
-    const kept = seen.reserve(lines.length);
+    const drawn = creases.reserve(lines.length);
     let [n, begin] = [0, -1];
     if (sight.isPerspective || pixels > 6 * WEAKEST) {
       for (let shell = 0; shell <= shellCount; shell++) {
@@ -109,7 +109,7 @@ export class Selection {
           !isBeyond(planes, shells, 6 * shell);
         if (isKept && begin < 0) begin = lineStarts[shell];
         if (isKept || begin < 0) continue;
-        kept.set(lines.subarray(begin, lineStarts[shell]), n);
+        drawn.set(lines.subarray(begin, lineStarts[shell]), n);
         n += lineStarts[shell] - begin;
         begin = -1;
       }
@@ -117,7 +117,7 @@ export class Selection {
     this.creaseCount = n;
     gl.bindVertexArray(null);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.creaseLines);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, kept, gl.STREAM_DRAW, 0, n);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, drawn, gl.STREAM_DRAW, 0, n);
   }
 
   delete() {

@@ -120,7 +120,7 @@ class _BoundedServer(ThreadingHTTPServer):
         """End connections that are too old; called twice a second."""
         with self._guard:
             late = time.monotonic() - _LONGEST
-            self._end([one for one, begun in self._begun.items() if begun < late])
+            self._end([connection for connection, begun in self._begun.items() if begun < late])
 
     def _end(self, connections: list[Any]) -> None:
         for connection in connections:
@@ -177,8 +177,8 @@ def _make_handler(
         def _answer(self, *, has_body: bool) -> None:
             port = self.connection.getsockname()[1]
             is_here = self.headers.get("Host", "") in {f"{_LOCAL}:{port}", f"localhost:{port}"}
-            asked = self.path.partition("?")[0].encode("utf-8", "replace")
-            if not is_here or not hmac.compare_digest(asked, path.encode()):
+            requested = self.path.partition("?")[0].encode("utf-8", "replace")
+            if not is_here or not hmac.compare_digest(requested, path.encode()):
                 self.send_error(HTTPStatus.NOT_FOUND)
                 return
             self.send_response(HTTPStatus.OK)

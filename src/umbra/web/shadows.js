@@ -66,21 +66,21 @@ export class Shadows {
    * @param {boolean} isCut whether surfaces are cut off by a section
    */
   prepare(light, sight, ground, isCut) {
-    const place = findPlace(light);
+    const source = findPlace(light);
     const range = "position" in light ? (light.range ?? Infinity) : Infinity;
-    const key = [...place, range, isCut].join();
+    const key = [...source, range, isCut].join();
     if (sight === this.sight && key === this.key) return;
     this.sight = sight;
     this.key = key;
-    const opened = findOpened(this.volumes, sight, place);
-    const lightKey = `${place} ${opened ?? ""}`;
-    if (lightKey !== this.lightKey) this.volumes.setLight(place, opened);
+    const opened = findOpened(this.volumes, sight, source);
+    const lightKey = `${source} ${opened ?? ""}`;
+    if (lightKey !== this.lightKey) this.volumes.setLight(source, opened);
     this.lightKey = lightKey;
-    const bottom = this.findBottom(place, sight, ground);
+    const bottom = this.findBottom(source, sight, ground);
     // Where volumes end below a ground that is seen from above, it hides all that is below it.
     const floor = bottom === -Infinity ? bottom : findFloor(sight, ground);
-    const tip = this.findTip(sight, place, ground);
-    this.thrown = { light: place, range, bottom, floor, tip };
+    const tip = this.findTip(sight, source, ground);
+    this.thrown = { light: source, range, bottom, floor, tip };
     const { casters, behind } = this.volumes.list(sight, this.thrown, isCut);
     this.casters = casters;
     this.behind = behind;
@@ -211,15 +211,15 @@ export class Shadows {
     let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
     for (let corner = 0; corner < 8; corner++) {
       const away = [0, 1, 2].map((k) => ((corner >> k) & 1 ? range : -range));
-      const place = move(light, away, 1);
-      if (sight.isPerspective && dot(subtract(place, sight.eye), sight.forward) < sight.near)
+      const point = move(light, away, 1);
+      if (sight.isPerspective && dot(subtract(point, sight.eye), sight.forward) < sight.near)
         return null;
-      const seen = sight.project(place);
-      if (!seen) return null;
-      left = Math.min(left, seen.x);
-      right = Math.max(right, seen.x);
-      top = Math.min(top, seen.y);
-      bottom = Math.max(bottom, seen.y);
+      const pixel = sight.project(point);
+      if (!pixel) return null;
+      left = Math.min(left, pixel.x);
+      right = Math.max(right, pixel.x);
+      top = Math.min(top, pixel.y);
+      bottom = Math.max(bottom, pixel.y);
     }
     const x = Math.min(Math.max(Math.floor(left) - 1, 0), sight.columns);
     const y = Math.min(Math.max(Math.floor(sight.rows - bottom) - 1, 0), sight.rows);
@@ -238,20 +238,20 @@ export class Shadows {
 /**
  * A lower bound of the distance from a place to the faces: to their boxes and their planes.
  * @param {Model} model
- * @param {number[]} place
+ * @param {number[]} point
  */
-function findDistance({ blocks, blockFaces, faceCount, faces, places, planes }, place) {
+function findDistance({ blocks, blockFaces, faceCount, faces, places, planes }, point) {
   let least = Infinity;
   const box = makeBoxes(1);
   for (let block = 0; block < blocks.length / 6; block++) {
-    if (findGap(blocks, block, place) >= least) continue;
+    if (findGap(blocks, block, point) >= least) continue;
     for (let f = blockFaces[block]; f < blockFaces[block + 1]; f++) {
       box.fill(Infinity, 0, 3).fill(-Infinity, 3);
       for (let k = 0; k < 3; k++) widen(box, 0, places, faces[3 * f + k]);
       const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
       const height =
-        Math.abs(dot(normal, place) + planes[3 * faceCount + f]) / Math.hypot(...normal);
-      least = Math.min(least, Math.max(findGap(box, 0, place), height || 0));
+        Math.abs(dot(normal, point) + planes[3 * faceCount + f]) / Math.hypot(...normal);
+      least = Math.min(least, Math.max(findGap(box, 0, point), height || 0));
     }
   }
   return least;

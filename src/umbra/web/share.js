@@ -77,8 +77,8 @@ export const makeShare = (app) => {
       "p",
       { class: "quiet" },
       "Drag turns about what is under the pointer; the right button, or Shift, moves; the wheel " +
-        `${app.config.takesWheel ? "" : "with Ctrl, or after a click in the picture, "}comes nearer ` +
-        "to what it points at; a double click goes there. " +
+        `${app.config.takesWheel ? "" : "with Ctrl, or after a click in the picture, "}zooms ` +
+        "toward the pointer; a double click goes there. " +
         "One finger turns; two move, spread and twist.",
     ),
     el(

@@ -91,9 +91,9 @@ export class SignPainter {
     }
   }
 
-  /** @param {Vec3} place */
-  #at(place) {
-    return project(this.signs.viewpoint, place, this.wide, this.high);
+  /** @param {Vec3} point */
+  #at(point) {
+    return project(this.signs.viewpoint, point, this.wide, this.high);
   }
 
   /** @param {Vec3[]} places @param {string} color @param {number} width @param {number[]} dash */
@@ -104,8 +104,8 @@ export class SignPainter {
     pen.setLineDash(dash);
     pen.beginPath();
     let isOn = false;
-    for (const place of places) {
-      const at = this.#at(place);
+    for (const point of places) {
+      const at = this.#at(point);
       if (at && isOn) pen.lineTo(at.x, at.y);
       else if (at) pen.moveTo(at.x, at.y);
       isOn = at !== null;
@@ -143,9 +143,9 @@ export class SignPainter {
       high = size + 4;
     if (
       this.taken.some(
-        (one) =>
-          Math.abs(one.x - x) < (one.wide + wide) / 2 &&
-          Math.abs(one.y - y) < (one.high + high) / 2,
+        (box) =>
+          Math.abs(box.x - x) < (box.wide + wide) / 2 &&
+          Math.abs(box.y - y) < (box.high + high) / 2,
       )
     )
       return;
@@ -158,11 +158,11 @@ export class SignPainter {
       { wide, high } = this;
     // The four winds first: others give way to them.
     for (const k of [0, 2, 4, 6, 1, 3, 5, 7]) {
-      const place = dome.onRing(45 * k, 1.08),
-        at = this.#at(place),
+      const point = dome.onRing(45 * k, 1.08),
+        at = this.#at(point),
         size = k % 2 ? 10 : 13;
       if (!at || at.x < -RIM || at.x > wide + RIM || at.y < -RIM || at.y > high + RIM) continue;
-      if (isHidden(place)) continue;
+      if (isHidden(point)) continue;
       const x = Math.max(size, Math.min(wide - size, at.x)),
         y = Math.max(size, Math.min(high - size, at.y));
       this.#label(WINDS[k], { x, y }, k ? "wind" : "north", size, k % 2 ? "600" : "700");
@@ -173,8 +173,8 @@ export class SignPainter {
     const { signs, pen } = this,
       { day, sun, dome, isHidden } = signs;
     for (const { minutes, sun: there } of day?.hours ?? []) {
-      const place = dome.at(there),
-        spot = there.altitude > 0 && !isHidden(place) && this.#at(place);
+      const point = dome.at(there),
+        spot = there.altitude > 0 && !isHidden(point) && this.#at(point);
       const out = spot && this.#at(dome.at(there, 1.055));
       if (!spot || !out) continue;
       pen.fillStyle = SUN_RIM;
@@ -182,10 +182,10 @@ export class SignPainter {
       pen.fill();
       this.#label(tellMinutes(minutes).slice(0, 2), out, "hour", 11, "500");
     }
-    const place = dome.at(sun),
-      at = isUp(sun) ? this.#at(place) : null;
+    const sunPoint = dome.at(sun),
+      at = isUp(sun) ? this.#at(sunPoint) : null;
     if (!at) return;
-    if (isHidden(place)) {
+    if (isHidden(sunPoint)) {
       pen.globalAlpha = 0.35; // behind the model: its place can still be seen
       this.#disc(at, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
       pen.globalAlpha = 1;
@@ -220,15 +220,15 @@ export class SignPainter {
     pen.stroke();
   }
 
-  /** @param {Vec3} place @param {string} color */
-  #drawDot(place, color) {
-    const at = this.#at(place);
+  /** @param {Vec3} point @param {string} color */
+  #drawDot(point, color) {
+    const at = this.#at(point);
     if (at) this.#disc(at, 4, color, "#ffffff");
   }
 
-  /** @param {Vec3} place @param {boolean | null} lit null at night */
-  #drawPlace(place, lit) {
-    const at = this.#at(place),
+  /** @param {Vec3} point @param {boolean | null} lit null at night */
+  #drawPlace(point, lit) {
+    const at = this.#at(point),
       { pen } = this;
     if (!at) return;
     pen.lineWidth = 4;

@@ -32,10 +32,10 @@ export const makeSkyBox = (scene) => {
     const sky = findSky(scene, view.place, view.cast, COARSE),
       chart = drawView(scene, view, sky, "stereographic", WIDE);
     chart.setSun(view.now);
-    const told = other && tellSky(findSky(scene, view.place, other.cast, COARSE).sums);
+    const text = other && tellSky(findSky(scene, view.place, other.cast, COARSE).sums);
     fill(
       body,
-      other && el("p", {}, `${other.title}: ${told}; here:`),
+      other && el("p", {}, `${other.title}: ${text}; here:`),
       chart.element,
       el("p", { class: "quiet" }, tellChart(scene, sky, "stereographic")),
       button("Larger, other projections", () => dialog.open(view)),

@@ -95,7 +95,7 @@ const drawFace = (value, size, hit, nearness) => {
       u = axes[0],
       v = axes[1],
       w = axes[2];
-    let all = 15,
+    let outside = 15,
       any = 0;
     for (let k = 0; k < 9; k += 3) {
       const across = axes[3] * corners[k + u],
@@ -103,13 +103,13 @@ const drawFace = (value, size, hit, nearness) => {
         deep = axes[5] * corners[k + w];
       let out = (across > deep ? 1 : 0) | (-across > deep ? 2 : 0) | (up > deep ? 4 : 0);
       if (side ? up < 0 : -up > deep) out |= 8;
-      all &= out;
+      outside &= out;
       any |= out;
       polygon[k] = across;
       polygon[k + 1] = up;
       polygon[k + 2] = deep;
     }
-    if (all) continue;
+    if (outside) continue;
     const count = any ? clip(any, side > 0) : 3;
     if (count < 3) continue;
     plane[0] = (axes[3] * normal[u]) / reach;
@@ -138,25 +138,25 @@ const clip = (bounds, isSide) => {
   let count = 3;
   for (let bound = 0; bound < 4 && count > 2; bound++) {
     if (!(bounds & (1 << bound))) continue;
-    let kept = 0;
+    let length = 0;
     for (let k = 0; k < count; k++) {
       const from = 3 * k,
         to = 3 * ((k + 1) % count),
         here = findInside(bound, from, isSide),
         there = findInside(bound, to, isSide);
       if (here >= 0) {
-        for (let axis = 0; axis < 3; axis++) clipped[kept + axis] = polygon[from + axis];
-        kept += 3;
+        for (let axis = 0; axis < 3; axis++) clipped[length + axis] = polygon[from + axis];
+        length += 3;
       }
       if (here >= 0 === there >= 0) continue;
       const share = here / (here - there);
       for (let axis = 0; axis < 3; axis++) {
-        clipped[kept + axis] = polygon[from + axis] + share * (polygon[to + axis] - polygon[from + axis]);
+        clipped[length + axis] = polygon[from + axis] + share * (polygon[to + axis] - polygon[from + axis]);
       }
-      kept += 3;
+      length += 3;
     }
-    for (let k = 0; k < kept; k++) polygon[k] = clipped[k];
-    count = kept / 3;
+    for (let k = 0; k < length; k++) polygon[k] = clipped[k];
+    count = length / 3;
   }
   return count;
 };
@@ -278,11 +278,11 @@ export const sumSky = ({ size, hit }, normal) => {
         if (ahead <= 0) continue;
         const square = 1 + across * across + up * up,
           far = Math.sqrt(square);
-        const seen = (ahead * area) / (square * square);
-        const light = seen * (1 + (2 * (side ? up : 1)) / far);
+        const share = (ahead * area) / (square * square);
+        const light = share * (1 + (2 * (side ? up : 1)) / far);
         open += light;
         if (hit[i] === 0) {
-          viewFactor += seen;
+          viewFactor += share;
           free += light;
           continue;
         }

@@ -36,7 +36,7 @@ export const makeSkyPanel = (app, findDays) => {
   const draw = (state, place) => {
     const days = findDays(state, place),
       shown = state.compare === "before" ? days[0] : days[days.length - 1],
-      other = days.find((one) => one !== shown);
+      other = days.find((day) => day !== shown);
     const object = place.part < 0 ? null : objectOf[place.part],
       title = object === null ? "the ground" : names[object] || "(no name)";
     const { parts: cast, sun: sunlight } = shown;

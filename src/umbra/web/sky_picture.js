@@ -118,8 +118,8 @@ class Sheet {
       wide = 0.6 * size * words.length + 2;
     const middle = more["text-anchor"] === "middle" ? x : x + wide / 2;
     const isTaken = this.taken.some(
-      (one) =>
-        Math.abs(one.x - middle) < (one.wide + wide) / 2 && Math.abs(one.y - y) < (one.high + size) / 2,
+      (box) =>
+        Math.abs(box.x - middle) < (box.wide + wide) / 2 && Math.abs(box.y - y) < (box.high + size) / 2,
     );
     if (isTaken || middle - wide / 2 < 0 || middle + wide / 2 > this.wide) return [];
     this.taken.push({ x: middle, y, wide, high: size });
@@ -192,13 +192,13 @@ const paint = (canvas, { cube, normal, colors }, sheet) => {
       let red = 0,
         green = 0,
         blue = 0,
-        seen = 0,
+        count = 0,
         open = 0;
       for (let k = 0; k < looks; k++) {
         const x = (column + ((k % FINE) + 0.5) / FINE) / dots,
           y = (row + (Math.floor(k / FINE) + 0.5) / FINE) / dots;
         if (!chart.look((x - sheet.x) / scale, (sheet.y - y) / tall, toward)) continue;
-        seen++;
+        count++;
         const isBehind = dot(normal, toward) <= 0;
         const hit = isBehind ? -1 : findHit(cube, toward[0], toward[1], toward[2]);
         const ink = isBehind ? behind : hit ? (inks.get(hit) ?? other) : free;
@@ -207,12 +207,12 @@ const paint = (canvas, { cube, normal, colors }, sheet) => {
         green += ink[1];
         blue += ink[2];
       }
-      if (!seen) continue;
-      const share = (open && open < seen ? OUTLINE : 1) / seen;
+      if (!count) continue;
+      const share = (open && open < count ? OUTLINE : 1) / count;
       data[at] = red * share;
       data[at + 1] = green * share;
       data[at + 2] = blue * share;
-      data[at + 3] = (255 * seen) / looks;
+      data[at + 3] = (255 * count) / looks;
     }
   }
   pen.putImageData(image, 0, 0);
@@ -297,15 +297,15 @@ const drawSuns = (sheet, sky, { site, day, spells, others }) => {
     size = sheet.wide < 400 ? 9 : 11;
   const put = (/** @type {Vec3} */ direction) => (direction[2] > 0 ? chart.place(direction) : null);
   const hours = findHourLines(site, day.date.slice(0, 4));
-  const drawn = [rule(sheet.trace(hours.map((one) => one && put(one))), SUN, 0.5)];
-  const noon = (/** @type {Day} */ one) => Math.max(...one.path.map(({ altitude }) => altitude));
-  const paths = others.filter((one) => Math.abs(noon(one) - noon(day)) > NEAR);
-  for (const one of [...paths, day]) {
-    const isShown = one === day;
+  const drawn = [rule(sheet.trace(hours.map((direction) => direction && put(direction))), SUN, 0.5)];
+  const noon = (/** @type {Day} */ curve) => Math.max(...curve.path.map(({ altitude }) => altitude));
+  const paths = others.filter((curve) => Math.abs(noon(curve) - noon(day)) > NEAR);
+  for (const sunPath of [...paths, day]) {
+    const isShown = sunPath === day;
     /** @type {([number, number] | null)[][]} */
     const lines = [[], []];
     const times = [];
-    for (let at = one.begin; at < one.end; at += TICK) times.push(at);
+    for (let at = sunPath.begin; at < sunPath.end; at += TICK) times.push(at);
     if (isShown) times.push(...spells.flat());
     for (const at of times.sort((a, b) => a - b)) {
       const { direction } = findSun(site, at);
@@ -325,12 +325,12 @@ const drawSuns = (sheet, sky, { site, day, spells, others }) => {
     drawn.push(mark("circle", { cx: x, cy: y, r: 2.6, fill: SUN, stroke: "#ffffff", "stroke-width": 0.6 }));
     drawn.push(...sheet.label(String(minutes / 60), x + 4, y - 5, { "font-size": size }));
   }
-  for (const one of [day, ...paths]) {
-    const highest = one.path.reduce((best, each) => (each.altitude > best.altitude ? each : best));
+  for (const dayPath of [day, ...paths]) {
+    const highest = dayPath.path.reduce((best, sun) => (sun.altitude > best.altitude ? sun : best));
     const at = put(highest.direction);
     if (!at) continue;
     const [x, y] = sheet.spot(at);
-    drawn.push(...sheet.label(tellDay(one.date), x, y + size, { "font-size": size, "text-anchor": "middle", "font-weight": one === day ? 700 : 400 }));
+    drawn.push(...sheet.label(tellDay(dayPath.date), x, y + size, { "font-size": size, "text-anchor": "middle", "font-weight": dayPath === day ? 700 : 400 }));
   }
   return drawn;
 };
@@ -344,10 +344,10 @@ const hourLines = new Map();
  */
 const findHourLines = (site, year) => {
   const key = JSON.stringify([site, year]);
-  const kept = hourLines.get(key);
-  if (kept) return kept;
+  const known = hourLines.get(key);
+  if (known) return known;
   /** @type {(Vec3 | null)[]} */
-  const found = [];
+  const directions = [];
   const first = Date.parse(`${year}-01-01`);
   for (let hour = 0; hour < 24; hour++) {
     let shift = NaN; // of the clock: where it is changed, the line goes on at another place
@@ -355,14 +355,14 @@ const findHourLines = (site, year) => {
       const date = new Date(first + day * 86400000).toISOString().slice(0, 10);
       const instant = findInstant(site.zone, date, hour * 60);
       const offset = Date.parse(date) + hour * 3600000 - instant;
-      if (offset !== shift) found.push(null);
+      if (offset !== shift) directions.push(null);
       shift = offset;
       const { direction } = findSun(site, instant);
-      found.push(direction[2] > 0 ? direction : null);
+      directions.push(direction[2] > 0 ? direction : null);
     }
   }
-  hourLines.set(key, found);
-  return found;
+  hourLines.set(key, directions);
+  return directions;
 };
 
 /** @param {string} date */

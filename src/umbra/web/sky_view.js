@@ -88,7 +88,7 @@ export const listObstructions = ({ names }, { sums, colors }) => {
   })); // prettier-ignore
   const rest = sums.blockedBy.slice(NAMED);
   if (rest.length) {
-    const share = rest.reduce((sum, [, one]) => sum + one, 0);
+    const share = rest.reduce((sum, [, part]) => sum + part, 0);
     rows.push({ share, color: OTHER, name: `${rest.length} others` });
   }
   if (!rows.length) return el("p", { class: "quiet" }, "Nothing stands in the way.");
@@ -163,7 +163,7 @@ export const drawView = ({ daylight, north }, { date, sunlight, title }, sky, na
   const { site } = daylight,
     day = daylight.day(date);
   const others = ["06-21", "12-21", "03-20"].flatMap(
-    (one) => daylight.day(`${date.slice(0, 4)}-${one}`) ?? [],
+    (monthDay) => daylight.day(`${date.slice(0, 4)}-${monthDay}`) ?? [],
   );
   const sun = site && day && sunlight ? { site, day, others, spells: sunlight.spells } : null;
   const words = `The sky above ${title}: ${tellSky(sky.sums)}. What obstructs it is listed below.`;

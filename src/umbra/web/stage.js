@@ -184,19 +184,19 @@ export class Stage {
       eye = findEye(state.viewpoint);
     const key = [app.revision, ...eye].join();
     if (key !== this.hidden.key) this.hidden = { key, places: new Map() };
-    return (/** @type {Vec3} */ place) => {
-      const name = `${place}|${parts ? parts === app.before : ""}`;
-      let found = this.hidden.places.get(name);
-      if (found === undefined) {
-        const isOnDome = place[2] !== app.middle[2],
+    return (/** @type {Vec3} */ point) => {
+      const name = `${point}|${parts ? parts === app.before : ""}`;
+      let isHidden = this.hidden.places.get(name);
+      if (isHidden === undefined) {
+        const isOnDome = point[2] !== app.middle[2],
           reach = isOnDome && dome.isSky ? Infinity : 1;
         const [from, towards] = isPlan(state.viewpoint)
-          ? [place, /** @type {Vec3} */ ([0, 0, 1])]
-          : [eye, move(place, eye, -1)];
-        found = app.model.trace(from, towards, { cast: parts, reach: towards[2] === 1 ? Infinity : reach }).length > 0;
-        this.hidden.places.set(name, found);
+          ? [point, /** @type {Vec3} */ ([0, 0, 1])]
+          : [eye, move(point, eye, -1)];
+        isHidden = app.model.trace(from, towards, { cast: parts, reach: towards[2] === 1 ? Infinity : reach }).length > 0;
+        this.hidden.places.set(name, isHidden);
       }
-      return found;
+      return isHidden;
     };
   }
 
@@ -232,15 +232,15 @@ export class Stage {
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, cover.width, cover.height);
     const isBeside = state.compare === "beside",
-      each = isBeside ? wide / 2 : wide;
+      width = isBeside ? wide / 2 : wide;
     for (let k = 0; k < (isBeside ? 2 : 1); k++) {
       pen.save();
-      pen.setTransform(dot, 0, 0, dot, k * each * dot, 0);
+      pen.setTransform(dot, 0, 0, dot, k * width * dot, 0);
       pen.beginPath();
-      pen.rect(0, 0, each, high);
+      pen.rect(0, 0, width, high);
       pen.clip();
       const isAfter = isBeside ? k === 1 : state.compare !== "before";
-      new SignPainter(pen, this.#findSigns(state, dome, isAfter), each, high).draw();
+      new SignPainter(pen, this.#findSigns(state, dome, isAfter), width, high).draw();
       pen.restore();
     }
   }

@@ -62,8 +62,8 @@ const isInterval = ([from, to]) =>
  * @param {Vec3} origin
  */
 export const toLink = (state, origin) => {
-  const own = (/** @type {Vec3} */ place) =>
-    place.map((value, k) => round(value + origin[k], 3)).join(",");
+  const own = (/** @type {Vec3} */ point) =>
+    point.map((value, k) => round(value + origin[k], 3)).join(",");
   const { viewpoint: view, section, place } = state;
   /** @type {string[][]} */
   const parts = [
@@ -79,10 +79,10 @@ export const toLink = (state, origin) => {
   if (state.compare !== "after")
     parts.push(["compare", `${state.compare},${round(state.swipe, 3)}`]);
   for (const [standing, letter] of Object.entries(LETTERS)) {
-    const some = [...state.standing]
-      .filter(([, one]) => one === standing)
+    const objects = [...state.standing]
+      .filter(([, status]) => status === standing)
       .map(([object]) => object);
-    if (some.length) parts.push([letter, toRanges(some)]);
+    if (objects.length) parts.push([letter, toRanges(objects)]);
   }
   const { dx, dy, turn } = state.move;
   if (isMoved(state.move)) parts.push(["move", [dx, dy, turn].map((v) => round(v, 3)).join(",")]);
@@ -118,8 +118,8 @@ export const fromLink = (link, origin, objects, partCount) => {
       }),
   );
   const numbers = (/** @type {string | undefined} */ text, /** @type {number} */ count) => {
-    const found = (text ?? "").split(",").map((one) => (one.trim() === "" ? NaN : Number(one)));
-    return found.length === count && found.every(Number.isFinite) ? found : null;
+    const values = (text ?? "").split(",").map((word) => (word.trim() === "" ? NaN : Number(word)));
+    return values.length === count && values.every(Number.isFinite) ? values : null;
   };
   const local = (/** @type {number[]} */ own) =>
     /** @type {Vec3} */ (own.map((value, k) => value - origin[k]));
@@ -148,7 +148,7 @@ export const fromLink = (link, origin, objects, partCount) => {
   const hours = numbers(given.get("hours"), 2);
   if (hours && isInterval(hours)) state.interval = [hours[0], hours[1]];
   const [compare, swipe] = (given.get("compare") ?? "").split(",");
-  const mode = COMPARE.find((one) => one === compare);
+  const mode = COMPARE.find((name) => name === compare);
   if (mode)
     Object.assign(state, { compare: mode, swipe: Math.max(0, Math.min(1, Number(swipe) || 0.5)) });
   /** @type {Map<number, Standing>} */
@@ -163,24 +163,24 @@ export const fromLink = (link, origin, objects, partCount) => {
     state.move = { dx: move[0], dy: move[1], turn: move[2] % 360 };
   else if (look) state.move = NOWHERE;
   const [axis, at, flipped] = (given.get("cut") ?? "").split(",");
-  const along = AXES.find((one) => one === axis);
+  const along = AXES.find((name) => name === axis);
   if (along)
     state.section = {
       axis: along,
       at: Math.max(0, Math.min(1, Number(at) || 0)),
       flipped: flipped === "1",
     };
-  const place = numbers(given.get("place"), 7);
-  if (place && Number.isInteger(place[6]) && place[6] >= -1 && place[6] < partCount) {
-    const position = local(place.slice(0, 3));
-    state.place = { position, normal: /** @type {Vec3} */ (place.slice(3, 6)), part: place[6] };
+  const chosen = numbers(given.get("place"), 7);
+  if (chosen && Number.isInteger(chosen[6]) && chosen[6] >= -1 && chosen[6] < partCount) {
+    const position = local(chosen.slice(0, 3));
+    state.place = { position, normal: /** @type {Vec3} */ (chosen.slice(3, 6)), part: chosen[6] };
   }
-  const far = (given.get("far") ?? "").split(";").flatMap((one) => {
-    const ends = numbers(one, 6);
+  const far = (given.get("far") ?? "").split(";").flatMap((line) => {
+    const ends = numbers(line, 6);
     return ends ? [ends] : [];
   });
-  if (far.length) state.distances = far.map((one) => [local(one.slice(0, 3)), local(one.slice(3))]);
-  const playing = PLAYED.find((one) => one === given.get("play"));
+  if (far.length) state.distances = far.map((ends) => [local(ends.slice(0, 3)), local(ends.slice(3))]);
+  const playing = PLAYED.find((name) => name === given.get("play"));
   if (playing) state.playing = playing;
   return state;
 };
@@ -205,12 +205,12 @@ export const toRanges = (numbers) => {
  * @param {string} text @param {number} end
  */
 export const fromRanges = (text, end) => {
-  const found = [];
+  const numbers = [];
   for (const [, first, last] of text.matchAll(/(\d{1,9})(?:-(\d{1,9}))?/g)) {
     const stop = Math.min(Number(last ?? first), end - 1);
-    for (let n = Number(first); n <= stop; n++) found.push(n);
+    for (let n = Number(first); n <= stop; n++) numbers.push(n);
   }
-  return found;
+  return numbers;
 };
 
 /**

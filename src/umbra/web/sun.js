@@ -159,7 +159,7 @@ export const findSun = (site, instant) => {
   let inLongitude = 0,
     inObliquity = 0;
   for (const term of NUTATION) {
-    const angle = arguments_.reduce((sum, one, k) => sum + one * term[k], 0) / DEGREES;
+    const angle = arguments_.reduce((sum, argument, k) => sum + argument * term[k], 0) / DEGREES;
     inLongitude += (term[5] * sin(angle)) / 36e6 / DEGREES;
     inObliquity += (term[6] * cos(angle)) / 36e6 / DEGREES;
   }
@@ -185,10 +185,10 @@ export const findSun = (site, instant) => {
     y = 0.99664719 * sin(reduced) + high * sin(phi);
   const level = cos(declination) - x * parallax * cos(hour);
   const shift = atan2(-x * parallax * sin(hour), level);
-  const seen = atan2((sin(declination) - y * parallax) * cos(shift), level),
+  const topocentric = atan2((sin(declination) - y * parallax) * cos(shift), level),
     h = hour - shift;
   // Altitude and azimuth, equations 41 to 46. Light is bent while the upper limb is in sight.
-  const sine = sin(phi) * sin(seen) + cos(phi) * cos(seen) * cos(h);
+  const sine = sin(phi) * sin(topocentric) + cos(phi) * cos(topocentric) * cos(h);
   let altitude = asin(Math.max(-1, Math.min(1, sine))) * DEGREES;
   if (altitude >= -(SUN_RADIUS + HORIZON_REFRACTION)) {
     const pressure = (1 - (0.0065 * site.elevation) / 288.15) ** 5.25588 * SEA_LEVEL_PRESSURE;
@@ -196,7 +196,7 @@ export const findSun = (site, instant) => {
       ((pressure / 1010) * (283 / (273 + TEMPERATURE)) * 1.02) /
       (60 * tan((altitude + 10.3 / (altitude + 5.11)) / DEGREES));
   }
-  const west = atan2(sin(h), cos(h) * sin(phi) - tan(seen) * cos(phi));
+  const west = atan2(sin(h), cos(h) * sin(phi) - tan(topocentric) * cos(phi));
   const azimuth = (((west * DEGREES + 180) % 360) + 360) % 360;
   return describeSun(site, altitude, azimuth);
 };

@@ -82,12 +82,12 @@ export class SunHours {
       return this.layer;
     }
     this.#plan(REST);
-    const some = spread(this.wanted, Math.max(LEAST, Math.floor(MOMENT / this.cost)));
+    const batch = spread(this.wanted, Math.max(LEAST, Math.floor(MOMENT / this.cost)));
     coarse.begin(COARSE * (window.devicePixelRatio || 1), this.steps.length);
     const begun = performance.now();
-    for (const k of some) coarse.count(k, this.steps[k].direction);
-    this.#await(() => (this.cost = (performance.now() - begun) / Math.max(some.length, 1)));
-    this.layer = this.#sum(coarse, some);
+    for (const k of batch) coarse.count(k, this.steps[k].direction);
+    this.#await(() => (this.cost = (performance.now() - begun) / Math.max(batch.length, 1)));
+    this.layer = this.#sum(coarse, batch);
     return this.layer;
   }
 
@@ -195,8 +195,8 @@ export class SunHours {
     const begun = performance.now();
     for (const k of next) fine.count(k, steps[k].direction);
     this.#await(() => {
-      const each = (performance.now() - begun) / next.length;
-      this.batch = Math.max(1, Math.min(32, Math.round(MOMENT / each)));
+      const cost = (performance.now() - begun) / next.length;
+      this.batch = Math.max(1, Math.min(32, Math.round(MOMENT / cost)));
       if (this.turn !== turn) return;
       if (own.length && own.length === next.length) this.app.redraw();
       this.#refine();

@@ -37,17 +37,17 @@ export function makeSurfaces(model) {
       const [x, y, z] = normal.map((v) => Math.round(32767 * v));
       // Normals that differ by less than a thousandth are one.
       const shape = (x >> 5) * 4194304 + (y >> 5) * 2048 + (z >> 5);
-      const place = faces[3 * f + k];
-      let vertex = first[place];
+      const corner = faces[3 * f + k];
+      let vertex = first[corner];
       while (vertex >= 0 && (keys[2 * vertex] !== (shape | 0) || keys[2 * vertex + 1] !== paint))
         vertex = next[vertex];
       if (vertex < 0) {
         vertex = count++;
         keys[2 * vertex] = shape | 0;
         keys[2 * vertex + 1] = paint;
-        next[vertex] = first[place];
-        first[place] = vertex;
-        floats.set(places.subarray(3 * place, 3 * place + 3), (vertex * STRIDE) / 4);
+        next[vertex] = first[corner];
+        first[corner] = vertex;
+        floats.set(places.subarray(3 * corner, 3 * corner + 3), (vertex * STRIDE) / 4);
         shorts.set([x, y, z, 0], (vertex * STRIDE + 12) / 2);
         bytes.set(color, vertex * STRIDE + 20);
       }
@@ -80,8 +80,8 @@ export function moveSurfaces(model, { vertices, corners }, packed, changed, turn
     for (let k = 0; k < 3; k++) {
       const vertex = corners[3 * f + k],
         at = (vertex * STRIDE + 12) / 2,
-        place = 3 * model.faces[3 * f + k];
-      floats.set(model.places.subarray(place, place + 3), (vertex * STRIDE) / 4);
+        offset = 3 * model.faces[3 * f + k];
+      floats.set(model.places.subarray(offset, offset + 3), (vertex * STRIDE) / 4);
       const [x, y] = turnPlan(before[at], before[at + 1], turned.has(f) ? angle : 0);
       shorts[at] = Math.round(x);
       shorts[at + 1] = Math.round(y);

@@ -15,7 +15,7 @@ export class Target {
     this.rows = rows;
     this.format = format;
     const most = Math.max(0, ...gl.getInternalformatParameter(gl.RENDERBUFFER, format, gl.SAMPLES));
-    this.asked = samples;
+    this.askedSamples = samples;
     this.samples = samples > 1 ? Math.min(samples, most) : 0;
     const makeRenderbuffer = (/** @type {number} */ kind) => {
       const made = gl.createRenderbuffer();
@@ -79,7 +79,7 @@ export class Targets {
   constructor(device) {
     this.device = device;
     /** @type {Target[]} */
-    this.kept = [];
+    this.pool = [];
   }
 
   /**
@@ -88,19 +88,19 @@ export class Targets {
    * @param {number} format
    */
   find({ width, height }, samples, format) {
-    const isOld = (/** @type {Target} */ one) =>
-      one.columns !== width || one.rows !== height || one.format !== format;
-    for (const one of this.kept.filter(isOld)) one.delete();
-    this.kept = this.kept.filter((one) => !isOld(one));
-    let target = this.kept.find((one) => one.asked === samples);
+    const isOld = (/** @type {Target} */ candidate) =>
+      candidate.columns !== width || candidate.rows !== height || candidate.format !== format;
+    for (const old of this.pool.filter(isOld)) old.delete();
+    this.pool = this.pool.filter((candidate) => !isOld(candidate));
+    let target = this.pool.find((candidate) => candidate.askedSamples === samples);
     if (!target) {
       target = new Target(this.device, width, height, samples, format);
-      this.kept.push(target);
+      this.pool.push(target);
     }
     return target;
   }
 
   delete() {
-    for (const one of this.kept) one.delete();
+    for (const target of this.pool) target.delete();
   }
 }

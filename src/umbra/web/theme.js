@@ -22,16 +22,16 @@ export const followTheme = (root) => {
     root.dataset.theme = isDark() ? "dark" : "light";
   };
   const watch = new MutationObserver(follow),
-    asked = matchMedia("(prefers-color-scheme: dark)");
-  for (const each of [document.body, document.documentElement])
-    watch.observe(each, {
+    scheme = matchMedia("(prefers-color-scheme: dark)");
+  for (const element of [document.body, document.documentElement])
+    watch.observe(element, {
       attributes: true,
       attributeFilter: ["data-jp-theme-light", "data-vscode-theme-kind", "theme"],
     });
-  asked.addEventListener("change", follow);
+  scheme.addEventListener("change", follow);
   follow();
   return () => {
     watch.disconnect();
-    asked.removeEventListener("change", follow);
+    scheme.removeEventListener("change", follow);
   };
 };

@@ -86,7 +86,7 @@ const makeClockBar = (app) => {
     });
   const plays = { day: makePlay("day"), year: makePlay("year") };
   const interval = makeInterval(app, zone);
-  const told = el("p", { class: "told", "aria-live": "off" });
+  const output = el("p", { class: "told", "aria-live": "off" });
   const months = el(
     "div",
     { class: "months", "aria-hidden": "true" },
@@ -98,7 +98,7 @@ const makeClockBar = (app) => {
     line(plays.day, el("div", { class: "track daytrack" }, time.input), typedTime),
     interval.element,
     line(plays.year, el("div", { class: "track" }, date.input, months), typedDate),
-    told,
+    output,
   );
 
   let last = 0;
@@ -170,16 +170,16 @@ const makeClockBar = (app) => {
             day.rise && `sunrise ${tellClock(zone, day.rise)}`,
             day.set && `sunset ${tellClock(zone, day.set)}`,
           ].filter(Boolean);
-    const place =
+    const where =
       sun.altitude > 0
         ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)` +
           (sun.isBehind ? ", behind the land" : "")
         : `the sun is ${(-sun.altitude).toFixed(1)}° below the horizon`;
     const now = nameZone(zone, app.daylight.instant(state));
     fill(
-      told,
+      output,
       el("strong", {}, `${tellDate(state.date)}, ${shown} ${now}`),
-      ` · ${place} · ${edges.join(", ")}`,
+      ` · ${where} · ${edges.join(", ")}`,
     );
   };
   return { element, update, play };
@@ -196,7 +196,7 @@ const makeAngleBar = (app) => {
     /** @type {number} */ max,
     /** @type {'azimuth' | 'altitude'} */ name,
   ) => {
-    const one = slider(
+    const control = slider(
       label,
       { min: 0, max, step: 0.5, value: 0 },
       (value) => app.set({ [name]: value }),
@@ -217,12 +217,12 @@ const makeAngleBar = (app) => {
       },
     });
     return {
-      one,
+      control,
       typed,
       name,
       line: line(
         el("span", { class: "name" }, label),
-        el("div", { class: "track" }, one.input),
+        el("div", { class: "track" }, control.input),
         typed,
       ),
     };
@@ -231,7 +231,7 @@ const makeAngleBar = (app) => {
   const element = el(
     "section",
     { class: "timebar", "aria-label": "The sun" },
-    ...both.map((one) => one.line),
+    ...both.map((control) => control.line),
     el(
       "p",
       { class: "told" },
@@ -240,8 +240,8 @@ const makeAngleBar = (app) => {
   );
   /** @param {State} state */
   const update = (state) => {
-    for (const { one, typed, name } of both) {
-      one.set(state[name]);
+    for (const { control, typed, name } of both) {
+      control.set(state[name]);
       if (document.activeElement !== typed) typed.value = state[name].toFixed(1);
     }
   };

@@ -25,7 +25,7 @@ const makeSwitch = (app, name, words) => {
 export const makeHours = (app) => {
   const { hours, palette } = app.config;
   if (!hours) return null;
-  const one = makeSwitch(app, "hasHours", hours.title);
+  const toggle = makeSwitch(app, "hasHours", hours.title);
   const ramp = el("div", { class: "ramp", "aria-hidden": "true" });
   const stops = palette.ramp.map(([r, g, b]) => `rgb(${r},${g},${b})`);
   const dark = el("i", { "aria-hidden": "true" });
@@ -36,7 +36,7 @@ export const makeHours = (app) => {
   );
   const element = fold(
     "Hours of the study",
-    one.label,
+    toggle.label,
     el(
       "figure",
       { class: "scale", "aria-label": `${hours.title}, from 0 to ${hours.most.toFixed(1)} hours` },
@@ -50,7 +50,7 @@ export const makeHours = (app) => {
   return {
     element,
     update: (/** @type {State} */ state) => {
-      one.input.checked = state.hasHours;
+      toggle.input.checked = state.hasHours;
     },
   };
 };
@@ -60,14 +60,14 @@ export const makeHours = (app) => {
  * @param {App} app
  */
 export const makeDrawn = (app) => {
-  const all = [
+  const switches = [
     makeSwitch(app, "hasPath", "Sun's path and hours"),
     makeSwitch(app, "hasCompass", "Compass on the ground"),
     makeSwitch(app, "hasEdges", "Edges of the model"),
   ];
-  const element = fold("What is drawn", ...all.map((one) => one.label));
+  const element = fold("What is drawn", ...switches.map((control) => control.label));
   const update = (/** @type {State} */ state) => {
-    for (const { input, name } of all) input.checked = state[name];
+    for (const { input, name } of switches) input.checked = state[name];
   };
   return { element, update };
 };
@@ -113,7 +113,7 @@ export const makeSection = (app) => {
     east: "Along, south to north",
   };
   const select = choice("Section", Object.entries(names), (value) => {
-    const axis = AXES.find((one) => one === value);
+    const axis = AXES.find((name) => name === value);
     const { at, flipped } = app.state.section ?? { at: 0.5, flipped: false };
     app.set({ section: axis ? { axis, at, flipped } : null });
     face();
@@ -126,8 +126,8 @@ export const makeSection = (app) => {
     if (section.axis === "level") app.orbit.look(app.north, -89.9);
     else app.orbit.look(app.north + side, -12);
   };
-  const change = (/** @type {Partial<import('./state.js').Section>} */ some) => {
-    if (app.state.section) app.set({ section: { ...app.state.section, ...some } });
+  const change = (/** @type {Partial<import('./state.js').Section>} */ changes) => {
+    if (app.state.section) app.set({ section: { ...app.state.section, ...changes } });
   };
   const tell = (/** @type {number} */ at) => {
     const { section } = app.state;
@@ -148,13 +148,13 @@ export const makeSection = (app) => {
     change({ flipped: !app.state.section?.flipped });
     face();
   });
-  const told = el("span", { class: "quiet" });
+  const note = el("span", { class: "quiet" });
   const more = el("div", { class: "line" }, where.input, flip);
-  const element = fold("Section", el("div", { class: "line" }, select), more, told);
+  const element = fold("Section", el("div", { class: "line" }, select), more, note);
   const update = (/** @type {State} */ { section }) => {
     select.value = section?.axis ?? "";
     more.hidden = !section;
-    fill(told, section ? `${tell(section.at)}. What is cut away still casts its shadow.` : "");
+    fill(note, section ? `${tell(section.at)}. What is cut away still casts its shadow.` : "");
     if (section) where.set(section.at);
   };
   return { element, update };

@@ -15,7 +15,7 @@ import { misses } from './boxes.js';
 export function traceRay(model, from, towards, { cast = null, every = false, reach = Infinity }) {
   const { faceCount, facePart, planes } = model;
   /** @type {Crossing[]} */
-  let found = [];
+  let hits = [];
   let far = reach;
   visitFaces(model, null, from, towards, () => far, (f) => {
     const part = facePart[f];
@@ -28,28 +28,28 @@ export function traceRay(model, from, towards, { cast = null, every = false, rea
     if (!(distance > 0) || distance > far || !isThrough(model, f, from, towards)) return;
     const crossing = { part, face: f, distance };
     if (every) {
-      found.push(crossing);
+      hits.push(crossing);
     } else {
-      found = [crossing];
+      hits = [crossing];
       far = distance;
     }
   });
-  return found.sort((a, b) => a.distance - b.distance);
+  return hits.sort((a, b) => a.distance - b.distance);
 }
 
 /**
  * Visit the faces whose blocks a ray may meet before it has gone too far.
  * @param {Model} model
- * @param {Uint8Array | null} asked which shells; null: all
+ * @param {Uint8Array | null} wanted which shells; null: all
  * @param {Vec3} from
  * @param {Vec3} towards
  * @param {() => number} far
  * @param {(face: number) => void} visit
  */
-export function visitFaces(model, asked, from, towards, far, visit) {
+export function visitFaces(model, wanted, from, towards, far, visit) {
   const { shellCount, shells, blocks, blockStarts, blockFaces } = model;
   for (let shell = 0; shell < shellCount; shell++) {
-    if (asked && !asked[shell]) continue;
+    if (wanted && !wanted[shell]) continue;
     if (misses(shells, shell, from, towards, far())) continue;
     for (let block = blockStarts[shell]; block < blockStarts[shell + 1]; block++) {
       if (misses(blocks, block, from, towards, far())) continue;

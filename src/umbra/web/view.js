@@ -19,8 +19,8 @@ export class Sight {
     this.rows = rows;
     this.reverses = reverses;
     this.eye = camera.eye;
-    this.asked = camera.near ?? NEAR;
-    this.near = this.asked;
+    this.cameraNear = camera.near ?? NEAR;
+    this.near = this.cameraNear;
     this.far = Infinity;
     this.isPerspective = camera.height === undefined;
     const forward = unit(subtract(camera.target, camera.eye));
@@ -72,7 +72,7 @@ export class Sight {
         farthest = Math.max(farthest, Math.min(depth, end));
       }
     }
-    this.near = Math.max(this.asked, Number.isFinite(nearest) ? nearest * (1 - 1e-6) : 0);
+    this.near = Math.max(this.cameraNear, Number.isFinite(nearest) ? nearest * (1 - 1e-6) : 0);
     if (!this.isPerspective) {
       this.far = Math.max(farthest * 1.001, this.near + 1) + 0.01 * this.half;
     }
@@ -199,16 +199,16 @@ export class Sight {
     }
     // A ray (x, y, z) meets the plane at (x, y, z) height / z.
     /** @type {number[][]} */
-    const found = [];
+    const planes = [];
     corners.forEach((ray, k) => {
       const next = corners[(k + 1) % 4];
-      if (ray[2] / height > 0) found.push([...ray, ray[2] / height]);
+      if (ray[2] / height > 0) planes.push([...ray, ray[2] / height]);
       if (ray[2] / height > 0 !== next[2] / height > 0) {
         const level = move(ray, subtract(next, ray), ray[2] / (ray[2] - next[2]));
-        found.push([level[0], level[1], 0, 0]);
+        planes.push([level[0], level[1], 0, 0]);
       }
     });
-    return found;
+    return planes;
   }
 
   /**
@@ -252,10 +252,10 @@ export class Sight {
 
   /**
    * Where a place is seen, in pixels; null behind the eye.
-   * @param {Vec3} place
+   * @param {Vec3} point
    */
-  project(place) {
-    const from = subtract(place, this.eye);
+  project(point) {
+    const from = subtract(point, this.eye);
     const depth = this.isPerspective ? dot(from, this.forward) : 1;
     if (!(depth > 0)) return null;
     const tall = this.half * depth;

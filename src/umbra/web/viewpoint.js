@@ -59,11 +59,11 @@ export const findRay = (view, x, y, aspect) => {
 
 /**
  * Where a place falls in a picture of this size, in its pixels, and how deep; null behind the eye.
- * @param {Viewpoint} view @param {Vec3} place @param {number} wide @param {number} high
+ * @param {Viewpoint} view @param {Vec3} point @param {number} wide @param {number} high
  */
-export const project = (view, place, wide, high) => {
+export const project = (view, point, wide, high) => {
   const { right, up, forward } = findAxes(view);
-  const from = move(place, findEye(view), -1),
+  const from = move(point, findEye(view), -1),
     depth = dot(from, forward);
   if (depth < 1e-3 * view.distance && !isPlan(view)) return null;
   const scale = (high / findHeight(view)) * (isPlan(view) ? 1 : view.distance / depth);
@@ -135,8 +135,8 @@ export const frame = (view, bounds, aspect, places = []) => {
     { length: 8 },
     (_, k) => /** @type {Vec3} */ ([0, 1, 2].map((axis) => bounds[(k >> axis) & 1][axis])),
   );
-  for (const place of [...corners, ...places]) {
-    const from = move(place, target, -1);
+  for (const point of [...corners, ...places]) {
+    const from = move(point, target, -1);
     const across = Math.max(Math.abs(dot(from, right)) / aspect, Math.abs(dot(from, up)));
     const before = isPlan(view) ? 0 : dot(from, forward);
     distance = Math.max(distance, (across / tan) * MARGIN - before);
@@ -218,11 +218,11 @@ const SPARSE = 80,
 export const findDense = (model, owner) => {
   const { faces, facePart, places } = model,
     isLand = findLand(model),
-    all = makeBoxes(owner.reduce((most, one, part) => (isLand[part] ? most : Math.max(most, one)), 0) + 1);
+    bounds = makeBoxes(owner.reduce((most, number, part) => (isLand[part] ? most : Math.max(most, number)), 0) + 1);
   facePart.forEach((part, f) => {
-    for (let k = 0; k < 3 && !isLand[part]; k++) widen(all, owner[part], places, faces[3 * f + k]);
+    for (let k = 0; k < 3 && !isLand[part]; k++) widen(bounds, owner[part], places, faces[3 * f + k]);
   });
-  const boxes = Array.from({ length: all.length / 6 }, (_, k) => all.subarray(6 * k, 6 * k + 6));
+  const boxes = Array.from({ length: bounds.length / 6 }, (_, k) => bounds.subarray(6 * k, 6 * k + 6));
   const sizes = boxes.map((box) => Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
   const middling = sizes.sort((a, b) => a - b)[boxes.length >> 1];
   if (!(measure(...findBuilt(model)) > SPARSE * middling)) return null;

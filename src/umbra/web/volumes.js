@@ -145,13 +145,13 @@ export class Volumes {
       this.isHidden[part] = !show || show[part] ? 0 : 1;
     }
     this.hidesAny = this.isHidden.includes(1);
-    const some = new Uint8Array(isClosed.length);
-    const all = new Uint8Array(isClosed.length).fill(1);
+    const hasCaster = new Uint8Array(isClosed.length);
+    const isAllCasting = new Uint8Array(isClosed.length).fill(1);
     for (let f = 0; f < faceCount; f++) {
-      if (this.isCasting[facePart[f]]) some[faceComponent[f]] = 1;
-      else all[faceComponent[f]] = 0;
+      if (this.isCasting[facePart[f]]) hasCaster[faceComponent[f]] = 1;
+      else isAllCasting[faceComponent[f]] = 0;
     }
-    this.isClosed = isClosed.map((is, k) => is & (all[k] | (~some[k] & 1)));
+    this.isClosed = isClosed.map((is, k) => is & (isAllCasting[k] | (~hasCaster[k] & 1)));
     for (let f = 0; f < faceCount; f++) {
       this.front[f] = this.isCasting[facePart[f]];
       this.back[f] = this.isClosed[faceComponent[f]] ? 0 : -this.front[f];

@@ -25,8 +25,8 @@ const round = (value, digits) => Number(value.toFixed(digits));
  * @param {State} state
  */
 const describe = (app, state) => {
-  const own = (/** @type {Vec3} */ place) =>
-    place.map((value, k) => round(value + app.model.origin[k], 3));
+  const own = (/** @type {Vec3} */ point) =>
+    point.map((value, k) => round(value + app.model.origin[k], 3));
   const { viewpoint: view, place } = state,
     object = place && place.part >= 0 ? app.things[app.thingOf[place.part]] : null;
   return {
@@ -55,23 +55,23 @@ const describe = (app, state) => {
  * @param {Shared} shared
  */
 const follow = (app, shared) => {
-  const seen = describe(app, app.state);
+  const described = describe(app, app.state);
   /** @type {Partial<State>} */
-  const some = {};
+  const changes = {};
   const [date, time] = [shared.get("date"), parseMinutes(shared.get("time"))];
-  if (date !== seen.date && isDate(date)) some.date = date;
-  if (time !== null && shared.get("time") !== seen.time) some.minutes = time;
+  if (date !== described.date && isDate(date)) changes.date = date;
+  if (time !== null && shared.get("time") !== described.time) changes.minutes = time;
   if (!app.daylight.site) {
     for (const name of /** @type {const} */ (["azimuth", "altitude"])) {
-      if (shared.get(name) !== seen[name]) some[name] = shared.get(name);
+      if (shared.get(name) !== described[name]) changes[name] = shared.get(name);
     }
   }
-  if (Object.keys(some).length) app.set({ ...some, playing: null, share: 0 });
+  if (Object.keys(changes).length) app.set({ ...changes, playing: null, share: 0 });
   const view = shared.get("viewpoint");
   if (
     view &&
     Array.isArray(view.target) &&
-    JSON.stringify(view) !== JSON.stringify(seen.viewpoint)
+    JSON.stringify(view) !== JSON.stringify(described.viewpoint)
   ) {
     const target = /** @type {Vec3} */ (
       view.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - app.model.origin[k])
@@ -101,14 +101,14 @@ export const render = async ({ model: shared, el: cell }) => {
     }
     shared.save_changes();
   };
-  const told = () => {
+  const sendLater = () => {
     timer ||= setTimeout(send, DELAY);
   };
   app = await mount(
     root,
     new Uint8Array(block.buffer, block.byteOffset, block.byteLength),
     shared.get("config"),
-    told,
+    sendLater,
   );
   if (!app) return undefined;
   const shown = app,

@@ -20,7 +20,7 @@ export const makeYearPanel = (app) => {
   if (!site) return null;
   element.open = true;
   element.addEventListener("toggle", () => app.redraw());
-  /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, told: HTMLElement, drawn: string}[]} */
+  /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, output: HTMLElement, drawn: string}[]} */
   let shown = [];
   let made = "",
     timer = 0;
@@ -41,7 +41,7 @@ export const makeYearPanel = (app) => {
   const make = (title, cast, place, year) => {
     const carpet = new Carpet(app.model, place, cast, app.thingOf, findYearSuns(site, year));
     const canvas = el("canvas", { class: "carpet", role: "img", "aria-label": "The place's year, being counted" }),
-      told = el("p", { class: "quiet told-cell", "aria-live": "off" });
+      output = el("p", { class: "quiet told-cell", "aria-live": "off" });
     const find = (/** @type {PointerEvent | MouseEvent} */ { offsetX, offsetY }) => {
       const frame = findFrame(canvas.clientWidth, HIGH);
       const column = Math.floor(((offsetX - frame.left) / frame.wide) * carpet.suns.columns),
@@ -55,13 +55,13 @@ export const makeYearPanel = (app) => {
       const value = carpet.at(at.column, at.row),
         isShade = value >= 0;
       const when = `${at.date}, ${tellMinutes((at.row + 0.5) * MINUTES)}`;
-      fill(told, `${when}: ${isShade ? `in shadow of ${name(value)}` : name(value)}`);
+      fill(output, `${when}: ${isShade ? `in shadow of ${name(value)}` : name(value)}`);
     });
     canvas.addEventListener("click", (event) => {
       const at = find(event);
       if (at) app.set({ date: at.date, minutes: (at.row + 0.5) * MINUTES, playing: null, share: 0 });
     });
-    return { title, carpet, canvas, key: el("ul", { class: "carpet-key" }), told, drawn: "" };
+    return { title, carpet, canvas, key: el("ul", { class: "carpet-key" }), output, drawn: "" };
   };
 
   /** Draw what is there, and go on until all is. */
@@ -77,16 +77,16 @@ export const makeYearPanel = (app) => {
   const draw = () => {
     const { state } = app,
       now = { day: findDayOfYear(state.date), minutes: state.minutes };
-    for (const one of shown) {
-      const { carpet, canvas, key } = one,
+    for (const panel of shown) {
+      const { carpet, canvas, key } = panel,
         wide = canvas.clientWidth || 290,
         dot = Math.min(window.devicePixelRatio || 1, 3);
       const look = [
         carpet.pass, carpet.isWhole ? 0 : carpet.next, now.day, Math.floor(now.minutes), wide,
         app.root.dataset.theme, ...app.sky.colors().keys(),
       ].join();
-      if (one.drawn === look) continue;
-      one.drawn = look;
+      if (panel.drawn === look) continue;
+      panel.drawn = look;
       const hours = carpet.sum(),
         colors = app.sky.colors();
       [canvas.width, canvas.height] = [Math.round(wide * dot), Math.round(HIGH * dot)];
@@ -97,24 +97,24 @@ export const makeYearPanel = (app) => {
       if (!carpet.isWhole) continue;
       const rest = hours.filter(([value]) => value >= 0 && !colors.has(value));
       const rows = hours.filter(([value]) => !rest.some(([other]) => other === value));
-      const more = rest.reduce((sum, [, each]) => sum + each, 0);
-      const row = (/** @type {string} */ color, /** @type {string} */ words, /** @type {number} */ each) => {
+      const more = rest.reduce((sum, [, part]) => sum + part, 0);
+      const row = (/** @type {string} */ color, /** @type {string} */ words, /** @type {number} */ part) => {
         const swatch = el("i", { "aria-hidden": "true" });
         swatch.style.background = color;
-        return el("li", {}, swatch, el("b", {}, tellYear(each)), el("span", {}, words));
+        return el("li", {}, swatch, el("b", {}, tellYear(part)), el("span", {}, words));
       };
       fill(
         key,
-        ...rows.map(([value, each]) =>
-          row(findColor(value, colors), value >= 0 ? `shadow of ${name(value)}` : name(value), each),
+        ...rows.map(([value, part]) =>
+          row(findColor(value, colors), value >= 0 ? `shadow of ${name(value)}` : name(value), part),
         ),
         more > 0 && row(OTHERS, `shadow of ${rest.length} others`, more),
       );
       const sun = hours.find(([value]) => value === SUN)?.[1] ?? 0,
-        up = hours.reduce((sum, [, each]) => sum + each, 0);
+        up = hours.reduce((sum, [, part]) => sum + part, 0);
       canvas.setAttribute(
         "aria-label",
-        `${one.title && `${one.title}: `}day by hour over ${carpet.suns.year}: ${tellYear(sun)} in the sun of ${tellYear(up)}`,
+        `${panel.title && `${panel.title}: `}day by hour over ${carpet.suns.year}: ${tellYear(sun)} in the sun of ${tellYear(up)}`,
       );
     }
   };
@@ -134,8 +134,8 @@ export const makeYearPanel = (app) => {
       const isShifted = clock !== nameZone(site.zone, app.daylight.instant({ ...state, date: addDays(date, 183), minutes: 720 }));
       fill(
         body,
-        ...shown.map(({ title, canvas, key: list, told }) =>
-          el("div", { class: "day" }, title && el("h2", {}, title), canvas, told, list),
+        ...shown.map(({ title, canvas, key: list, output }) =>
+          el("div", { class: "day" }, title && el("h2", {}, title), canvas, output, list),
         ),
         el(
           "p",

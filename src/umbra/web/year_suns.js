@@ -18,7 +18,7 @@ export const ROWS = 1440 / MINUTES;
  */
 
 /** @type {Map<string, YearSuns>} */
-const kept = new Map();
+const cache = new Map();
 
 /**
  * Find the suns of a year, in the middle of each cell.
@@ -28,7 +28,7 @@ const kept = new Map();
  */
 export const findYearSuns = (site, year) => {
   const key = JSON.stringify([site, year]),
-    known = kept.get(key);
+    known = cache.get(key);
   if (known) return known;
   const first = `${String(year).padStart(4, "0")}-01-01`,
     columns = Math.ceil((findDayOfYear(`${first.slice(0, 4)}-12-31`) + 1) / DAYS);
@@ -42,8 +42,8 @@ export const findYearSuns = (site, year) => {
       if (altitude > 0) directions.set(direction, 3 * (column * ROWS + row));
     }
   });
-  if (kept.size > 3) kept.clear();
-  const found = { year, columns, dates, directions };
-  kept.set(key, found);
-  return found;
+  if (cache.size > 3) cache.clear();
+  const suns = { year, columns, dates, directions };
+  cache.set(key, suns);
+  return suns;
 };

@@ -1,4 +1,4 @@
-"""The WebGPU device: an adapter with all that counting needs, or an error that says what lacks."""
+"""The WebGPU device: an adapter that can count, or an error that names what it lacks."""
 
 from functools import lru_cache
 from importlib import resources

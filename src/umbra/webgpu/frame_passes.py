@@ -108,13 +108,13 @@ class FramePasses:
         if volumes.passes:
             render.set_vertex_buffer(0, vertices)
             render.set_index_buffer(indices, "uint32")
-        for each in volumes.passes:
-            pipeline = _make_volume_pipeline(self._device, each, in_floats=in_floats)
-            side = 1.0 if each.kind == Z_PASS else -1.0
+        for volume_pass in volumes.passes:
+            pipeline = _make_volume_pipeline(self._device, volume_pass, in_floats=in_floats)
+            side = 1.0 if volume_pass.kind == Z_PASS else -1.0
             view = self._upload(_pack(volumes.matrix, volumes.near, side=side), _UNIFORM)
             render.set_pipeline(pipeline)
             render.set_bind_group(0, self._bind(pipeline, [view]))
-            render.draw_indexed(each.count, 1, each.first)
+            render.draw_indexed(volume_pass.count, 1, volume_pass.first)
         render.end()
         self._device.queue.submit([encoder.finish()])
         if in_floats:
@@ -153,13 +153,13 @@ class FramePasses:
 
     def _attach_depth(self, **how: Any) -> dict[str, Any]:
         """Attach depth and stencil; of the one that ``how`` does not name nothing changes."""
-        kept = "stencil" if "depth_load_op" in how else "depth"
-        return {"view": self._textures["depth"].create_view(), f"{kept}_read_only": True, **how}
+        other = "stencil" if "depth_load_op" in how else "depth"
+        return {"view": self._textures["depth"].create_view(), f"{other}_read_only": True, **how}
 
     def _bind(self, pipeline: _Handle, buffers: list[_Handle]) -> _Handle:
         entries = [
-            {"binding": place, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
-            for place, buffer in enumerate(buffers)
+            {"binding": binding, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
+            for binding, buffer in enumerate(buffers)
         ]
         layout = pipeline.get_bind_group_layout(0)
         return self._device.create_bind_group(layout=layout, entries=entries)
@@ -255,12 +255,12 @@ def _make_stencil_pipeline(device: _Handle) -> _Handle:
     )
 
 
-def _make_volume_pipeline(device: _Handle, each: VolumePass, *, in_floats: bool) -> _Handle:
-    test = _NEARER if each.depth_test == "less" else each.depth_test
+def _make_volume_pipeline(device: _Handle, volume_pass: VolumePass, *, in_floats: bool) -> _Handle:
+    test = _NEARER if volume_pass.depth_test == "less" else volume_pass.depth_test
     if in_floats:
-        test = _FLOAT_TESTS[each.kind]
-    operations = () if in_floats else (each.front, each.back)
-    return _find_volume_pipeline(device, test, operations, each.clamps_depth)
+        test = _FLOAT_TESTS[volume_pass.kind]
+    operations = () if in_floats else (volume_pass.front, volume_pass.back)
+    return _find_volume_pipeline(device, test, operations, volume_pass.clamps_depth)
 
 
 @lru_cache

@@ -129,8 +129,8 @@ class Controls:
         cols, rows = at[0] - held.last[0], at[1] - held.last[1]
         self._drag = replace(held, last=at)
         if held.kind == "light":
-            place = at[0] + held.offset[0], at[1] + held.offset[1]
-            return drag(view, held.number, place, self.size, level=shift)
+            pixel = at[0] + held.offset[0], at[1] + held.offset[1]
+            return drag(view, held.number, pixel, self.size, level=shift)
         if held.kind == "pan":
             return replace(view, viewpoint=view.viewpoint.pan(cols, rows, self.size[1]))
         if view.viewpoint.walks:

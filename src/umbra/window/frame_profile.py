@@ -94,8 +94,8 @@ def count_profile(
     sweep = PlaneSweep(caster, grid, height, threads)
     hours = np.full((rows, cols), suns.behind_land, np.float32)
     for first in range(0, len(suns.hours), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
-        hours += np.tensordot(suns.hours[some], sweep.masks(suns.directions[some]), 1)
+        batch = slice(first, first + _AT_ONCE)
+        hours += np.tensordot(suns.hours[batch], sweep.masks(suns.directions[batch]), 1)
     hours[sweep.masks(_ZENITH)[0] != 0] = _COVERED
     return Relief(grid, height, hours, _HIGHEST * float(high[2] - height) / suns.total)
 
@@ -144,8 +144,8 @@ class ShadowProfile:
         hours.fill(state, suns.total)
         lights = [directional_light(way) for way in suns.directions]
         for first in range(0, len(lights), _AT_ONCE):
-            some = lights[first : first + _AT_ONCE]
-            plans = planner.plan(renderer.projection, some)
+            batch = lights[first : first + _AT_ONCE]
+            plans = planner.plan(renderer.projection, batch)
             for number, plan in enumerate(plans, first):
                 counter.count(state, hours, plan)
                 hours.use()
@@ -189,8 +189,8 @@ class ShadowProfile:
             projection=projection.clip_matrix,
         )  # fmt: skip
         self._renderer.still.forget()  # the relief is drawn into its depth
-        for each in (_DEPTH, _SURFACE):
-            state.use(each)
+        for settings in (_DEPTH, _SURFACE):
+            state.use(settings)
             self._relief.draw(6 * (grid.cols - 1) * (grid.rows - 1))
 
     def release(self) -> None:

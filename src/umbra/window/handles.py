@@ -98,8 +98,8 @@ def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
         return []
     pixels = project(view.viewpoint.camera(size), np.array(places))
     return [
-        Handle(number, (float(x), float(y)), place)
-        for number, (x, y), place in zip(numbers, pixels, places, strict=True)
+        Handle(number, (float(x), float(y)), position)
+        for number, (x, y), position in zip(numbers, pixels, places, strict=True)
         if -GRIP < x < size[0] + GRIP and -GRIP < y < size[1] + GRIP
     ]
 
@@ -107,7 +107,7 @@ def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
 def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
     """Find the handle at a pixel."""
     near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
-    reached = [each for each in near if each[0] <= grip]
+    reached = [entry for entry in near if entry[0] <= grip]
     return handles[min(reached)[1]] if reached else None
 
 
@@ -131,11 +131,11 @@ def place_lamp(
     foot += 0.12 * length * len(view.lights) * view.viewpoint.axes()[0]
     camera = view.viewpoint.camera(size)
     for lift in np.linspace(high[2] + 0.25 * length - foot[2], 0.0, 12):
-        place = foot + np.array([0.0, 0.0, lift])
-        ((x, y),) = project(camera, place[None])
+        position = foot + np.array([0.0, 0.0, lift])
+        ((x, y),) = project(camera, position[None])
         if 0 < x < size[0] and _LAMP_LEAST * size[1] < y < size[1]:
             break
-    return place
+    return position
 
 
 def drag(
@@ -154,10 +154,10 @@ def drag(
     if not light.is_point:
         toward = _find_on_dome(view, camera, ray, light.position[:3])
         return view.change_light(number, replace(light, position=np.append(toward, 0.0)))
-    place = light.position[:3]
-    depth = float((place - camera.eye) @ camera.axes()[2])
+    position = light.position[:3]
+    depth = float((position - camera.eye) @ camera.axes()[2])
     if level:
-        height = place[2] - camera.eye[2]
+        height = position[2] - camera.eye[2]
         if abs(ray[2]) < _FLATTEST or height / ray[2] <= 0:
             return view
         depth = height / ray[2]
@@ -190,8 +190,8 @@ def _find_on_dome(
     aside = way - along * unit  # from the ray's nearest point to the centre
     inside = radius**2 - float(aside @ aside)
     half = np.sqrt(max(inside, 0.0))
-    found = [-aside - half * unit, -aside + half * unit]
-    return max(found, key=lambda d: (d[2] > 0, float(d @ now)))
+    crossings = [-aside - half * unit, -aside + half * unit]
+    return max(crossings, key=lambda d: (d[2] > 0, float(d @ now)))
 
 
 def _find_ray(camera: Camera, at: Pixel) -> NDArray[np.float64]:

@@ -90,8 +90,8 @@ def _draw_dome(draw: imgui.ImDrawList, view: ViewState, frame: PictureArea) -> N
     mark = middle + 1.06 * radius * np.array([[np.sin(north), np.cos(north), 0.0]])
     (at,) = project(camera, mark)
     if not np.isnan(at).any():
-        place = frame.to_window(at)
-        _write(draw, place.x - grow(5), place.y - grow(8), "N")
+        spot = frame.to_window(at)
+        _write(draw, spot.x - grow(5), spot.y - grow(8), "N")
     path = find_path(view)
     if path is not None:
         minutes, places = path
@@ -114,8 +114,8 @@ def _draw_line(
     points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
     rim, line = _tint(_INK, 0.28 * opacity), _tint(color, opacity)
     for tint, wide in ((rim, width + 1.2), (line, width)):
-        for place in np.flatnonzero(shown[1:] & shown[:-1]):
-            draw.add_line(points[place], points[place + 1], tint, wide)
+        for index in np.flatnonzero(shown[1:] & shown[:-1]):
+            draw.add_line(points[index], points[index + 1], tint, wide)
 
 
 def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
@@ -126,11 +126,11 @@ def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
 
 
 def _draw_stem(
-    draw: imgui.ImDrawList, view: ViewState, frame: PictureArea, place: NDArray[np.float64]
+    draw: imgui.ImDrawList, view: ViewState, frame: PictureArea, position: NDArray[np.float64]
 ) -> None:
     """Draw a vertical line from a lamp to the target's height."""
-    foot = np.array([place[0], place[1], min(view.viewpoint.target[2], place[2])])
-    pixels = project(view.viewpoint.camera(frame.pixels), np.stack([place, foot]))
+    foot = np.array([position[0], position[1], min(view.viewpoint.target[2], position[2])])
+    pixels = project(view.viewpoint.camera(frame.pixels), np.stack([position, foot]))
     _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
@@ -143,19 +143,19 @@ def draw_scale(title: str, top: float, frame: PictureArea, *, hours: NDArray | N
     ticks = find_scale_ticks(int(top))
     palette = PALETTE if hours is None else hours
     if hours is None and len(ticks) == top + 1:  # a field for each count
-        each = width / len(ticks)
+        step = width / len(ticks)
         for count in ticks:
-            low = imgui.ImVec2(at.x + count * each, at.y)
-            high = imgui.ImVec2(low.x + each, at.y + height)
+            low = imgui.ImVec2(at.x + count * step, at.y)
+            high = imgui.ImVec2(low.x + step, at.y + height)
             draw.add_rect_filled(
                 low, high, _tint(find_count_colors(np.array(count), int(top)), 1.0)
             )
-            _write_below(draw, low.x + each / 2, at.y + height, count)
+            _write_below(draw, low.x + step / 2, at.y + height, count)
     else:
-        each = width / (len(palette) - 1)
-        for place, (left, right) in enumerate(itertools.pairwise(palette)):
-            low = imgui.ImVec2(at.x + place * each, at.y)
-            high = imgui.ImVec2(low.x + each, at.y + height)
+        step = width / (len(palette) - 1)
+        for index, (left, right) in enumerate(itertools.pairwise(palette)):
+            low = imgui.ImVec2(at.x + index * step, at.y)
+            high = imgui.ImVec2(low.x + step, at.y + height)
             a, b = _tint(left, 1.0), _tint(right, 1.0)
             draw.add_rect_filled_multi_color(low, high, a, b, b, a)
         for count in ticks:
@@ -174,22 +174,27 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
         imgui.separator()
         for name, spent in drawn.passes.items():
             _write_row(name, f"{spent:.2f} ms")
-    found = drawn.statistics.get(view.chosen)
-    if found is not None:
+    statistics = drawn.statistics.get(view.chosen)
+    if statistics is not None:
         imgui.separator()
         rows_of = {
-            "casters": f"{found.shells:,}",
-            "out of view": f"{found.culled:,}",
-            "case 1, 2, 3": ", ".join(f"{n:,}" for n in found.cases),
-            "sides": f"{found.sides:,}",
-            "begun low": f"{found.low:,}",
-            "light caps": f"{found.light_caps:,}",
-            "dark caps": f"{found.dark_caps:,}",
-            "index bytes": f"{found.index_bytes:,}",
-            "counts in": view.method if view.method in METHODS["gl"].masks else found.counts_in,
+            "casters": f"{statistics.shells:,}",
+            "out of view": f"{statistics.culled:,}",
+            "case 1, 2, 3": ", ".join(f"{n:,}" for n in statistics.cases),
+            "sides": f"{statistics.sides:,}",
+            "begun low": f"{statistics.low:,}",
+            "light caps": f"{statistics.light_caps:,}",
+            "dark caps": f"{statistics.dark_caps:,}",
+            "index bytes": f"{statistics.index_bytes:,}",
+            "counts in": view.method
+            if view.method in METHODS["gl"].masks
+            else statistics.counts_in,
         }
-        if found.moved:
-            rows_of |= {"coarser": f"{found.coarse:,}", "casters off": f"{found.moved:.2g} m"}
+        if statistics.moved:
+            rows_of |= {
+                "coarser": f"{statistics.coarse:,}",
+                "casters off": f"{statistics.moved:.2g} m",
+            }
         for name, value in rows_of.items():
             _write_row(name, value)
     if drawn.edges:

@@ -42,14 +42,14 @@ def put_label(text: str) -> None:
 def slide(text: str, name: str, value: float, low: float, high: float, flags: int = 0) -> float:
     """Draw a labelled slider; return the value as it was, in float64, unless the slider moved."""
     put_label(text)
-    changed, found = imgui.slider_float(f"##{name}", value, low, high, " ", flags)
-    return found if changed else value
+    changed, moved = imgui.slider_float(f"##{name}", value, low, high, " ", flags)
+    return moved if changed else value
 
 
-def choose(name: str, place: int, labels: Sequence[str], width: float = -1.0) -> int:
+def choose(name: str, index: int, labels: Sequence[str], width: float = -1.0) -> int:
     """Draw a choice from a list that opens; return the number of what is chosen."""
     imgui.set_next_item_width(width)
-    return imgui.combo(f"##{name}", place, list(labels))[1]
+    return imgui.combo(f"##{name}", index, list(labels))[1]
 
 
 def say(text: str, color: imgui.ImVec4) -> None:
@@ -61,8 +61,8 @@ def say(text: str, color: imgui.ImVec4) -> None:
 
 def draw_legend(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
     """Draw a legend of colours in a row."""
-    for place, (label, color) in enumerate(entries):
-        if place:
+    for index, (label, color) in enumerate(entries):
+        if index:
             imgui.same_line(0, grow(12))
         at, side = imgui.get_cursor_screen_pos(), imgui.get_text_line_height() * 0.7
         low = imgui.ImVec2(at.x, at.y + 0.2 * side)
@@ -85,9 +85,9 @@ def draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewS
     imgui.same_line()
     values = [*motion.choices.values()]
     last = values.index(view.animation) if view.animation in values else 0
-    place = choose("animation", last, [*motion.choices])
-    if place != last:
-        view = replace(view, animation=values[place], time=0.0)
+    index = choose("animation", last, [*motion.choices])
+    if index != last:
+        view = replace(view, animation=values[index], time=0.0)
     duration = motion.find_duration(view)
     if duration > 0:
         text = f"{view.time:.2f} s of {duration:.3g}"

@@ -30,8 +30,8 @@ class Motion:
         self._scene = self._posed = self._lit = scene
         self._key: tuple[int | str | None, float] = (None, 0.0)
         self.choices: dict[str, int | str | None] = {"none": None}
-        for number, one in enumerate(scene.animations):
-            self.choices[f"{number}: {one.name}" if one.name else str(number)] = number
+        for number, animation in enumerate(scene.animations):
+            self.choices[f"{number}: {animation.name}" if animation.name else str(number)] = number
         if len(scene.animations) > 1:
             self.choices["all"] = "all"
 
@@ -44,7 +44,7 @@ class Motion:
         """Return the duration of a view's animation [s]; 0 without one."""
         if view.animation is None:
             return 0.0
-        return max(one.duration for one in find_animations(self._scene, view.animation))
+        return max(animation.duration for animation in find_animations(self._scene, view.animation))
 
     def pose(self, view: ViewState) -> Scene:
         """Return the scene of a view; the same object while nothing moves."""
@@ -80,5 +80,5 @@ class Motion:
         return replace(view, lights=tuple(lights))
 
 
-def _is_same(one: object, other: object) -> bool:
-    return one is other or (one is not None and np.array_equal(one, other))  # type: ignore[arg-type]
+def _is_same(value: object, other: object) -> bool:
+    return value is other or (value is not None and np.array_equal(value, other))  # type: ignore[arg-type]

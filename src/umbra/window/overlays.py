@@ -54,9 +54,9 @@ def find_top(highest: int) -> int:
 
 def find_count_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
     """Return the colours of counts, sRGB (..., 3); ``top`` has the last colour."""
-    place = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
-    low = np.minimum(place.astype(int), len(PALETTE) - 2)
-    part = (place - low)[..., None]
+    position = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
+    low = np.minimum(position.astype(int), len(PALETTE) - 2)
+    part = (position - low)[..., None]
     return (1 - part) * PALETTE[low] + part * PALETTE[low + 1]
 
 
@@ -201,8 +201,8 @@ class Overlays:
         self._set_up(self._lines, plan)
         self._edges.bind(0)
         self._lines.set(edges=0, size=np.array(targets.size, float), width=width)
-        for each, opacity in ((_HIDDEN, "hidden"), (_OVER, "edges")):
-            state.use(each)
+        for settings, opacity in ((_HIDDEN, "hidden"), (_OVER, "edges")):
+            state.use(settings)
             self._lines.set(tint=np.array([*EDGES, _OPACITY[opacity]]))
             self._lines.draw(6 * self.n_edges)
 
@@ -253,14 +253,14 @@ def list_faces_by_component(
     renderer: SceneRenderer,
 ) -> tuple[dict[int, NDArray[np.uint32]], tuple[int, int]]:
     """List the vertex numbers of casters by colour; count closed and open components."""
-    found, counts = [], np.zeros(2, np.intp)
+    face_groups, counts = [], np.zeros(2, np.intp)
     for body in renderer.planner.bodies:
         is_closed = body.caster.is_closed
         for _ in body.groups:
             colors = (np.cumsum(is_closed) + counts[0]) % len(COMPONENTS)
-            found.append(np.where(is_closed, colors, OPEN_GROUP)[body.caster.component])
+            face_groups.append(np.where(is_closed, colors, OPEN_GROUP)[body.caster.component])
             counts += [is_closed.sum(), (~is_closed).sum()]
-    lists = _group_faces(renderer, range(OPEN_GROUP, len(COMPONENTS)), found)
+    lists = _group_faces(renderer, range(OPEN_GROUP, len(COMPONENTS)), face_groups)
     return lists, (int(counts[0]), int(counts[1]))
 
 
@@ -268,25 +268,31 @@ def list_faces_by_case(
     renderer: SceneRenderer, case: NDArray[np.int8]
 ) -> dict[int, NDArray[np.uint32]]:
     """List the vertex numbers of casters for each of ``CASES``."""
-    found, first = [], 0
+    face_groups, first = [], 0
     for body in renderer.planner.bodies:
         shell = body.component_shell[body.caster.component]
         for _ in body.groups:
-            found.append(case[first + shell])
+            face_groups.append(case[first + shell])
             first += body.n_shells
-    return _group_faces(renderer, CASES, found)
+    return _group_faces(renderer, CASES, face_groups)
 
 
 def _group_faces(
-    renderer: SceneRenderer, groups: Iterable[int], found: Sequence[NDArray[np.integer]]
+    renderer: SceneRenderer, groups: Iterable[int], face_groups: Sequence[NDArray[np.integer]]
 ) -> dict[int, NDArray[np.uint32]]:
-    """List the vertex numbers of faces by group; ``found`` are the groups of each instance's."""
+    """List the vertex numbers of faces by group, which ``face_groups`` holds by instance."""
     instances = [(body, first) for body in renderer.planner.bodies for first in body.first.tolist()]
     corners = [2 * (body.caster.faces.astype(np.uint32) + first) for body, first in instances]
     empty = np.zeros(0, np.uint32)
     return {
         number: np.concatenate(
-            [empty, *(each[of == number].ravel() for each, of in zip(corners, found, strict=True))]
+            [
+                empty,
+                *(
+                    faces[of == number].ravel()
+                    for faces, of in zip(corners, face_groups, strict=True)
+                ),
+            ]
         )
         for number in groups
     }
@@ -294,6 +300,6 @@ def _group_faces(
 
 def list_edges(volumes: Sequence[BodyVolumes]) -> NDArray[np.int32]:
     """List the silhouette edges of the volumes once each, (n_edges, 2) vertex numbers."""
-    found = (each.list_sides()[0] for each in volumes)
-    lists = [np.zeros((0, 2), np.int32), *(sides[:, :2].astype(np.int32) for sides in found)]
+    side_lists = (body_volumes.list_sides()[0] for body_volumes in volumes)
+    lists = [np.zeros((0, 2), np.int32), *(sides[:, :2].astype(np.int32) for sides in side_lists)]
     return np.unique(np.concatenate(lists), axis=0)

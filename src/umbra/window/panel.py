@@ -207,11 +207,11 @@ def _draw_light(light: Light) -> Light:
     """Draw the fields of the chosen light."""
     if light.is_point:
         imgui.set_next_item_width(-1)
-        changed, place = imgui.drag_float3(
+        changed, position = imgui.drag_float3(
             "##place", light.position[:3].tolist(), 0.1, format="%.1f"
         )
         if changed:
-            light = replace(light, position=np.append(place, 1.0))
+            light = replace(light, position=np.append(position, 1.0))
     strength = max(*light.color, 1e-3)
     wanted = slide(f"strength {strength:.2f}", "strength", strength, 0.02, 4.0)
     if wanted != strength:
@@ -240,14 +240,16 @@ def _draw_counting(view: ViewState) -> ViewState:
     view = view.choose_method(methods[choose("method", methods.index(view.method), methods)])
     if DEVICES[view.device].enlarges_masks and view.soft == "none":
         put_label("mask")
-        place, is_whole = MASK_SCALES.index(view.mask_scale), view.mask_scale == 1
-        place = choose("scale", place, ("whole", "half", "quarter"), -1.0 if is_whole else grow(72))
-        view = replace(view, mask_scale=MASK_SCALES[place])
+        choice, is_whole = MASK_SCALES.index(view.mask_scale), view.mask_scale == 1
+        choice = choose(
+            "scale", choice, ("whole", "half", "quarter"), -1.0 if is_whole else grow(72)
+        )
+        view = replace(view, mask_scale=MASK_SCALES[choice])
         if is_whole:
             return _draw_detail(view)
         imgui.same_line()
-        place = choose("filter", MASK_FILTERS.index(view.mask_filter), MASK_FILTERS)
-        view = replace(view, mask_filter=MASK_FILTERS[place])
+        choice = choose("filter", MASK_FILTERS.index(view.mask_filter), MASK_FILTERS)
+        view = replace(view, mask_filter=MASK_FILTERS[choice])
     return view
 
 
@@ -356,10 +358,10 @@ def _draw_file(state: PanelState, controls: Controls) -> None:
     imgui.set_next_item_width(-1)
     _, state.view_file = imgui.input_text("##file", state.view_file)
     width = imgui.get_content_region_avail().x
-    for place, (label, command, share) in enumerate(
+    for index, (label, command, share) in enumerate(
         (("Save", "save", 0.24), ("Load", "load", 0.24), ("Screenshot", "screenshot", 0.0))
     ):
-        if place:
+        if index:
             imgui.same_line()
         if imgui.button(label, imgui.ImVec2(share * width or -1, 0)):
             controls.commands.append(command)

@@ -50,7 +50,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
     if not isinstance(described, dict) or described.get("umbra_view") != _VERSION:
         msg = f"this is not a view of version {_VERSION}: 'umbra_view' is missing or another number"
         raise InputError(msg)
-    place = "viewpoint"
+    entry = "viewpoint"
     try:
         given = described["viewpoint"]
         viewpoint = Viewpoint(
@@ -62,36 +62,36 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
         if not viewpoint.distance > 0 or abs(viewpoint.tilt) >= 90:
             msg = "distance must be above 0, and tilt between -90 and 90"
             raise InputError(msg)
-        place = "sun"
+        entry = "sun"
         sun = _read_sun(described["sun"])
         lights = []
         for number, light in enumerate(described.get("lights", [])):
-            place = f"lights[{number}]"
+            entry = f"lights[{number}]"
             lights.append(_read_light(light))
             if number < len(images_of) and light.get("has_image"):
                 source = images_of[number]
                 lights[-1] = replace(lights[-1], image=source.image, up=source.up)
-        place = "overlays"
+        entry = "overlays"
         overlays = frozenset(map(str, described.get("overlays", [])))
         more: dict[str, Any] = {}
         for name, read in _CHOICES.items():
-            place = name
+            entry = name
             if name in described:
                 more[name] = read(described[name])
-        place = "no_cast"
+        entry = "no_cast"
         more["no_cast"] = frozenset(map(int, described.get("no_cast", [])))
-        place = "period"
+        entry = "period"
         if "period" in described:
             given = described["period"]
-            numbers = (_read_number(given[one.name]) for one in fields(ProfilePeriod))
+            numbers = (_read_number(given[field.name]) for field in fields(ProfilePeriod))
             more["period"] = ProfilePeriod(*numbers)
-        place = "choices"
+        entry = "choices"
         return ViewState(viewpoint, sun, tuple(lights), overlays=overlays, **more)
     except KeyError as error:
-        msg = f"the view's {place} has no {error}"
+        msg = f"the view's {entry} has no {error}"
         raise InputError(msg) from error
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        msg = f"the view's {place} is wrong: {error}"
+        msg = f"the view's {entry} is wrong: {error}"
         raise InputError(msg) from error
 
 
@@ -122,9 +122,9 @@ def load_views(path: str | os.PathLike[str]) -> list[ViewState]:
         msg = f"'{path}' is not a list of views; write the saved views as [VIEW, VIEW, ...]"
         raise InputError(msg, path=path)
     views = []
-    for number, one in enumerate(described, start=1):
+    for number, description in enumerate(described, start=1):
         try:
-            views.append(from_json(one))
+            views.append(from_json(description))
         except InputError as error:
             msg = f"'{path}', view {number}: {error}"
             raise InputError(msg, path=path) from error

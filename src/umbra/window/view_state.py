@@ -268,9 +268,9 @@ class ViewState:
 
     def shining(self) -> dict[int, Light]:
         """Return the active lights by number, the sun first."""
-        found = dict(enumerate(self.lights))
+        shining = dict(enumerate(self.lights))
         sun = self.sun.light()
-        return found if sun is None else {SUN: sun, **found}
+        return shining if sun is None else {SUN: sun, **shining}
 
     def profile_suns(self) -> Suns | None:
         """Return the suns of the shadow profile; None without a site or if none is up."""
@@ -366,9 +366,9 @@ def make_view(
     """
     viewpoint = frame_bounds(scene.model_bounds(), size)
     lights = expose_lights(scene)
-    asked = date is not None or minutes is not None
+    is_given = date is not None or minutes is not None
     sun = Sun(
-        shines=asked or not lights,
+        shines=is_given or not lights,
         site=site,
         date=date or dt.date(dt.datetime.now(dt.UTC).year, 3, 21),
         minutes=15 * 60.0 if minutes is None else minutes,

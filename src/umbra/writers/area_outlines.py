@@ -34,9 +34,9 @@ def draw_areas(panel: Panel) -> None:
     places = place_names(
         [middles[k] for k in order], [outer[k] for k in order], sizes, (x, y, x + w, y + h)
     )
-    for k, place in zip(order, places, strict=True):
+    for k, position in zip(order, places, strict=True):
         panel.write(
-            place[0], place[1], areas[k].name, SMALL, color=COLOR, halo=HALO, weight="bold",
+            position[0], position[1], areas[k].name, SMALL, color=COLOR, halo=HALO, weight="bold",
             ha="center", va="center",
         )  # fmt: skip
 
@@ -78,7 +78,7 @@ def place_names(
             candidates = [*candidates[1:], candidates[0]]
         inside = [_keep_in(at, (w, h), frame) for at in candidates]
         boxes = [(a - w / 2, b - h / 2, a + w / 2, b + h / 2) for a, b in inside]
-        best = min(range(5), key=lambda k: sum(_overlap(boxes[k], one) for one in taken))
+        best = min(range(5), key=lambda k: sum(_overlap(boxes[k], box) for box in taken))
         taken.append(boxes[best])
         places.append(inside[best])
     return places

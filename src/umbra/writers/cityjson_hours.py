@@ -95,15 +95,15 @@ def find_cityjson(sources: Sequence[Source]) -> list[Source]:
         If there is none.
     """
     named = [source for source in sources if not source.is_companion]
-    found = [source for source in named if source.format.startswith("CityJSON")]
-    if not found:
+    writable = [source for source in named if source.format.startswith("CityJSON")]
+    if not writable:
         first = f"{named[0].name} is {named[0].format}" if named else "there is no file"
         msg = (
             f"write='cityjson' adds hours to the CityJSON files of a study, and {first}; write "
             "'geoparquet' or '3dtiles', or convert the model to CityJSON first"
         )
         raise InputError(msg, option="write")
-    return found
+    return writable
 
 
 def check_source(source: Source) -> Path:
@@ -147,20 +147,20 @@ def group_objects(
     columns : mapping
         Figures of each surface.
     """
-    known, thing = np.unique(names.astype(str), return_inverse=True)
-    order = np.argsort(thing, kind="stable")
-    ends = np.cumsum(np.bincount(thing, minlength=len(known)))
-    place = np.zeros(len(thing), np.int64)  # of a surface among its object's
-    place[order] = np.arange(len(thing)) - (ends - np.bincount(thing))[thing[order]]
-    triangles = np.argsort(thing[owner], kind="stable")
-    lasts = np.cumsum(np.bincount(thing[owner], minlength=len(known)))
-    found = {}
+    known, number = np.unique(names.astype(str), return_inverse=True)
+    order = np.argsort(number, kind="stable")
+    ends = np.cumsum(np.bincount(number, minlength=len(known)))
+    position = np.zeros(len(number), np.int64)  # of a surface among its object's
+    position[order] = np.arange(len(number)) - (ends - np.bincount(number))[number[order]]
+    triangles = np.argsort(number[owner], kind="stable")
+    lasts = np.cumsum(np.bincount(number[owner], minlength=len(known)))
+    objects = {}
     for k, name in enumerate(known.tolist()):
-        mine = order[ends[k - 1] if k else 0 : ends[k]]
+        rows = order[ends[k - 1] if k else 0 : ends[k]]
         cut = triangles[lasts[k - 1] if k else 0 : lasts[k]]
-        own = {key: values[mine] for key, values in columns.items()}
-        found[name] = MeasuredObject(corners[cut], place[owner[cut]], own)
-    return found
+        own = {key: values[rows] for key, values in columns.items()}
+        objects[name] = MeasuredObject(corners[cut], position[owner[cut]], own)
+    return objects
 
 
 def add_hours(
@@ -213,8 +213,8 @@ def _add_to_document(
 ) -> None:
     """Add attributes to the objects of a document."""
     raw = document.get("vertices", [])
-    things = document["CityObjects"]
-    chosen = choose_geometries(things, templates.shapes, raw, Counter())
+    city_objects = document["CityObjects"]
+    chosen = choose_geometries(city_objects, templates.shapes, raw, Counter())
     measured: list[tuple[Choice, MeasuredObject]] = []
     for name, choice in chosen.items():
         own = objects.get(name_part(name))
@@ -222,7 +222,7 @@ def _add_to_document(
             counts["objects were not measured"] += 1
             continue
         total = _sum_up(own.columns)
-        things[name].setdefault("attributes", {}).update(total)
+        city_objects[name].setdefault("attributes", {}).update(total)
         shape = choice.lender or choice.geometry  # that whose surfaces have meanings
         if shape.get("semantics"):
             measured.append((Choice(shape, shape), own))
@@ -258,14 +258,14 @@ def _match(
         np.array([len(ring) for ring in rings], np.int64),
         np.array([len(polygon) for polygon in polygons], np.int64),
     )
-    places, place = np.unique(vertices, axis=0, return_inverse=True)
+    places, vertex = np.unique(vertices, axis=0, return_inverse=True)
     counts = [len(flatten(choice.shape)) for choice, _ in measured]
     thing_of_polygon = np.repeat(np.arange(len(measured)), counts)
-    theirs = _name(thing_of_polygon[cut.polygon], place.ravel()[cut.faces])
+    theirs = _name(thing_of_polygon[cut.polygon], vertex.ravel()[cut.faces])
     corners = np.concatenate([own.corners for _, own in measured])
     _, near = cKDTree(places).query(corners.reshape(-1, 3), distance_upper_bound=_NEAR)
-    thing = np.repeat(np.arange(len(measured)), [len(own.corners) for _, own in measured])
-    ours = _name(thing, near.reshape(-1, 3))
+    number = np.repeat(np.arange(len(measured)), [len(own.corners) for _, own in measured])
+    ours = _name(number, near.reshape(-1, 3))
     surface = np.concatenate([own.surface for _, own in measured])
     known = dict(zip(map(tuple, ours.tolist()), surface.tolist(), strict=True))
     votes: list[Counter[int]] = [Counter() for _ in polygons]
@@ -275,9 +275,9 @@ def _match(
     return [tuple(which for which, _ in vote.most_common()) for vote in votes]
 
 
-def _name(thing: NDArray[np.integer], corners: NDArray[np.integer]) -> NDArray[np.int64]:
+def _name(number: NDArray[np.integer], corners: NDArray[np.integer]) -> NDArray[np.int64]:
     """Name triangles by their object and their corners in any order, (n, 4)."""
-    return np.concatenate([thing[:, None], np.sort(corners, axis=1)], axis=1).astype(np.int64)
+    return np.concatenate([number[:, None], np.sort(corners, axis=1)], axis=1).astype(np.int64)
 
 
 def _label(
@@ -287,7 +287,7 @@ def _label(
     semantics, depth = geometry["semantics"], DEPTHS[geometry["type"]]
     before = list(walk_values(semantics.get("values"), geometry["boundaries"], depth))
     originals = semantics["surfaces"]
-    known, after = [dict(one) for one in originals], list(before)
+    known, after = [dict(original) for original in originals], list(before)
     groups: dict[tuple[int, tuple[int, ...]], list[int]] = {}
     for k, (old, match) in enumerate(zip(before, matches, strict=True)):
         if old is not None:
@@ -305,8 +305,8 @@ def _label(
             parent = known[index].get("parent")
             if parent is not None:
                 known[parent]["children"] = [*known[parent].get("children", ()), index]
-        some = list(match)
-        own = {name: values[some] for name, values in columns.items()}
+        matched = list(match)
+        own = {name: values[matched] for name, values in columns.items()}
         known[index].update(_sum_up(own, is_surface=True))
         for member in members:
             after[member] = index
@@ -323,7 +323,7 @@ def _nest(values: Any, boundaries: list[Any], depth: int) -> list[Any]:
 
 def _sum_up(columns: Mapping[str, NDArray], *, is_surface: bool = False) -> dict[str, float]:
     """Return the figures of several surfaces together: means by area, the least and the most."""
-    found: dict[str, float] = {}
+    figures: dict[str, float] = {}
     for name, values in columns.items():
         if name == "area":
             value = float(values.sum())
@@ -338,5 +338,5 @@ def _sum_up(columns: Mapping[str, NDArray], *, is_surface: bool = False) -> dict
         else:
             value = float(np.average(values, weights=columns["area"]))
         key = {"area": "measured_area", "azimuth": "surface_azimuth", "tilt": "surface_tilt"}
-        found[key.get(name, name)] = round(value, _DIGITS.get(name, 4))
-    return found
+        figures[key.get(name, name)] = round(value, _DIGITS.get(name, 4))
+    return figures

@@ -71,8 +71,12 @@ def read_place(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArr
     with Path(path).open("rb") as file:
         head = file.read(20)
         tree = orjson.loads(file.read(int.from_bytes(head[12:16], "little")))
-    ends = [one for one in tree["accessors"] if one["type"] == "VEC3" and "min" in one]
-    low, high = (np.array([one[key] for one in ends]) for key in ("min", "max"))
+    ends = [
+        accessor
+        for accessor in tree["accessors"]
+        if accessor["type"] == "VEC3" and "min" in accessor
+    ]
+    low, high = (np.array([accessor[key] for accessor in ends]) for key in ("min", "max"))
     (x0, y0, z0), (x1, y1, z1) = low.min(0), high.max(0)
     bounds = np.array([[x0, -z1, y0], [x1, -z0, y1]])  # a GLB's y is up
     return np.array(tree["asset"]["extras"]["origin"]), bounds
@@ -111,7 +115,7 @@ def find_tileset_placement(
         near = origin[:2] + _STEP * np.array([[0, 0], [1, 0], [0, 1]])
         longitudes, latitudes = to_degrees.transform(near[:, 0], near[:, 1])
         longitude, latitude = float(longitudes[0]), float(latitudes[0])
-    place = np.array(to_earth.transform(longitude, latitude, float(origin[2])))
+    anchor = np.array(to_earth.transform(longitude, latitude, float(origin[2])))
     east, north, up = _find_axes(longitude, latitude)
     if system is None:
         turn = math.radians(site.true_north)
@@ -121,10 +125,10 @@ def find_tileset_placement(
         ends = np.column_stack(
             to_earth.transform(longitudes[1:], latitudes[1:], np.full(2, float(origin[2])))
         )
-        along, across = (ends - place) / _STEP
-    found = np.eye(4)
-    found[:3] = np.column_stack([along, across, up, place])
-    return found
+        along, across = (ends - anchor) / _STEP
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack([along, across, up, anchor])
+    return matrix
 
 
 def _find_axes(longitude: float, latitude: float) -> NDArray[np.float64]:

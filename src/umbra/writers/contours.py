@@ -93,8 +93,8 @@ class Tracer:
             return []
         first = ends[:-1].astype(np.intp)
         size = np.maximum.reduceat(points, first) - np.minimum.reduceat(points, first)
-        kept = size.max(1) >= SHORTEST
-        return [points[a:b] for a, b in zip(first[kept], ends[1:][kept], strict=True)]
+        is_long = size.max(1) >= SHORTEST
+        return [points[a:b] for a, b in zip(first[is_long], ends[1:][is_long], strict=True)]
 
 
 def trace(panel: Panel, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
@@ -169,9 +169,9 @@ class _LabelFinder:
             if best is None:
                 parts.append(line)
                 continue
-            _, at, place = best
-            self.taken.append(place[:2])
-            places.append(place)
+            _, at, label = best
+            self.taken.append(label[:2])
+            places.append(label)
             parts += [_cut(line, length, 0, at - half), _cut(line, length, at + half, length[-1])]
         return parts, places
 
@@ -244,8 +244,8 @@ def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
 
 def _open(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the parts of a region that are wide in every direction, (rows, cols)."""
-    kept = np.where(inside, np.uint8(0), np.uint8(1))
-    core = spread_largest(np.pad(kept, WIDE // 2, mode="edge"), WIDE // 2) == 0
+    outside = np.where(inside, np.uint8(0), np.uint8(1))
+    core = spread_largest(np.pad(outside, WIDE // 2, mode="edge"), WIDE // 2) == 0
     opened = spread_largest(core.astype(np.uint8), WIDE // 2) > 0
     rows, cols = inside.shape
     return opened[WIDE // 2 :, WIDE // 2 :][:rows, :cols] & inside
@@ -304,12 +304,12 @@ _RED = np.array([(0xD0, 0x31, 0x2D), (0xFF, 0xB4, 0xA8)], np.float32) / np.float
 
 def _find_covers(plan: Plan) -> list[_Cover]:
     """List the see-through casters of a map."""
-    found = []
+    covers = []
     if plan.canopies is not None:
-        found.append(_Cover(plan.canopies, LEAF, _LEAF, 1, 9))
+        covers.append(_Cover(plan.canopies, LEAF, _LEAF, 1, 9))
     if plan.proposed is not None and plan.looks_through:
-        found.append(_Cover(plan.proposed, PROPOSED, _RED, -1, 17))
-    return found
+        covers.append(_Cover(plan.proposed, PROPOSED, _RED, -1, 17))
+    return covers
 
 
 def hatch_covers(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:
@@ -318,9 +318,9 @@ def hatch_covers(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) 
     for cover in _find_covers(plan):
         lines = (rows + cover.lean * cols) % cover.stride == 0
         lines &= resample(cover.cells, size) > HALF
-        found = image[lines]
-        ink = np.where((found @ LUMINANCE)[:, None] < DARK, cover.inks[1], cover.inks[0])
-        image[lines] += 0.75 * (ink - found)
+        colors = image[lines]
+        ink = np.where((colors @ LUMINANCE)[:, None] < DARK, cover.inks[1], cover.inks[0])
+        image[lines] += 0.75 * (ink - colors)
 
 
 def outline_covers(panel: Panel) -> None:

@@ -182,12 +182,12 @@ def find_columns(
             }
         )
     by_day: dict[str, NDArray] = {}
-    of_dates = [(one.period.days[0], _pick(one, dims)) for one in dates]
+    of_dates = [(study.period.days[0], _pick(study, dims)) for study in dates]
     for name, array in _pick(study, dims, first).items():
         if f"{name}_by_day" not in study.more:
             by_day[name] = array
             continue
-        by_day |= {f"{name}_{day}": found[name] for day, found in of_dates}
+        by_day |= {f"{name}_{day}": arrays[name] for day, arrays in of_dates}
     return _add_shares_kept(by_day)
 
 

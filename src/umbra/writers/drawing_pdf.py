@@ -52,7 +52,9 @@ class _Objects:
         cols, rows = page.size
         groups = [self.add(f"/Type/OCG/Name({name})") for name in _LAYERS]
         layers = "".join(f"/L{k} {number} 0 R" for k, number in enumerate(groups))
-        opacities = sorted({one.opacity for p in page.parts for one in p.faces if one.opacity < 1})
+        opacities = sorted(
+            {fill.opacity for p in page.parts for fill in p.faces if fill.opacity < 1}
+        )
         states = "".join(f"/O{k}<</ca {value:g}>>" for k, value in enumerate(opacities))
         font = self.add("/Type/Font/Subtype/Type1/BaseFont/Helvetica/Encoding/WinAnsiEncoding")
         hatches = "".join(f"/H{k} {self._hatch(k, sum(page.size))} 0 R" for k in range(page.lights))
@@ -114,7 +116,7 @@ class _Objects:
             out += f"{number} 0 obj\n".encode() + body + b"\nendobj\n"
         table = len(out)
         out += f"xref\n0 {len(places) + 1}\n0000000000 65535 f \n".encode()
-        out += "".join(f"{place:010} 00000 n \n" for place in places).encode()
+        out += "".join(f"{offset:010} 00000 n \n" for offset in places).encode()
         tail = f"trailer\n<</Size {len(places) + 1}/Root {root} 0 R/Info {info} 0 R>>\n"
         return bytes(out) + f"{tail}startxref\n{table}\n%%EOF\n".encode()
 
@@ -126,10 +128,10 @@ def _draw(page: Page, opacities: Sequence[float]) -> Iterable[str]:
     clear = [part for part in page.parts if part.is_clear]
     if page.sky:
         yield from _layer(0, ["/S sh"])
-    yield from _layer(1, (_fill(one, opacities) for part in solid for one in part.faces))
-    yield from _layer(2, (_fill(one, opacities) for part in solid for one in part.shadows))
+    yield from _layer(1, (_fill(fill, opacities) for part in solid for fill in part.faces))
+    yield from _layer(2, (_fill(fill, opacities) for part in solid for fill in part.shadows))
     over = ([*part.faces, *part.shadows] for part in clear)
-    yield from _layer(3, (_fill(one, opacities) for some in over for one in some))
+    yield from _layer(3, (_fill(fill, opacities) for fills in over for fill in fills))
     yield from _layer(4, _draw_lines(page.parts))
     if page.caption:
         yield from _layer(5, _write_caption(page))
@@ -141,14 +143,14 @@ def _layer(number: int, operators: Iterable[str]) -> Iterable[str]:
     yield "Q EMC"
 
 
-def _fill(one: Fill | Hatching, opacities: Sequence[float]) -> str:
+def _fill(fill: Fill | Hatching, opacities: Sequence[float]) -> str:
     """Return the operators that fill rings."""
-    rings = "\n".join(_trace(ring) for ring in one.rings)
-    if isinstance(one, Hatching):
-        return f"/Pattern cs /H{one.light} scn\n{rings}\nf"
-    color = _color(one.color)
-    if one.opacity < 1:
-        return f"q /O{opacities.index(one.opacity)} gs {color} rg\n{rings}\nf Q"
+    rings = "\n".join(_trace(ring) for ring in fill.rings)
+    if isinstance(fill, Hatching):
+        return f"/Pattern cs /H{fill.light} scn\n{rings}\nf"
+    color = _color(fill.color)
+    if fill.opacity < 1:
+        return f"q /O{opacities.index(fill.opacity)} gs {color} rg\n{rings}\nf Q"
     # The thinnest line that a screen or a printer draws closes the seam to the next face.
     return f"{color} rg {color} RG 0 w\n{rings}\nB"
 

@@ -61,7 +61,7 @@ def tell_svg(page: Page) -> Iterable[str]:
         size = max(_LEAST, rows * TYPE)
         room = cols - 2 * size
         fitting = fit_caption(page.caption, size, room)
-        # Another typeface may be wider: a line that fills the picture is told its length.
+        # Another typeface may be wider: a line that fills the picture states its length.
         held = "" if fitting == size else f'textLength="{room:g}" lengthAdjust="spacingAndGlyphs" '
         yield (
             f'{_open("caption", "Caption")}<text x="{size:g}" y="{rows - size:g}" '
@@ -79,7 +79,7 @@ def _define(page: Page) -> Iterable[str]:
             f'<stop offset="{share:g}" stop-color="{_color(rgb)}"/>' for share, rgb in page.sky
         )
         yield f'<linearGradient id="air" x1="0" y1="0" x2="0" y2="1">{stops}</linearGradient>'
-    hatched = any(isinstance(one, Hatching) for part in page.parts for one in part.shadows)
+    hatched = any(isinstance(fill, Hatching) for part in page.parts for fill in part.shadows)
     for light in range(page.lights if hatched else 0):
         yield (
             f'<pattern id="hatch{light}" width="{SPACING:g}" height="{SPACING:g}" '
@@ -117,15 +117,15 @@ def _open(name: str, label: str, more: str = "", *, is_layer: bool = True) -> st
     return f'<g id="{name}"{mode} inkscape:label={quoteattr(label)}{more and " " + more}>'
 
 
-def _fill(one: Fill | Hatching) -> str:
+def _fill(fill: Fill | Hatching) -> str:
     """Return a path of filled rings."""
-    if isinstance(one, Hatching):
-        return f'<path fill="url(#hatch{one.light})" d="{_trace(one.rings)}"/>'
-    color = _color(one.color)
+    if isinstance(fill, Hatching):
+        return f'<path fill="url(#hatch{fill.light})" d="{_trace(fill.rings)}"/>'
+    color = _color(fill.color)
     seam = f' class="seam" stroke="{color}"'
-    if one.opacity < 1:
-        seam = f' fill-opacity="{one.opacity:g}"'
-    return f'<path fill="{color}"{seam} d="{_trace(one.rings)}"/>'
+    if fill.opacity < 1:
+        seam = f' fill-opacity="{fill.opacity:g}"'
+    return f'<path fill="{color}"{seam} d="{_trace(fill.rings)}"/>'
 
 
 def _draw_lines(part: DrawnPart) -> Iterable[str]:

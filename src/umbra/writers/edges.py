@@ -169,10 +169,10 @@ def _find_rough(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
         up, right = heights[1:] != heights[:-1], heights[:, 1:] != heights[:, :-1]
         square = up[:, 1:] | up[:, :-1] | right[1:]
         tall = np.zeros((len(heights), square.shape[1]), np.bool_)
-        for wide, found in ((tall, square), (rough.T, tall.T)):
-            wide[:-1] |= found
-            wide[1:] |= found
-            wide[:-2] |= found[1:]
+        for wide, source in ((tall, square), (rough.T, tall.T)):
+            wide[:-1] |= source
+            wide[1:] |= source
+            wide[:-2] |= source[1:]
     return rough
 
 
@@ -247,10 +247,10 @@ def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int
 
 @kernel
 def _is_bent(
-    heights: NDArray[np.float64], cell: float, one: tuple[int, int], other: tuple[int, int]
+    heights: NDArray[np.float64], cell: float, pair: tuple[int, int], other: tuple[int, int]
 ) -> bool:
     """Return whether the normals of two squares between four cells are far apart."""
-    a, b = _find_rise(heights, one)
+    a, b = _find_rise(heights, pair)
     c, d = _find_rise(heights, other)
     if a == c and b == d:  # as on level ground
         return False

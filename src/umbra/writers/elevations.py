@@ -198,7 +198,7 @@ def _place_panels(
     wide, high = (side * inch for side in sizes[0])
     heights = [side[1] * inch for side in sizes]
     # Room that a plan that cannot grow leaves is shared between the maps.
-    beside, below = (sum(heights[k] + CAPTION + GAP for k in some) for some in ((2, 4), (1, 3)))
+    beside, below = (sum(heights[k] + CAPTION + GAP for k in panels) for panels in ((2, 4), (1, 3)))
     gap_x = GAP + max(0.0, room[0] - AXIS - wide - beside) / 2
     gap_y = GAP + max(0.0, room[1] - CAPTION - high - below) / 2
     left = MARGIN + AXIS

@@ -108,9 +108,9 @@ class Glb:
 
         ``POSITION`` is float32, ``COLOR_0`` uint8, ``TEXCOORD_0`` float32; extras are the node's.
         """
-        found = {key: self._add(array, _VERTICES, key) for key, array in attributes.items()}
+        accessors = {key: self._add(array, _VERTICES, key) for key, array in attributes.items()}
         indices = self._add(np.ascontiguousarray(faces, "<u4").reshape(-1, 1), _INDICES)
-        primitive = {"attributes": found, "indices": indices, "material": material}
+        primitive = {"attributes": accessors, "indices": indices, "material": material}
         self.meshes.append({"name": name, "primitives": [primitive]})
         node: dict[str, object] = {"name": name, "mesh": len(self.meshes) - 1}
         self.nodes.append(node | ({"extras": extras} if extras else {}))

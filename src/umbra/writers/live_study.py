@@ -119,8 +119,8 @@ def _make_samples(study: Study) -> dict[str, object]:
         points = study.places.points - origin - middle
         packed = {"points": pack(points.astype("<f4").tobytes())}
     else:
-        packed, kept = pack_grids(study.samples, middle)
-        levels = levels[kept]
+        packed, shown = pack_grids(study.samples, middle)
+        levels = levels[shown]
     return {"origin": (origin + middle).tolist(), "levels": pack(levels.tobytes()), **packed}
 
 

@@ -55,8 +55,8 @@ def make_measure_sheet(
     shares = resample(np.asarray(values, np.float32), panel.map_size) / np.float32(end)
     levels = _find_levels(end)[1:-1]
     texts = [f"{level:g}{quantity.suffix}" for level in levels]
-    each = [1 - level / end if is_light else level / end for level in levels]
-    lines = Lines(values, levels, each, texts)
+    positions = [1 - level / end if is_light else level / end for level in levels]
+    lines = Lines(values, levels, positions, texts)
     fill_map(panel, 1 - shares if is_light else shares, values, lines, _name_ramp(quantity))
     _draw_key(sheet, quantity, end)
     return sheet

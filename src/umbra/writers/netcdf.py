@@ -171,11 +171,11 @@ def _cut(array: NDArray) -> Iterator[tuple[Any, NDArray]]:
     if array.ndim == 1:
         yield ..., np.asarray(array)
         return
-    for place in np.ndindex(array.shape[:-2]):
-        raster = array[place[0] if len(place) == 1 else place] if place else array
+    for index in np.ndindex(array.shape[:-2]):
+        raster = array[index[0] if len(index) == 1 else index] if index else array
         for first in range(0, array.shape[-2], _CHUNK):
             rows = slice(first, first + _CHUNK)
-            yield (*place, rows), raster[rows]
+            yield (*index, rows), raster[rows]
 
 
 def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64], str]:

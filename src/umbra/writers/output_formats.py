@@ -102,7 +102,7 @@ class Job:
         """Most hours with the sun up on one of the dates; on all, if only sums are kept."""
         from umbra.study import split_dates  # noqa: PLC0415
 
-        return max(one.up_hours for one in split_dates(self.study))
+        return max(study.up_hours for study in split_dates(self.study))
 
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
@@ -118,13 +118,13 @@ class Job:
 
         if not self.study.kind.is_raster:
             return [layers.make_point_layer(self.study)]
-        found = [layers.make_line_layer(self.hour_lines)]
+        features = [layers.make_line_layer(self.hour_lines)]
         if self.seen:
-            found.insert(0, layers.make_seen_layer(self.seen, self.frame))
+            features.insert(0, layers.make_seen_layer(self.seen, self.frame))
         outlines = self.outlines  # says why where there are none
         if self.study.kind.is_level:
-            found.insert(0, layers.make_outline_layer(outlines))
-        return found
+            features.insert(0, layers.make_outline_layer(outlines))
+        return features
 
 
 @dataclass(frozen=True)
@@ -239,9 +239,11 @@ def _write_glb(job: Job) -> list[str]:
 
     write = write_model_glb if job.study.kind.is_plan else write_surfaces_glb
     dates = split_dates(job.study)
-    names = [f"hours_{tell_dates(one)}.glb" for one in dates] if len(dates) > 1 else ["hours.glb"]
-    for name, one in zip(names, dates, strict=True):
-        write(job.folder / name, one, job.most_hours)
+    names = (
+        [f"hours_{tell_dates(dated)}.glb" for dated in dates] if len(dates) > 1 else ["hours.glb"]
+    )
+    for name, dated in zip(names, dates, strict=True):
+        write(job.folder / name, dated, job.most_hours)
     return names
 
 
@@ -289,12 +291,12 @@ def _write_cityjson(job: Job) -> list[str]:
     before = {source.layer: UniqueNames() for source in sources}
     written = name_targets(sources)
     for source, name in zip(sources, written, strict=True):
-        mine = np.flatnonzero(layers == source.layer)
-        cut = np.isin(samples.owner, mine)
+        own = np.flatnonzero(layers == source.layer)
+        cut = np.isin(samples.owner, own)
         objects = group_objects(
-            names[mine], samples.corners[cut] + scene.origin,
-            np.searchsorted(mine, samples.owner[cut]),
-            {name: values[mine] for name, values in columns.items()},
+            names[own], samples.corners[cut] + scene.origin,
+            np.searchsorted(own, samples.owner[cut]),
+            {name: values[own] for name, values in columns.items()},
         )  # fmt: skip
         notes = add_hours(check_source(source), job.folder / name, objects, before[source.layer])
         for note in notes:

@@ -52,7 +52,7 @@ def pack_grids(
         The samples that any square shows.
     """
     layout = lay_out_facades(samples, MOST_SQUARES)
-    kept, table = np.unique(layout.sample, return_inverse=True)
+    shown, table = np.unique(layout.sample, return_inverse=True)
     floats = np.zeros((len(samples.part), 9), "<f4")
     floats[:, :6] = samples.axes.reshape(-1, 6)
     # Coordinates in the plane from the first square's corner, of places about the middle.
@@ -62,4 +62,4 @@ def pack_grids(
         "grids": pack(floats.tobytes()),
         "grid_shape": pack_differences(layout.shape),
         "grid_samples": pack_differences(table),
-    }, kept
+    }, shown

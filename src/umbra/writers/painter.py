@@ -100,12 +100,12 @@ class Painter:
     def _start(self, count: int) -> None:
         """Start the child, which serves its own pipes, and a fork for each further pair."""
         theirs: list[int] = []
-        mine: list[_Pen] = []
+        pens: list[_Pen] = []
         try:
             for _ in range(count - 1):
                 (from_me, jobs), (answers, to_me) = os.pipe(), os.pipe()
                 theirs += [from_me, to_me]
-                mine.append(_Pen(os.fdopen(jobs, "wb"), os.fdopen(answers, "rb")))
+                pens.append(_Pen(os.fdopen(jobs, "wb"), os.fdopen(answers, "rb")))
             # A group of their own, so that all can be ended together.
             group: dict[str, Any] = {"pass_fds": theirs, "process_group": 0} if theirs else {}
             self._child = child = subprocess.Popen(
@@ -116,10 +116,10 @@ class Painter:
             for descriptor in theirs:
                 os.close(descriptor)
             if self._child is None:
-                for pen in mine:
+                for pen in pens:
                     pen.close()
         if child.stdin and child.stdout:
-            self._pens = [_Pen(child.stdin, child.stdout), *mine]
+            self._pens = [_Pen(child.stdin, child.stdout), *pens]
 
     def draw_profile(
         self, path: Path, plan: "Plan", days: "Sequence[DayShadows]", **options: Any
@@ -218,19 +218,19 @@ def serve() -> None:
         import_module("umbra.writers.paper").load_fonts()
     except UmbraError:  # the parent, which draws what no child does, tells it
         return
-    mine = pipes[0]
+    pipe = pipes[0]
     for pair in pipes[1:]:
         if not os.fork():
-            mine = pair
+            pipe = pair
             break
     for pair in pipes:
-        if pair != mine:  # else no one would see that its process ended
+        if pair != pipe:  # else no one would see that its process ended
             os.close(pair[0])
             os.close(pair[1])
     with (
         suppress(BrokenPipeError),  # of what is left to write as it closes
-        os.fdopen(mine[0], "rb") as jobs,
-        os.fdopen(mine[1], "wb") as answers,
+        os.fdopen(pipe[0], "rb") as jobs,
+        os.fdopen(pipe[1], "wb") as answers,
     ):
         _do(jobs, answers)
 

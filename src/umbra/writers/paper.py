@@ -108,7 +108,7 @@ def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[s
         if length <= width:
             lines.append(line)
         else:
-            lines += [some for some, _ in _join(line.split(" "), " ", size, width, weight)]
+            lines += [piece for piece, _ in _join(line.split(" "), " ", size, width, weight)]
     return [line for line in lines if line]
 
 
@@ -144,9 +144,9 @@ _VECTORS: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "um
 class _Pixels(Artist):
     """An image drawn pixel by pixel; matplotlib would resample it."""
 
-    def __init__(self, image: NDArray[np.uint8], place: tuple[int, int]) -> None:
+    def __init__(self, image: NDArray[np.uint8], position: tuple[int, int]) -> None:
         super().__init__()
-        self.place = place
+        self.place = position
         self.image = np.full((*image.shape[:2], 4), 255, np.uint8)
         self.image[..., :3] = image
 
@@ -274,8 +274,8 @@ class Paper:
         """Put an sRGB image (rows, cols, 3), in [0, 1] or uint8, its row 0 lowest."""
         if image.dtype != np.uint8:
             image = (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
-        place = (round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH))
-        self.leaf.add(_Pixels(image, place))
+        position = (round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH))
+        self.leaf.add(_Pixels(image, position))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Draw it all and write a PNG, a PDF or an SVG, by the path's ending."""

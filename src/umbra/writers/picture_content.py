@@ -89,9 +89,9 @@ def draw_appearance(
     if appearance.sky is not None:
         image[resample(appearance.sky.astype(np.float32), size) > 0.5 * 255] = SKY
     drawn = lines > 0
-    found = image[drawn]
-    ink = np.where((found @ LUMINANCE)[:, None] < DARK, CHALK, INK)
-    image[drawn] += lines[drawn, None] * (ink - found)
+    colors = image[drawn]
+    ink = np.where((colors @ LUMINANCE)[:, None] < DARK, CHALK, INK)
+    image[drawn] += lines[drawn, None] * (ink - colors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ class Plan:
     nothing: NDArray[np.bool_] | None = field(default=None, repr=False)
     nothing_name: str = "no surface here"  # in the key
     looks_through: bool = False  # the proposed parts, as a view does: they are hatched
-    # (rows, cols), looked through: outlined and hatched
+    # (rows, cols), of see-through casters: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopy_name: str = "canopies"  # in the key
     # whether roofs are drawn over the receivers, as over the ground; else outlined
@@ -169,7 +169,7 @@ class Plan:
     def crop(self, where: tuple[slice, slice]) -> "Plan":
         """Return a part of it, by rows and columns, with the appearance of the whole."""
         rows, cols = where
-        kept = {
+        cropped = {
             name: None if array is None else array[where]
             for name, array in (
                 ("building_height", self.building_height),
@@ -178,7 +178,7 @@ class Plan:
                 ("nothing", self.nothing),
             )
         }
-        return replace(self, x=self.x[cols], y=self.y[rows], **kept)  # type: ignore[arg-type]
+        return replace(self, x=self.x[cols], y=self.y[rows], **cropped)  # type: ignore[arg-type]
 
     @property
     def cell(self) -> tuple[float, float]:

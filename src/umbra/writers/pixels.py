@@ -241,9 +241,9 @@ def write_png(
         chunks.append((b"pHYs", struct.pack(">IIB", per_metre, per_metre, 1)))
     packer = zlib.compressobj(3)
     for first in range(0, rows, _ROWS):
-        some = pixels[first : first + _ROWS]
-        lines = np.zeros((len(some), 1 + cols * channels), np.uint8)  # 0: the row is not filtered
-        lines[:, 1:] = some.reshape(len(some), -1)
+        block = pixels[first : first + _ROWS]
+        lines = np.zeros((len(block), 1 + cols * channels), np.uint8)  # 0: the row is not filtered
+        lines[:, 1:] = block.reshape(len(block), -1)
         chunks.append((b"IDAT", packer.compress(lines.data)))
     chunks += [(b"IDAT", packer.flush()), (b"IEND", b"")]
     data = b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -285,12 +285,12 @@ def _resize(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
     # Hamming's kernel is as wide as bilinear's, sharper, and never rings.
     shrink, grow = Image.Resampling.HAMMING, Image.Resampling.BOX
     # Columns change their height alone: some at a time, since Pillow copies what it is given.
-    some = max(1, _AT_ONCE // high)
+    columns = max(1, _AT_ONCE // high)
     bands = [
-        Image.fromarray(np.ascontiguousarray(values[:, first : first + some])).resize(
-            (min(some, wide - first), rows), shrink if rows < high else grow
+        Image.fromarray(np.ascontiguousarray(values[:, first : first + columns])).resize(
+            (min(columns, wide - first), rows), shrink if rows < high else grow
         )
-        for first in range(0, wide, some)
+        for first in range(0, wide, columns)
     ]
     image = (
         bands[0]

@@ -75,8 +75,8 @@ def _fill_hours(
     colors[day.find_dark()] = NO_SUN
     if is_night:
         colors = np.full_like(colors, MISSING)
-    told = max_hours - hours if show == "sun" else hours
-    texts = [""] * len(told) if is_night else [f"{value:.3g} h" for value in told[: FEW + 1]]
+    shown = max_hours - hours if show == "sun" else hours
+    texts = [""] * len(shown) if is_night else [f"{value:.3g} h" for value in shown[: FEW + 1]]
     fill_points(panel, places, colors, texts, names)
     if is_night:
         panel.write_over(NIGHT)
@@ -122,7 +122,7 @@ def fill_points(
     spread, stacks = _spread(middles, points[:, 2], places.normals[:, :2], 2.15 * radius)
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
-    panel.fill([place + disc for place in spread], colors, INK, 0.6)
+    panel.fill([spot + disc for spot in spread], colors, INK, 0.6)
     draw_areas(panel)
     if n <= FEW:
         named = names or range(1, n + 1)

@@ -92,10 +92,10 @@ def _mix(count: NDArray, lab: Sequence[NDArray], n: int) -> NDArray[np.float32]:
     light -= (light - DEEPEST) * np.sqrt(np.clip((count - 1) / max(n - 1, 1), 0, 1))
     light = PAPER + (light - PAPER) * np.minimum(count, 1)  # of a pixel covered in part
     # A pixel that is covered in part keeps the hue and loses chroma with the count.
-    kept = CHROMA / np.maximum(count, 1) * np.sqrt(np.maximum((n - count) / max(n - 1, 1), 0))
+    chroma = CHROMA / np.maximum(count, 1) * np.sqrt(np.maximum((n - count) / max(n - 1, 1), 0))
     if n == 1:
-        kept = np.full_like(count, CHROMA)
-    image[is_dark] = to_srgb(np.stack([light, a * kept, b * kept], -1).astype(np.float32))
+        chroma = np.full_like(count, CHROMA)
+    image[is_dark] = to_srgb(np.stack([light, a * chroma, b * chroma], -1).astype(np.float32))
     return image
 
 

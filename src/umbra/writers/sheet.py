@@ -52,8 +52,8 @@ class Sheet(Panel):
     @classmethod
     def of_panels(cls, panels: Sequence[Panel], key_box: tuple[float, float, float, float]) -> Self:
         """Return a sheet of several maps, the first of which is its own."""
-        one = panels[0]
-        return cls(one.leaf, one.plan, one.map_box, one.map_size, key_box, False, panels)
+        first = panels[0]
+        return cls(first.leaf, first.plan, first.map_box, first.map_size, key_box, False, panels)
 
 
 @dataclass(frozen=True)
@@ -173,8 +173,8 @@ def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]
     area = min(AREA, 2 * AREA / n)
     area = min(area, WIDEST**2 / (cols**2 * aspect))
     w, h = (to_pixels(side) for side in (math.sqrt(area * aspect), math.sqrt(area / aspect)))
-    told = [wrap(remark, SMALL, w) for remark in remarks]
-    caption_height = CAPTION + max(map(len, told)) * SMALL * LINE
+    wrapped = [wrap(remark, SMALL, w) for remark in remarks]
+    caption_height = CAPTION + max(map(len, wrapped)) * SMALL * LINE
     maps_width = cols * w + (cols - 1) * GAP
     maps_height = max(rows * (h + caption_height) + (rows - 1) * GAP, LEAST_HEIGHT)
     width = to_pixels(MARGIN + maps_width + 0.32 + KEY_WIDTH + MARGIN)
@@ -191,9 +191,9 @@ def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]
         y = to_pixels(height - words.head - (row + 1) * (h + caption_height) - row * GAP)
         panel = Panel(leaf, plan, (x, y, w, h), map_size)
         draw_frame(panel, [], [], 0)
-        for n_line, line in enumerate(reversed(told[k])):
+        for n_line, line in enumerate(reversed(wrapped[k])):
             panel.write(x, y + h + 0.07 + n_line * SMALL * LINE, line, SMALL, color=QUIET)
-        top = y + h + 0.08 + len(told[k]) * SMALL * LINE
+        top = y + h + 0.08 + len(wrapped[k]) * SMALL * LINE
         panel.write(x, top, caption, SUBTITLE, weight="bold")
         panels.append(panel)
     key_x = left + maps_width + 0.32

@@ -40,7 +40,7 @@ _MARGIN, _ROUND, _LEGEND = 0.55, 5.4, 2.35  # [inch]
 _WIDE, _HIGH = 7.2, 4.1  # of a Waldram diagram [inch]
 _JUMP = 1.5  # between neighbours of a path, over the cut of a diagram [inch]
 _LOW = 0.02  # sine of an altitude below which no hour is named
-_SHOWN = 0.0005  # share that is told
+_SHOWN = 0.0005  # least share that is printed
 _FLAT = 1e-4  # tilt that is none [degrees]
 _LINES = 3  # of a long name
 _LINE = 0.15  # between lines of a name [inch]
@@ -262,8 +262,8 @@ def _draw_suns(chart: _Chart, view: ExactSky, dates: Sequence[dt.date]) -> None:
         # Where the clock is changed the line goes on at another place.
         shift = [when.utcoffset() != times[0].utcoffset() for when in times]
         cut = np.flatnonzero(np.diff(shift)) + 1
-        for some in np.split(np.arange(len(times)), cut):
-            chart.rule(list(_list_lines(chart, toward[some])), _SUN, 0.35)
+        for piece in np.split(np.arange(len(times)), cut):
+            chart.rule(list(_list_lines(chart, toward[piece])), _SUN, 0.35)
     for lines in _list_solar(chart, view):
         chart.rule([lines], _SOLAR, 0.5).set_linestyle((0, (3, 3)))
     for day in dates:
@@ -271,20 +271,20 @@ def _draw_suns(chart: _Chart, view: ExactSky, dates: Sequence[dt.date]) -> None:
         times = [start + dt.timedelta(minutes=4 * k) for k in range(361)]
         toward = find_sun(site, times).direction
         hit = view.name_hits(toward)
-        is_free = np.array([one is None for one in hit]) & (toward @ view.normal > 0)
+        is_free = np.array([part is None for part in hit]) & (toward @ view.normal > 0)
         chart.rule(list(_list_lines(chart, toward)), _HIDDEN, 1.6)
         chart.rule(list(_list_lines(chart, toward, is_free)), _SUN, 1.6)
         _mark_hours(chart, view, day)
 
 
 def _list_lines(
-    chart: _Chart, toward: NDArray[np.float64], kept: NDArray[np.bool_] | None = None
+    chart: _Chart, toward: NDArray[np.float64], is_shown: NDArray[np.bool_] | None = None
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield the pieces of a path above the horizon, where ``kept``, without jumps."""
+    """Yield the pieces of a path above the horizon, where ``is_shown``, without jumps."""
     spots = chart.spot(toward)
     is_there = (toward[:, 2] > 0) & np.isfinite(spots).all(1)
-    if kept is not None:
-        is_there &= kept
+    if is_shown is not None:
+        is_there &= is_shown
     apart = np.linalg.norm(np.diff(spots, axis=0), axis=1) > _JUMP
     cut = np.flatnonzero((np.diff(is_there.astype(int)) != 0) | apart) + 1
     for piece in np.split(np.arange(len(toward)), cut):
@@ -368,6 +368,6 @@ def _list_parts(
 def _cut_name(name: str, room: int, most: int) -> list[str]:
     """Cut a name into lines of ``room`` letters, at most so many; the middle is left out."""
     if len(name) > room * most:
-        kept = room * most - 1
-        name = name[: kept - kept // 2] + "…" + name[len(name) - kept // 2 :]
+        letters = room * most - 1
+        name = name[: letters - letters // 2] + "…" + name[len(name) - letters // 2 :]
     return [name[k : k + room] for k in range(0, len(name), room)] or [""]

@@ -49,9 +49,9 @@ def join_bands(
     done: list[tuple[int, list[list[NDArray[np.float64]]]]] = []
     for row in bands[np.argsort(bands[:, 1], kind="stable")]:
         owner, event = int(row[0]), int(row[1])
-        one, two = events[event], events[event + 1]
-        lower = bend(_lift(one, row[2:4]), _lift(two, row[4:6]))
-        upper = bend(_lift(one, row[6:8]), _lift(two, row[8:10]))
+        from_, to_ = events[event], events[event + 1]
+        lower = bend(_lift(from_, row[2:4]), _lift(to_, row[4:6]))
+        upper = bend(_lift(from_, row[6:8]), _lift(to_, row[8:10]))
         sides = [_place(part, lower, upper, spot) for part in (lower, upper)]
         if not all(np.isfinite(side).all() for side in sides):
             continue

@@ -84,8 +84,8 @@ def lay_out_facades(samples: FacadeSamples, most: int = MOST_SQUARES) -> FacadeL
     first = np.cumsum([0, *squares])[:-1]
     axes, points = samples.axes[samples.surface], samples.points
     flat = np.einsum("nj,nkj->nk", points, axes) - samples.start[samples.surface]
-    place = np.rint(flat / samples.spacing).astype(np.int64) // times[samples.surface, None]
-    col, row = np.clip(place, 0, shape[samples.surface] - 1).T
+    position = np.rint(flat / samples.spacing).astype(np.int64) // times[samples.surface, None]
+    col, row = np.clip(position, 0, shape[samples.surface] - 1).T
     table = np.full(int(squares.sum()), -1, np.int64)
     square = first[samples.surface] + row * shape[samples.surface, 0] + col
     table[square[::-1]] = np.arange(len(points))[::-1]  # of several the first
@@ -94,10 +94,10 @@ def lay_out_facades(samples: FacadeSamples, most: int = MOST_SQUARES) -> FacadeL
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - 0.4 s
 
     for surface in np.unique(np.searchsorted(first, empty, side="right") - 1):
-        some = slice(first[surface], first[surface] + squares[surface])
-        own = table[some].reshape(shape[surface, 1], shape[surface, 0])
+        span = slice(first[surface], first[surface] + squares[surface])
+        own = table[span].reshape(shape[surface, 1], shape[surface, 0])
         nearest = distance_transform_edt(own < 0, return_distances=False, return_indices=True)
-        table[some] = own[tuple(nearest)].ravel()
+        table[span] = own[tuple(nearest)].ravel()
     return FacadeLayout(times * np.float64(samples.spacing), shape, first, table)
 
 
@@ -128,12 +128,12 @@ def write_surfaces_glb(
     names = np.asarray(study.more["part"][1])
     owner = np.asarray(study.more["surface_part"][1])[samples.owner]
     for k, name in enumerate(names.tolist()):
-        mine = owner == k
-        points = turn_y_up((samples.corners[mine] - middle).reshape(-1, 3))
+        is_own = owner == k
+        points = turn_y_up((samples.corners[is_own] - middle).reshape(-1, 3))
         if len(points):
             glb.add_mesh(
                 name, list_corners(points), colored, _tell(study, k), POSITION=points,
-                TEXCOORD_0=np.ascontiguousarray(where[mine].reshape(-1, 2), "<f4"),
+                TEXCOORD_0=np.ascontiguousarray(where[is_own].reshape(-1, 2), "<f4"),
             )  # fmt: skip
     rest = soup.vertices[soup.faces[~np.isin(soup.part, samples.part)]]
     if len(rest):

@@ -52,10 +52,10 @@ def name_tips(
     """
     finder = _TipFinder(panel, outlines, roofs)
     for stamp in outlines:
-        place = finder.find(stamp, labels[stamp], away[stamp])
-        if place is None:
+        spot = finder.find(stamp, labels[stamp], away[stamp])
+        if spot is None:
             continue
-        tip, (x, y) = place
+        tip, (x, y) = spot
         panel.rule([[tip, (x, y)]], INK, WIDTH)  # the label's halo ends it
         turn = np.linspace(0, 2 * np.pi, 13)
         panel.fill([tip + DOT * np.column_stack([np.cos(turn), np.sin(turn)])], INK, "none")
@@ -127,8 +127,8 @@ class _TipFinder:
         farthest = np.full(self.roofs.size, -np.inf)
         np.maximum.at(farthest, pixel, reach)
         tips = np.flatnonzero(reach == farthest[pixel])
-        kept = tips[np.argsort(-reach[tips], kind="stable")[:MOST_TRIES]]
-        return points[kept], reach[kept]
+        chosen = tips[np.argsort(-reach[tips], kind="stable")[:MOST_TRIES]]
+        return points[chosen], reach[chosen]
 
     def _find_pixels(self, points: NDArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return the row and column of each place (n, 2) [inch]."""

@@ -46,14 +46,14 @@ def find_moment_height(paper: float) -> float:
 
 
 def draw_block(
-    panel: Panel, place: tuple[float, float, float], logo: NDArray[np.uint8] | None, scale: str
+    panel: Panel, position: tuple[float, float, float], logo: NDArray[np.uint8] | None, scale: str
 ) -> float:
     """
     Write logo, title, date, place and scale below a place (x, top, width) [inch].
 
     Returns where it ends.
     """
-    x, y, width = place
+    x, y, width = position
     plan = panel.plan
     panel.rule([[(x, y), (x + width, y)]], INK, 1.2)
     if logo is not None:
@@ -76,9 +76,11 @@ def draw_block(
     return y
 
 
-def _paste_logo(panel: Panel, logo: NDArray[np.uint8], place: tuple[float, float, float]) -> float:
+def _paste_logo(
+    panel: Panel, logo: NDArray[np.uint8], position: tuple[float, float, float]
+) -> float:
     """Put a logo on white below a place (x, top, width); return its height [inch]."""
-    x, top, width = place
+    x, top, width = position
     rows, cols = logo.shape[:2]
     scale = min(LOGO / rows, width / cols) * DOTS_PER_INCH
     size = max(1, round(cols * scale)), max(1, round(rows * scale))
@@ -89,7 +91,7 @@ def _paste_logo(panel: Panel, logo: NDArray[np.uint8], place: tuple[float, float
     return high
 
 
-def draw_sun_path(panel: Panel, sun: SunRose, place: tuple[float, float, float]) -> float:
+def draw_sun_path(panel: Panel, sun: SunRose, position: tuple[float, float, float]) -> float:
     """
     Draw the sun's path over the plan's compass at a place (x, bottom, width) [inch].
 
@@ -97,7 +99,7 @@ def draw_sun_path(panel: Panel, sun: SunRose, place: tuple[float, float, float])
     """
     if sun.path is None or not len(sun.path):
         return 0.0
-    x, y, width = place
+    x, y, width = position
     radius = width / 2 - 0.2
     middle = np.array([x + width / 2, y + radius + 0.2])
     north = panel.plan.true_north or 0.0
@@ -132,11 +134,11 @@ def draw_moments(
     leaf: Leaf,
     plan: Plan,
     moments: Sequence[tuple[str, NDArray[np.bool_]]],
-    place: tuple[float, float, float],
+    position: tuple[float, float, float],
     height: float,
 ) -> None:
     """Draw the shadows at some times, small, in a row that fills a place (x, bottom, width)."""
-    left, bottom, width = place
+    left, bottom, width = position
     x0, x1, y0, y1 = plan.extent
     high = height - 0.28
     wide = high * (x1 - x0) / (y1 - y0)

@@ -55,22 +55,22 @@ def _list_others(lacking: frozenset[int]) -> Iterator[tuple[Any, frozenset[int]]
         return
     from matplotlib.font_manager import findSystemFonts, fontManager  # noqa: PLC0415
 
-    for path in {*findSystemFonts()} - {one.fname for one in fontManager.ttflist}:
+    for path in {*findSystemFonts()} - {font.fname for font in fontManager.ttflist}:
         with suppress(OSError, RuntimeError):  # installed since matplotlib made its list
             fontManager.addfont(path)
     own = str(Path(_find_file()).parent)  # matplotlib's others are for formulas
     upright = [
-        one for one in fontManager.ttflist
-        if one.style == "normal" and one.weight in _REGULAR and not one.fname.startswith(own)
+        font for font in fontManager.ttflist
+        if font.style == "normal" and font.weight in _REGULAR and not font.fname.startswith(own)
     ]  # fmt: skip
-    upright.sort(key=lambda one: ("Sans" not in one.name, one.name))
+    upright.sort(key=lambda font: ("Sans" not in font.name, font.name))
     while upright and lacking:
-        best = max(upright, key=lambda one: len(lacking & _read_letters(one.fname)))
-        found = lacking & _read_letters(best.fname)
-        if not found:
+        best = max(upright, key=lambda font: len(lacking & _read_letters(font.fname)))
+        letters = lacking & _read_letters(best.fname)
+        if not letters:
             return
-        yield best, found
-        lacking -= found
+        yield best, letters
+        lacking -= letters
 
 
 @cache
@@ -81,14 +81,14 @@ def _find_others(lacking: frozenset[int]) -> tuple[tuple[Any, frozenset[int]], .
 def find_families(text: str) -> tuple[str, ...]:
     """Return the typefaces that a text needs, this one first; the system may lack some letters."""
     others = _find_others(_find_lacking(text))
-    return (FACE, *dict.fromkeys(one.name for one, _ in others))
+    return (FACE, *dict.fromkeys(font.name for font, _ in others))
 
 
 def load_font(size: float, text: str = "") -> ImageFont.FreeTypeFont:
     """Load it in a size [pixels], or the one with most of a text's letters, if it lacks some."""
     path = _find_file()
     if lacking := _find_lacking(text):
-        path = next((one.fname for one, _ in _find_others(lacking | set(map(ord, text)))), path)
+        path = next((font.fname for font, _ in _find_others(lacking | set(map(ord, text)))), path)
     return ImageFont.truetype(path, size)
 
 
@@ -101,7 +101,7 @@ def fit_caption(text: str, size: float, width: float) -> float:
 def note_missing(text: str, of: str = "caption") -> str:
     """Describe the characters of a text that no typeface has; nothing if all are had."""
     lost = _find_lacking(text)
-    lost -= frozenset().union(*(found for _, found in _find_others(lost)))
+    lost -= frozenset().union(*(letters for _, letters in _find_others(lost)))
     lacking = [c for c in dict.fromkeys(text) if ord(c) in lost]
     if not lacking:
         return ""

@@ -157,9 +157,9 @@ class MaskCounter:
         # An overflow is infinite or, on some devices, clamped: never again a power of two.
         values = self._mask.target.read()[..., self.method.channel]
         sound = np.frexp(values)[0] == _POWER_OF_TWO
-        found = np.full(values.shape, self.limit + 1, np.int32)
-        found[sound] = np.rint(np.log2(values[sound] / self.method.start)).astype(np.int32)
-        return np.where(shaded == 0, 0, found).astype(np.int32)
+        counts = np.full(values.shape, self.limit + 1, np.int32)
+        counts[sound] = np.rint(np.log2(values[sound] / self.method.start)).astype(np.int32)
+        return np.where(shaded == 0, 0, counts).astype(np.int32)
 
     def release(self) -> None:
         """Free the device objects."""

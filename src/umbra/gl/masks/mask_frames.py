@@ -139,7 +139,7 @@ class MaskPicture(DeviceUser):
         white : bool
             Draw all surfaces white, to show the mask alone, or the mean of the lights' masks.
         """
-        some = [lights] if isinstance(lights, Light) else list(lights)
+        lamps = [lights] if isinstance(lights, Light) else list(lights)
         dark = remains if shadows == "attenuated" else 0.0
         picture, _, _ = self._find_targets(camera.size)
         projection = make_projection(
@@ -148,28 +148,28 @@ class MaskPicture(DeviceUser):
             self._bounds(),
             reverses_depth=self.device.reverses_depth,
         )
-        plans: Sequence[VolumePlan | None] = [None] * len(some)
+        plans: Sequence[VolumePlan | None] = [None] * len(lamps)
         if shadows is not None:
             choices = VolumeOptions(narrow=False)
-            plans = self.planner.plan(projection, some, "mcguire", choices=choices)
+            plans = self.planner.plan(projection, lamps, "mcguire", choices=choices)
         self.tally.clear()
         with State(self.device) as state:
-            total = self._begin_sum(state, picture) if len(some) != 1 else None
+            total = self._begin_sum(state, picture) if len(lamps) != 1 else None
             # Surfaces must have the same tilt of parallel rays: they are drawn for each light.
             shown, look = projection, Look(np.array([0.0, 0.0, 1.0, 0.0]), is_white=white)
-            for light, plan in zip(some, plans, strict=True):
+            for light, plan in zip(lamps, plans, strict=True):
                 shown = plan.projection if plan is not None else projection
-                place = light.local(self.scene.origin)
-                place[:3] -= place[3] * projection.eye
-                look = Look(place, light.color, 1.0 / len(some), is_white=white)
+                source = light.local(self.scene.origin)
+                source[:3] -= source[3] * projection.eye
+                look = Look(source, light.color, 1.0 / len(lamps), is_white=white)
                 self._draw_light(state, shown, plan, look, shadows, dark)
                 if total is not None:
-                    self._add(state, picture, total, 1.0 / len(some) if white else 1.0)
-            if total is not None and not some:
+                    self._add(state, picture, total, 1.0 / len(lamps) if white else 1.0)
+            if total is not None and not lamps:
                 self._clear(state, picture)
                 self._forward.draw_depth(state, shown, self.tally)
                 total.use()
-            if shadows == "ambient" or (not some and shadows != "black"):
+            if shadows == "ambient" or (not lamps and shadows != "black"):
                 everywhere = replace(look, share=1.0)
                 self._forward.draw_scene(
                     state, shown, everywhere, self.tally, lights="ambient", blend="add"
@@ -294,7 +294,7 @@ class MaskPicture(DeviceUser):
         """Use a target; clear depth, stencil and colours, the first attachment to ``values``."""
         target.begin(state, *values)
         if len(target.colors) > 1:
-            target.clear_color(0.0, place=1)
+            target.clear_color(0.0, attachment=1)
 
     def _bounds(self) -> NDArray[np.float64]:
         whole = self.scene.bounds()[None] - self.scene.origin
@@ -304,14 +304,14 @@ class MaskPicture(DeviceUser):
         """Return the picture, its colours alone, and the mask in which volumes are counted."""
         if not self._targets or self._targets[0].size != tuple(size):
             self._release_targets()
-            place = ("rgba32f",) if self._is_joint else ()
-            picture = Target(self.device, size, ("rgba8", *place))
+            extra = ("rgba32f",) if self._is_joint else ()
+            picture = Target(self.device, size, ("rgba8", *extra))
             color = Target(self.device, size, depth_of=picture, shows=(picture, 0))
             self._targets = [picture, color]
             if self._upsampler is not None:
                 small = (-(-size[0] // self.scale), -(-size[1] // self.scale))
                 form = self.method.format if self.method else "rgba8"
-                mask = Target(self.device, small, (form, *place))
+                mask = Target(self.device, small, (form, *extra))
                 self._targets.append(mask)
                 self._targets.append(Target(self.device, small, depth_of=mask, shows=(mask, 0)))
         picture, color, mask = (*self._targets, *self._targets[:1])[:3]

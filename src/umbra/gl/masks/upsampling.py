@@ -114,7 +114,7 @@ def shrink(camera: Camera, scale: int) -> Camera:
     cols, rows = camera.size
     fewer = -(-rows // scale)
     (across, down), (right, below) = (
-        (each[0] * fewer / rows, each[1] * fewer / rows) for each in (camera.offset, camera.shift)
+        (pair[0] * fewer / rows, pair[1] * fewer / rows) for pair in (camera.offset, camera.shift)
     )
     size = -(-cols * fewer // rows), fewer
     return replace(camera, size=size, offset=(across, down), shift=(right, below))
@@ -200,8 +200,8 @@ def upsample(
     return (total / weights).astype(np.float32)
 
 
-def _clip(place: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    return np.clip(place, 0, count - 1).astype(np.intp)
+def _clip(index: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    return np.clip(index, 0, count - 1).astype(np.intp)
 
 
 _LIT = (0.5, 1.0)
@@ -263,8 +263,8 @@ class SmallMasks(Visibility):
         surface = held.find_target(small.camera.size)
         if not self._is_drawn:
             surface.begin(state)
-            for place in (LIGHT, PLACE):
-                surface.clear_color(0.0, place=place)
+            for attachment in (LIGHT, PLACE):
+                surface.clear_color(0.0, attachment=attachment)
             self._surfaces.draw(state, small, self._scene.ground)
             self._is_drawn = True
         method, _, kind = self._choice

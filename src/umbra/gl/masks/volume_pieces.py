@@ -104,9 +104,9 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Volume
     """
     builder, offset = _Builder(at_once), 0
     assert plan.selection is not None
-    for each in plan.volumes:
-        _add_body(builder, each, plan, offset, split)
-        offset += each.body.n_shells * len(each.body.groups)
+    for body_volumes in plan.volumes:
+        _add_body(builder, body_volumes, plan, offset, split)
+        offset += body_volumes.body.n_shells * len(body_volumes.body.groups)
     builder.close()
     return VolumePieces(
         builder.batches, np.concatenate(builder.lists), builder.n_volumes, builder.n_split
@@ -115,7 +115,7 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Volume
 
 def _add_body(
     builder: _Builder,
-    each: BodyVolumes,
+    body_volumes: BodyVolumes,
     plan: VolumePlan,
     offset: int,
     split: bool,
@@ -123,16 +123,16 @@ def _add_body(
     """Add the selected volumes of one body."""
     selection, is_point = plan.selection, bool(plan.light[3])
     assert selection is not None
-    n = each.body.n_shells * len(each.body.groups)
-    mine = slice(offset, offset + n)
-    active = selection.sides[mine]
+    n = body_volumes.body.n_shells * len(body_volumes.body.groups)
+    drawn = slice(offset, offset + n)
+    active = selection.sides[drawn]
     if not active.any():
         return
-    cap, cap_shell = each.find_cap(active)
+    cap, cap_shell = body_volumes.find_cap(active)
     cap_starts = np.searchsorted(cap_shell, np.arange(n + 1))
-    sides, side_shell = each.list_sides(active)
+    sides, side_shell = body_volumes.list_sides(active)
     side_starts = np.searchsorted(side_shell, np.arange(n + 1))
-    is_convex = _find_convex(each)
+    is_convex = _find_convex(body_volumes)
     for shell in np.flatnonzero(active).tolist():
         faces = cap[cap_starts[shell] : cap_starts[shell + 1]]
         if not len(faces):
@@ -149,18 +149,18 @@ def _add_body(
         weight = 1 if is_convex[shell] else len(faces)
         ends = np.zeros(len(faces), np.bool_)
         if chosen.kind == Z_FAIL and not chosen.is_cut:
-            ends = _hold_end(each, plan, shell // each.body.n_shells, faces)
+            ends = _hold_end(body_volumes, plan, shell // body_volumes.body.n_shells, faces)
         if weight <= builder.at_once or not split:
-            some = sides[side_starts[shell] : side_starts[shell + 1]]
-            builder.add(chosen.name(some, faces), weight, int(ends.sum()))
+            batch = sides[side_starts[shell] : side_starts[shell + 1]]
+            builder.add(chosen.name(batch, faces), weight, int(ends.sum()))
             builder.n_volumes += 1
             continue
         builder.n_split += 1
         builder.n_volumes += len(faces)
         for first in range(0, len(faces), builder.at_once):
-            place = slice(first, first + builder.at_once)
-            some = faces[place]
-            builder.add(chosen.name(_make_sides(some), some), len(some), int(ends[place].sum()))
+            span = slice(first, first + builder.at_once)
+            batch = faces[span]
+            builder.add(chosen.name(_make_sides(batch), batch), len(batch), int(ends[span].sum()))
 
 
 @dataclass(frozen=True)
@@ -180,20 +180,20 @@ class _Chosen:
         lists = [sides[:, : self.columns].reshape(-1, 3)]
         if self.dark_cap:
             lists.append(cap[:, ::-1] | FAR)
-        found = {(self.kind, self.is_cut): np.concatenate(lists)}
+        triangles = {(self.kind, self.is_cut): np.concatenate(lists)}
         if self.light_cap:
-            found[LIGHT_CAP, False] = cap
-        return found
+            triangles[LIGHT_CAP, False] = cap
+        return triangles
 
 
 def _hold_end(
-    each: BodyVolumes, plan: VolumePlan, instance: int, faces: NDArray[np.uint32]
+    body_volumes: BodyVolumes, plan: VolumePlan, instance: int, faces: NDArray[np.uint32]
 ) -> NDArray[np.bool_]:
     """Find the casting faces (n, 3) whose volumes hold the end of parallel rays."""
-    camera, light = plan.projection.camera, each.lights[instance]
+    camera, light = plan.projection.camera, body_volumes.lights[instance]
     if camera.is_perspective or light[3] == 0:
         return np.zeros(len(faces), np.bool_)
-    body = each.body
+    body = body_volumes.body
     # The view may be tilted slightly: along its rays the pixel does not change.
     way = np.cross(*plan.projection.matrix[:2, :3])
     way *= np.sign(way @ camera.axes()[2])
@@ -201,7 +201,7 @@ def _hold_end(
     corners = body.caster.vertices[(faces >> np.uint32(1)).astype(np.int64) - body.first[instance]]
     a, b, c = np.moveaxis(corners - light[:3], 1, 0)
     # The ray from the light pierces a face if all its edges pass on the same side of it.
-    sides = np.stack([np.cross(one, two) @ way for one, two in ((a, b), (b, c), (c, a))])
+    sides = np.stack([np.cross(tail, head) @ way for tail, head in ((a, b), (b, c), (c, a))])
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     return np.asarray(((sides > 0) == (volume > 0)).all(0) & (volume != 0))
 
@@ -217,8 +217,8 @@ def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
     a = faces.ravel()
     b = np.roll(faces, -1, axis=1).ravel()
     there, back = (first.astype(np.int64) << 32 | second for first, second in ((a, b), (b, a)))
-    _, place, times = np.unique(there, return_inverse=True, return_counts=True)
-    once = times[place.ravel()] == 1
+    _, index, times = np.unique(there, return_inverse=True, return_counts=True)
+    once = times[index.ravel()] == 1
     inner = once & np.isin(back, there[once])
     a, b = a[~inner], b[~inner]
     sides = np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1)
@@ -226,11 +226,11 @@ def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
     return np.where((a < b)[:, None], sides, other)
 
 
-def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
+def _find_convex(body_volumes: BodyVolumes) -> NDArray[np.bool_]:
     """Find the shells that are one convex component of which only lit faces cast."""
-    body = each.body
+    body = body_volumes.body
     alone = np.bincount(body.component_shell, minlength=body.n_shells) == 1
-    simple = body.is_convex & ~each.opened
-    found = np.zeros((len(body.groups), body.n_shells), np.bool_)
-    found[:, body.component_shell] = simple
-    return (found & alone).ravel()
+    simple = body.is_convex & ~body_volumes.opened
+    is_simple = np.zeros((len(body.groups), body.n_shells), np.bool_)
+    is_simple[:, body.component_shell] = simple
+    return (is_simple & alone).ravel()

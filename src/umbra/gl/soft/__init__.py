@@ -72,8 +72,8 @@ class SampledShadows(Visibility):
         """Prepare a picture; see `Visibility`."""
         turn, turns = self._turn
         self._each = -(-self._samples // turns)
-        mine = slice(turn * self._each, (turn + 1) * self._each)
-        self._points = [p for light in lights for p in light.points(turns * self._each)[mine]]
+        span = slice(turn * self._each, (turn + 1) * self._each)
+        self._points = [p for light in lights for p in light.points(turns * self._each)[span]]
         self._points = [replace(point, range=np.inf) for point in self._points]
         self._projection, self._chunk = projection, -1
 
@@ -87,13 +87,13 @@ class SampledShadows(Visibility):
 
     def _find_plan(self, point: int) -> VolumePlan:
         """Return the plan of one of all lights' points, which are planned in chunks."""
-        chunk, place = divmod(point, _AT_ONCE)
+        chunk, index = divmod(point, _AT_ONCE)
         if chunk != self._chunk:
             assert self._projection is not None
-            some = self._points[chunk * _AT_ONCE : (chunk + 1) * _AT_ONCE]
-            self._plans = self._planner.plan(self._projection, some, choices=self._choices)
+            batch = self._points[chunk * _AT_ONCE : (chunk + 1) * _AT_ONCE]
+            self._plans = self._planner.plan(self._projection, batch, choices=self._choices)
             self._chunk = chunk
-        return self._plans[place]
+        return self._plans[index]
 
     def release(self) -> None:
         """Free the device objects."""
@@ -112,13 +112,13 @@ class SoftLights:
 
     def __init__(self, method: Visibility | None, areas: dict[int, AreaLight]) -> None:
         self._method, self.areas = method, areas
-        self._places = {number: place for place, number in enumerate(areas)}
+        self._places = {number: index for index, number in enumerate(areas)}
 
     def begin(self, projection: CameraProjection, plans: Sequence[VolumePlan | None]) -> None:
         """Prepare a picture; plans are the hard volumes of all its lights."""
-        found = [plan for number in self.areas if (plan := plans[number]) is not None]
+        hard = [plan for number in self.areas if (plan := plans[number]) is not None]
         if self._method is not None:
-            self._method.begin(projection, list(self.areas.values()), found)
+            self._method.begin(projection, list(self.areas.values()), hard)
 
     def draw(self, state: State, target: Target, number: int) -> Target | None:
         """Draw a light's visibility, as in `Visibility`; None where its shadows are hard."""

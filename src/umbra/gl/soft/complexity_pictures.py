@@ -74,16 +74,18 @@ class SpotCounts(Visibility):
         digits = find_digits(plan.statistics.deepest)
         most = 4 * digits * _PICTURES
         for first in range(0, len(spots), most):
-            some = spots[first : first + most]
-            pictures = -(-len(some) // (4 * digits))
+            batch = spots[first : first + most]
+            pictures = -(-len(batch) // (4 * digits))
             counts = self._find_counts(pictures).over(target)
             _clear(state, counts)
-            self._draw_counts(state, number, some, pictures, digits)
-            self._add_up(state, hard, counts, sums, len(some), digits)
+            self._draw_counts(state, number, batch, pictures, digits)
+            self._add_up(state, hard, counts, sums, len(batch), digits)
         shares.use()
         state.use(Pass(color_write=True))
-        for unit, (picture, place) in enumerate(((hard, 0), (counts, 0), (sums, 0), (sums, 1))):
-            picture.bind(unit, place)
+        for unit, (picture, attachment) in enumerate(
+            ((hard, 0), (counts, 0), (sums, 0), (sums, 1))
+        ):
+            picture.bind(unit, attachment)
         self._painter.bind_keys(4)
         for needs in ((), ("IS_DOUBTED",)):
             program = self._estimate.find(*needs)
@@ -116,9 +118,9 @@ class SpotCounts(Visibility):
         sums.use()
         state.use(Pass(color_write=True, blend="add"))
         hard.bind(0)
-        for place in range(pictures):
-            counts.bind(1 + place, 1 + place)
-        names = {f"counts{place}": 1 + place for place in range(pictures)}
+        for attachment in range(pictures):
+            counts.bind(1 + attachment, 1 + attachment)
+        names = {f"counts{attachment}": 1 + attachment for attachment in range(pictures)}
         program.set(hard=0, n_spots=n, **names)
         program.draw(3)
 
@@ -143,5 +145,5 @@ def find_digits(deepest: int) -> int:
 def _clear(state: State, target: Target) -> None:
     """Use a target, and fill all its attachments with 0."""
     target.fill(state, 0.0)
-    for place in range(1, len(target.textures)):
-        target.clear_color(0.0, place=place)
+    for attachment in range(1, len(target.textures)):
+        target.clear_color(0.0, attachment=attachment)

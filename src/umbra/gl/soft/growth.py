@@ -104,15 +104,15 @@ class GrownPoints:
 
     def __init__(self, device: Device, instances: Sequence[Instance]) -> None:
         self._device = device
-        self.n_points = sum(len(each.vertices) for each in instances)
-        self.n_rows = sum(len(each.body.caster.is_closed) for each in instances)
+        self.n_points = sum(len(instance.vertices) for instance in instances)
+        self.n_rows = sum(len(instance.body.caster.is_closed) for instance in instances)
         points = np.zeros((max(self.n_points, 1), 4), np.float32)
-        place = 0
-        for each in instances:
-            end = place + len(each.vertices)
-            points[place:end, :3] = each.vertices
-            points[place:end, 3] = each.first_row + each.component
-            place = end
+        begin = 0
+        for instance in instances:
+            end = begin + len(instance.vertices)
+            points[begin:end, :3] = instance.vertices
+            points[begin:end, 3] = instance.first_row + instance.component
+            begin = end
         self._points = TextureBuffer(device, points, "rgba32f")
         self._growth: TextureBuffer | None = None
         self.light, self.growing, self.shown = 0, 0.0, 0
@@ -198,9 +198,9 @@ def _find_rows(
     counts = np.array([part.triangles for part in scene.parts])
     starts = np.cumsum(counts) - counts
     rows = np.full(counts.sum(), _NOBODY, np.int32)
-    for each in instances:
-        caster, group = each.body.caster, each.body.groups[each.number]
-        mine = [index for index in group.parts if index in chosen]
-        faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
-        rows[faces[caster.source]] = each.first_row + caster.component
+    for instance in instances:
+        caster, group = instance.body.caster, instance.body.groups[instance.number]
+        indices = [index for index in group.parts if index in chosen]
+        faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in indices])
+        rows[faces[caster.source]] = instance.first_row + caster.component
     return rows

@@ -102,14 +102,14 @@ class LightEdges:
 
     def is_of(self, light: AreaLight, plan: VolumePlan) -> bool:
         """Return whether these edges belong to a light's current hard volumes."""
-        mine, its = self.light, light
+        own, other = self.light, light
         return (
             len(self.volumes) == len(plan.volumes)
             and all(map(operator.is_, self.volumes, plan.volumes))
-            and np.array_equal(mine.light.position, its.light.position)
-            and mine.radius == its.radius
-            and (mine.edges is None) == (its.edges is None)
-            and (mine.edges is None or np.array_equal(mine.edges, its.edges))  # type: ignore[arg-type]
+            and np.array_equal(own.light.position, other.light.position)
+            and own.radius == other.radius
+            and (own.edges is None) == (other.edges is None)
+            and (own.edges is None or np.array_equal(own.edges, other.edges))  # type: ignore[arg-type]
         )
 
 
@@ -133,16 +133,16 @@ class WedgePainter:
         origin = self._planner.scene.origin
         old, self._edges = self._edges, []
         for light, plan in zip(lights, plans, strict=True):
-            kept = next((each for each in old if each.is_of(light, plan)), None)
-            if kept is None:
+            edges = next((previous for previous in old if previous.is_of(light, plan)), None)
+            if edges is None:
                 rows = _list_edges(light, plan.volumes, origin)
                 table = rows if len(rows) else np.zeros((1, *rows.shape[1:]), np.float32)
                 buffer = TextureBuffer(self._device, table, "rgba32f")
-                kept = LightEdges(light, plan.volumes, buffer, len(rows))
-            self._edges.append(kept)
-        for each in old:
-            if each not in self._edges:
-                each.table.release()
+                edges = LightEdges(light, plan.volumes, buffer, len(rows))
+            self._edges.append(edges)
+        for previous in old:
+            if previous not in self._edges:
+                previous.table.release()
 
     def draw_keys(self, state: State, target: Target) -> None:
         """Draw depth keys, once per picture. Before: the target's depth holds the scene."""
@@ -194,8 +194,8 @@ class WedgePainter:
         kind = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
         needs = (*(name for name, needed in kind.items() if needed), *needs)
         program = self._programs.find(*needs, **values)
-        place = find_light_source(light.light, self._planner.scene.origin)
-        axes = map_to_unit_light(light, place)
+        source = find_light_source(light.light, self._planner.scene.origin)
+        axes = map_to_unit_light(light, source)
         self.bind_keys(0)
         edges.table.bind(1)
         program.set(
@@ -216,7 +216,7 @@ class WedgePainter:
 
     def release(self) -> None:
         """Free the device objects."""
-        release_all(*(each.table for each in self._edges), self._keys, self._programs)
+        release_all(*(edges.table for edges in self._edges), self._keys, self._programs)
         self._edges = []
 
 
@@ -263,13 +263,13 @@ def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """List the possible silhouette edges in the layout of ``wedge_row.glsl``: (n, 8, 4) float32."""
-    place = find_light_source(light.light, origin)
+    source = find_light_source(light.light, origin)
     lists = [np.zeros((0, _TEXELS, 4), np.float32)]
-    for each in volumes:
-        for instance, transform in enumerate(each.body.transforms):
-            caster = each.caster_of(instance).opened(each.opened[instance])
+    for body_volumes in volumes:
+        for instance, transform in enumerate(body_volumes.body.transforms):
+            caster = body_volumes.caster_of(instance).opened(body_volumes.opened[instance])
             vertices = transform_points(transform, caster.vertices)
-            edges = list_light_edges(caster, vertices, place, light.radius)
+            edges = list_light_edges(caster, vertices, source, light.radius)
             rows = np.zeros((len(edges.ends), _TEXELS, 4), np.float32)
             rows[:, :2, :3] = edges.ends.reshape(-1, 2, 3)
             rows[:, 0, 3], rows[:, 1, 3] = edges.weight, edges.turn

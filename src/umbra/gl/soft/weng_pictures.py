@@ -79,8 +79,8 @@ class LightLayers:
     def is_of(self, source: NDArray[np.float64], hard: Sequence[BodyVolumes]) -> bool:
         """Return whether these layers belong to a light's current hard volumes."""
         return np.array_equal(self.source, source) and all(
-            np.array_equal(one.opened, two.opened)
-            for one, two in zip(self.volumes, hard, strict=True)
+            np.array_equal(first.opened, second.opened)
+            for first, second in zip(self.volumes, hard, strict=True)
         )
 
 
@@ -101,14 +101,14 @@ def find_caster_growth(
     for body, old in zip(bodies, hard, strict=True):
         volumes.append(make_volumes(body, source, old.opened))
         weights.append(find_most(body, old.opened))
-    for each in instances:
-        light = volumes[bodies.index(each.body)].lights[each.number]
-        centers, axes, radii = find_growth(each.body.caster, light, each.vertices, source)
+    for instance in instances:
+        light = volumes[bodies.index(instance.body)].lights[instance.number]
+        centers, axes, radii = find_growth(instance.body.caster, light, instance.vertices, source)
         rows = np.zeros((len(centers), 2, 4))
         rows[:, 0, :3], rows[:, 0, 3], rows[:, 1, :3] = centers, _SINKS * radii, axes
         growth.append(rows)
-        widest = enlarge(each, rows, most)
-        bounds.append(_bound(each, [each.vertices, widest]))
+        widest = enlarge(instance, rows, most)
+        bounds.append(_bound(instance, [instance.vertices, widest]))
     boxes = np.concatenate(bounds)
     return LightLayers(
         source=source,
@@ -120,20 +120,20 @@ def find_caster_growth(
     )
 
 
-def enlarge(each: Instance, rows: NDArray[np.float64], growing: float) -> NDArray[np.float64]:
+def enlarge(instance: Instance, rows: NDArray[np.float64], growing: float) -> NDArray[np.float64]:
     """Return an instance's vertices in a layer, in the scene's frame: ``grow.glsl`` in float64."""
-    centers, axes = rows[each.component, 0], rows[each.component, 1, :3]
-    apart = each.vertices - centers[:, :3]
+    centers, axes = rows[instance.component, 0], rows[instance.component, 1, :3]
+    apart = instance.vertices - centers[:, :3]
     apart -= np.einsum("ij,ij->i", apart, axes)[:, None] * axes
     grows = (axes != 0).any(1, keepdims=True)
-    return each.vertices + np.where(grows, growing * apart - centers[:, 3:] * axes, 0.0)
+    return instance.vertices + np.where(grows, growing * apart - centers[:, 3:] * axes, 0.0)
 
 
-def _bound(each: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+def _bound(instance: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     """Bound the shells of an instance over all ``places`` of its vertices, (n_shells, 2, 3)."""
-    bounds = np.zeros((each.body.n_shells, 2, 3))
+    bounds = np.zeros((instance.body.n_shells, 2, 3))
     bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
-    shell = each.body.component_shell[each.component]
+    shell = instance.body.component_shell[instance.component]
     for vertices in places:
         np.minimum.at(bounds[:, 0], shell, vertices)
         np.maximum.at(bounds[:, 1], shell, vertices)
@@ -166,14 +166,14 @@ def list_layers(
     )  # fmt: skip
     flags = np.where(selection.sides, selection.flags | COARSE | LIGHT_CAPS, selection.flags)
     selection = replace(selection, flags=flags)
-    place = numbers.end
-    starts = np.append(0, np.cumsum([len(each.shells) for each in layers.volumes]))
+    begin = numbers.end
+    starts = np.append(0, np.cumsum([len(body_volumes.shells) for body_volumes in layers.volumes]))
     counts = numbers.append_light(layers.volumes, selection, starts, layers.source[3] > 0)
     draws = []
     for name, count in zip(DRAWS, counts.tolist(), strict=True):
         if count:
-            draws.append(Draw.of(*name, place, count))
-            place += count
+            draws.append(Draw.of(*name, begin, count))
+            begin += count
     return selection, draws
 
 
@@ -210,19 +210,19 @@ def plan_layers(
 def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
     """Return volumes of enlarged bodies without sides, one body per instance."""
     scaled = []
-    opened = {id(each.body): each.opened for each in layers.volumes}
-    for each in layers.instances:
-        caster, number = each.body.caster, each.number
-        rows = layers.growth[each.first_row : each.first_row + len(caster.is_closed)]
-        vertices = enlarge(each, rows, growing)
+    opened = {id(body_volumes.body): body_volumes.opened for body_volumes in layers.volumes}
+    for instance in layers.instances:
+        caster, number = instance.body.caster, instance.number
+        rows = layers.growth[instance.first_row : instance.first_row + len(caster.is_closed)]
+        vertices = enlarge(instance, rows, growing)
         # Mirroring swaps lit and unlit; at infinity there are as many of either.
         planes = make_planes(vertices, caster.faces)
-        body = copy(each.body)
+        body = copy(instance.body)
         body.caster = replace(caster, vertices=vertices, planes=planes)
         body.blocks = FaceBlocks.of(body.caster)
         body.groups = [body.groups[number]]
         body.place(np.eye(4)[None])
-        open_here = opened[id(each.body)][[number]]
+        open_here = opened[id(instance.body)][[number]]
         scaled.append(BodyVolumes(body, layers.source[None], open_here))
     return scaled
 
@@ -310,24 +310,24 @@ class ScaledLayers(Visibility):
 
     def _grow(self, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]) -> None:
         """Find the layers of moved lights."""
-        found = []
+        layers = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
             source = find_light_source(area.light, self._planner.scene.origin)
             old = self._layers[number] if number < len(self._layers) else None
             if old is not None and old.is_of(source, plan.volumes):
-                found.append(old)
+                layers.append(old)
             else:
-                found.append(
+                layers.append(
                     find_caster_growth(
                         self._bodies, self._instances, source, plan.volumes, self._steps[-1]
                     )
                 )
-        same = len(found) == len(self._layers) and all(
-            one is two for one, two in zip(found, self._layers, strict=True)
+        same = len(layers) == len(self._layers) and all(
+            first is second for first, second in zip(layers, self._layers, strict=True)
         )
-        self._layers = found
+        self._layers = layers
         if not same:
-            growth = np.stack([each.growth for each in found]) if found else np.zeros(0)
+            growth = np.stack([layer.growth for layer in layers]) if layers else np.zeros(0)
             self._points.write(growth.astype(np.float32))
 
     def release(self) -> None:

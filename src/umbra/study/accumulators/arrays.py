@@ -83,8 +83,8 @@ class ResultOptions:
 
     def bytes_kept(self, days: int) -> int:
         """Return the memory of each receiver besides hours and masks [byte]."""
-        each = sum(dtype.itemsize for dtype in self._interval_types().values())
-        return each + ((4 + each) * days if self.by_day else 48 * self.by_month)
+        size = sum(dtype.itemsize for dtype in self._interval_types().values())
+        return size + ((4 + size) * days if self.by_day else 48 * self.by_month)
 
     def _interval_types(self) -> dict[str, np.dtype]:
         types = dict(_INTERVALS) if self.spells else {}
@@ -162,7 +162,7 @@ class ResultArrays:
         """Return a date's hours in shadow of the current tile."""
         return self._by_day["shadow_hours"][day][where] if self._by_day else self._of_tile[day]
 
-    def lets_all_through(self, day: int) -> bool:
+    def is_fully_transmissive(self, day: int) -> bool:
         """Return whether canopies transmit all light on a day."""
         return self.shares is not None and self.shares[day] >= 1
 
@@ -180,8 +180,8 @@ class ResultArrays:
 
     def keep_months(self, hours: NDArray[np.float32], where: Any = ...) -> None:
         """Store the hours in shadow of a tile in each month, (n_months, ...)."""
-        for kept, own in zip(self._by_month, hours, strict=True):
-            kept[where] = own
+        for month, own in zip(self._by_month, hours, strict=True):
+            month[where] = own
 
     def keep_behind(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
         """Store the hours behind canopies alone: of the whole period, or of one day."""
@@ -198,7 +198,7 @@ class ResultArrays:
         """Store the sun intervals of a tile: of the whole period, or of one day."""
         if day is not None and not self._by_day:
             return
-        kept = self._whole if day is None else {n: a[day] for n, a in self._by_day.items()}
+        arrays = self._whole if day is None else {n: a[day] for n, a in self._by_day.items()}
         values = {
             "first_sun": intervals.first,
             "last_sun": intervals.last,
@@ -206,7 +206,7 @@ class ResultArrays:
             "longest_sun_hours": to_hours(intervals.longest),
             "sun_hours_in_spells": to_hours(intervals.counted),
         }
-        for name, array in kept.items():
+        for name, array in arrays.items():
             if name in values:
                 array[where] = values[name]
 
@@ -228,36 +228,38 @@ class ResultArrays:
     def variables(self, laid: Receivers) -> Variables:
         """Return all arrays besides the hours of the whole period."""
         dims = laid.dims
-        found: Variables = {}
-        found |= {name: (dims, array) for name, array in self._whole.items()}
+        variables: Variables = {}
+        variables |= {name: (dims, array) for name, array in self._whole.items()}
         if self.results.spells:
-            found["shaded_share"] = (dims, find_shaded_share(self.shadow_hours, self.up_hours))
+            variables["shaded_share"] = (dims, find_shaded_share(self.shadow_hours, self.up_hours))
         if self._by_day:
             days = np.array(self.period.days, "datetime64[D]").astype("datetime64[ns]")
-            found["day"] = (("day",), days)
-            found["up_hours_by_day"] = (("day",), self.up_hours_by_day)
+            variables["day"] = (("day",), days)
+            variables["up_hours_by_day"] = (("day",), self.up_hours_by_day)
             up = self.up_hours_by_day.astype(np.float32).reshape(-1, *[1] * len(dims))
             by_day = dict(self._by_day)
             hours = by_day.pop("shadow_hours")
-            found["shadow_hours_by_day"] = (("day", *dims), hours)
-            found["sun_hours_by_day"] = (("day", *dims), up - hours)
-            found |= {f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()}
+            variables["shadow_hours_by_day"] = (("day", *dims), hours)
+            variables["sun_hours_by_day"] = (("day", *dims), up - hours)
+            variables |= {
+                f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()
+            }
         if self.months:
-            found |= self._list_months(dims)
+            variables |= self._list_months(dims)
         if self.shares is not None:
-            found["canopy_transmissivity"] = (("time",), self.shares[self.period.day_of_step])
-        return found
+            variables["canopy_transmissivity"] = (("time",), self.shares[self.period.day_of_step])
+        return variables
 
     def _list_months(self, dims: tuple[str, ...]) -> Variables:
         """Return the hours a day in each month, means of its dates."""
         dates = np.bincount(self.month_of_day)
         up = np.bincount(self.month_of_day, self.up_hours_by_day) / dates
-        each = (-1, *[1] * len(dims))
-        shadow = self._by_month / dates.astype(np.float32).reshape(each)
+        shape = (-1, *[1] * len(dims))
+        shadow = self._by_month / dates.astype(np.float32).reshape(shape)
         return {
             "month": (("month",), np.array(self.period.months, np.int32)),
             "dates_by_month": (("month",), dates.astype(np.int32)),
             "up_hours_by_month": (("month",), up),
             "shadow_hours_by_month": (("month", *dims), shadow),
-            "sun_hours_by_month": (("month", *dims), up.astype(np.float32).reshape(each) - shadow),
+            "sun_hours_by_month": (("month", *dims), up.astype(np.float32).reshape(shape) - shadow),
         }

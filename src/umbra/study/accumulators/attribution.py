@@ -95,8 +95,8 @@ class AttributionOptions:
 
     def bytes_kept(self, days: int) -> int:
         """Return the memory of each receiver, with results by day of some dates [byte]."""
-        kept = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
-        return kept + (18 + 5 * days if self.proposed is not None else 0)
+        size = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
+        return size + (18 + 5 * days if self.proposed is not None else 0)
 
     @property
     def facts(self) -> dict[str, object]:
@@ -107,8 +107,8 @@ class AttributionOptions:
         """Return the longest tile side whose pieces and dates fit in memory."""
         if self.groups is None:
             return side
-        each = len(self.groups.pieces) + 64 + 16 * (days - 1)
-        return max(8, min(side, int(np.sqrt(_WORK / each))))
+        size = len(self.groups.pieces) + 64 + 16 * (days - 1)
+        return max(8, min(side, int(np.sqrt(_WORK / size))))
 
 
 class Attribution(Accumulator):
@@ -139,16 +139,16 @@ class Attribution(Accumulator):
         self.proposal = proposal
         self.groups, shape = cast("Groups", attribution.groups), arrays.shape
         count, days = len(self.groups.names), len(arrays.period.days)
-        kept = days if arrays.results.by_day else 0
+        n_days = days if arrays.results.by_day else 0
         self.cast = np.zeros((count, *shape), np.float32)
         self.sole = np.zeros((count, *shape), np.float32)
-        self.cast_by_day = np.zeros((kept, count, *shape), np.float32)
-        self.sole_by_day = np.zeros((kept, count, *shape), np.float32)
+        self.cast_by_day = np.zeros((n_days, count, *shape), np.float32)
+        self.sole_by_day = np.zeros((n_days, count, *shape), np.float32)
         of_proposal = shape if attribution.proposed is not None else (0,)
         self.owner = np.zeros(of_proposal, np.int32)
         self.absent = np.zeros(of_proposal, np.bool_)
         self.newly_days = np.zeros(of_proposal, np.int16)
-        self.newly_by_day = np.zeros((kept, *of_proposal), np.uint8)
+        self.newly_by_day = np.zeros((n_days, *of_proposal), np.uint8)
         self._casters: dict[Groups, list[Caster]] = {}
 
     def begin(self, run: TileRun, lights: Lights) -> None:
@@ -174,22 +174,22 @@ class Attribution(Accumulator):
             counter = PiecesOneByOne(finders, tile.places, tile.shape, self.model.threads)
         return ShareCount(counter, groups, tile.shape)
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Find the shadows of each piece of casters at some instants."""
         arrays = self.arrays
-        hours = lights.weights[some, 0].astype(np.float32)
-        hours[arrays.period.meets_land(lights.directions[some])] = 0  # no caster's shadow
+        hours = lights.weights[span, 0].astype(np.float32)
+        hours[arrays.period.meets_land(lights.directions[span])] = 0  # no caster's shadow
         through = np.zeros(len(hours))
         if arrays.shares is not None:
-            through = arrays.shares[arrays.period.day_of_step[lights.step[some]]]
+            through = arrays.shares[arrays.period.day_of_step[lights.step[span]]]
         for count in self._counts:
-            count.add(lights.directions[some], hours, through)
+            count.add(lights.directions[span], hours, through)
 
     def end_day(self, day: int) -> None:
         """Store the hours of a date."""
         shares, *before = [count.finish() for count in self._counts]
-        for one in before:
-            shares.sole[-1] -= one.sole[0]
+        for earlier in before:
+            shares.sole[-1] -= earlier.sole[0]
         self._enter(day, shares.cast, shares.sole, self._run.where)
         for count in self._counts:
             count.clear()
@@ -236,22 +236,22 @@ class Attribution(Accumulator):
         """Return the hours due to groups, and the sun lost to the proposal."""
         dims = laid.dims
         attribution, has_days = self.attribution, len(self.cast_by_day) > 0
-        found: Variables = {}
+        variables: Variables = {}
         if attribution.groups and attribution.shown:
-            some = slice(attribution.shown)
-            found["caster"] = (("caster",), np.array(attribution.groups.names[some]))
-            found["cast_hours"] = (("caster", *dims), self.cast[some])
-            found["sole_hours"] = (("caster", *dims), self.sole[some])
+            shown = slice(attribution.shown)
+            variables["caster"] = (("caster",), np.array(attribution.groups.names[shown]))
+            variables["cast_hours"] = (("caster", *dims), self.cast[shown])
+            variables["sole_hours"] = (("caster", *dims), self.sole[shown])
             if has_days:
                 axes = ("day", "caster", *dims)
-                found["cast_hours_by_day"] = (axes, self.cast_by_day[:, some])
-                found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
+                variables["cast_hours_by_day"] = (axes, self.cast_by_day[:, shown])
+                variables["sole_hours_by_day"] = (axes, self.sole_by_day[:, shown])
         losses = self.find_losses(laid)
         if losses is not None:
-            found |= losses.variables(dims)
+            variables |= losses.variables(dims)
             if laid.kind.belongs_to_parts:
-                found |= losses.sum_up().variables()
-        return found
+                variables |= losses.sum_up().variables()
+        return variables
 
     def find_losses(self, laid: Receivers) -> SunLosses | None:
         """Return the sun that the proposal takes from its neighbours; None if it is not asked."""
@@ -298,7 +298,7 @@ class ExactAttribution(Attribution):
         """Begin a tile."""
         self._run, self._lights = run, lights
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Do nothing: ``end`` counts all, once the tile's hours are known."""
 
     def end_day(self, day: int) -> None:
@@ -321,11 +321,11 @@ class ExactAttribution(Attribution):
         due = np.zeros((len(days), len(groups.names), *tile.shape), np.float32)
         sole = np.zeros_like(due)
         for k, row in enumerate(groups.member):
-            mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
-            without = self._solve(tile, [part for part in everything if part not in mine])
+            parts = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
+            without = self._solve(tile, [part for part in everything if part not in parts])
             sole[:, k] = np.maximum(after - without, 0)
             if k < self.attribution.shown:
-                due[:, k] = np.maximum(self._solve(tile, sorted(mine)) - attached, 0)
+                due[:, k] = np.maximum(self._solve(tile, sorted(parts)) - attached, 0)
             progress(works * (k + 1) // len(groups.names) - works * k // len(groups.names))
         if (before := self.attribution.before) is not None:
             casters = sorted(part for piece in before.pieces for part in piece)

@@ -71,7 +71,7 @@ class BlockedSky(Accumulator):
         self._after = np.zeros((count, *laid.shape))
         self._before = np.zeros((count, *laid.shape)) if proposal is not None else None
         ends = ("", "_before", "_lost", "_ratio") if proposal else ("",)
-        names = [one.name + end for one in measure.quantities for end in ends]
+        names = [quantity.name + end for quantity in measure.quantities for end in ends]
         self.of_any_date = frozenset(["caster", *names])
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
@@ -100,8 +100,8 @@ class BlockedSky(Accumulator):
         taken = np.zeros((len(points), len(pieces) + self._has_land))
         done, works = 0, len(self.lights)
         for first in range(0, len(points), _AT_ONCE):
-            some = slice(first, first + _AT_ONCE)
-            taken[some] = find(points[some], normals[some], facing[some])
+            batch = slice(first, first + _AT_ONCE)
+            taken[batch] = find(points[batch], normals[batch], facing[batch])
             now = works * min(first + _AT_ONCE, len(points)) // len(points)
             progress(now - done)
             done = now
@@ -124,9 +124,9 @@ class BlockedSky(Accumulator):
         count = len(pieces) + self._has_land
 
         def solve(points: NDArray, _: NDArray, facing: NDArray) -> NDArray[np.float64]:
-            found = measure_sky(casters, points, facing, threads, objects=count).blocked_by
-            assert found is not None
-            return found
+            shares = measure_sky(casters, points, facing, threads, objects=count).blocked_by
+            assert shares is not None
+            return shares
 
         return solve
 
@@ -148,9 +148,9 @@ class BlockedSky(Accumulator):
         ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             """Return what pieces take of some directions (n, pieces), and what there is (n,)."""
             taken = np.zeros((len(points), len(pieces)))
-            some, weight = np.ascontiguousarray(toward[which]), weights[which]
-            add_taken(tree, owner, points, normals, facing, some, weight, taken, casting.threads)
-            return taken, np.maximum(facing @ some.T, 0.0) @ weight
+            chosen, weight = np.ascontiguousarray(toward[which]), weights[which]
+            add_taken(tree, owner, points, normals, facing, chosen, weight, taken, casting.threads)
+            return taken, np.maximum(facing @ chosen.T, 0.0) @ weight
 
         def count(points: NDArray, normals: NDArray, facing: NDArray) -> NDArray[np.float64]:
             taken, whole = add(~is_land, points, normals, facing)
@@ -170,12 +170,12 @@ class BlockedSky(Accumulator):
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the shares of all casters and of each group, with a proposal also before."""
-        found: Variables = {"caster": (("caster",), np.array(self._names))}
-        whole, each = self.measure.quantities
-        for one, some, dims in (
-            (whole, 0, laid.dims), (each, slice(1, None), ("caster", *laid.dims)),
+        variables: Variables = {"caster": (("caster",), np.array(self._names))}
+        whole, by_caster = self.measure.quantities
+        for quantity, rows, dims in (
+            (whole, 0, laid.dims), (by_caster, slice(1, None), ("caster", *laid.dims)),
         ):  # fmt: skip
-            found[one.name] = (dims, self._after[some])
+            variables[quantity.name] = (dims, self._after[rows])
             if self._before is not None:
-                found |= compare_measured(one, self._before[some], self._after[some], dims)
-        return found
+                variables |= compare_measured(quantity, self._before[rows], self._after[rows], dims)
+        return variables

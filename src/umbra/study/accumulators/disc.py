@@ -56,9 +56,9 @@ class DiscHours(HourSums):
         self._first, self._last = (np.full((2, len(places)), _NEVER) for _ in range(2))
         super().add_sums(run, lights, progress)
         where = run.where if isinstance(run.where, tuple) else (run.where,)
-        for k, found in enumerate((self._first, self._last)):
+        for k, times in enumerate((self._first, self._last)):
             solved = np.zeros(len(places), np.int64)
-            solved[self._order] = self._solve(run.tiles[0], *found)
+            solved[self._order] = self._solve(run.tiles[0], *times)
             self._contacts[k, *where] = solved.reshape(run.shape)
 
     def _add_groups(
@@ -72,12 +72,12 @@ class DiscHours(HourSums):
         directions = np.ascontiguousarray(lights.directions[:, :3])
         middles, before, after = self._find_times(lights.step)
         for first in range(0, len(lights), _AT_ONCE):
-            some = slice(first, first + _AT_ONCE)
+            batch = slice(first, first + _AT_ONCE)
             free = find_free_disc(
-                tile.tree, places.points, places.normals, directions[some], RADIUS,
+                tile.tree, places.points, places.normals, directions[batch], RADIUS,
                 tile.casting.threads, self._land,
             )  # fmt: skip
-            hours += lights.weights[some, 0] @ (1 - free)
+            hours += lights.weights[batch, 0] @ (1 - free)
             for k, hidden in enumerate(1 - free if len(monthly) else (), first):
                 monthly[parts.part[k]] += lights.weights[k, 0] * hidden
             for k, seen in enumerate(free > SEEN, first):
@@ -120,17 +120,19 @@ class DiscHours(HourSums):
 
         A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there.
         """
-        found = lit.copy()
-        some = np.flatnonzero(lit != _NEVER)
-        if not len(some):
-            return found
-        pairs, which = np.unique(np.stack([dark[some], lit[some]]), axis=1, return_inverse=True)
-        found[some] = find_contacts(
-            tile.tree, self._places.points[some], self._places.normals[some], self._follow(pairs),
-            which.ravel(), np.stack([dark[some], lit[some]]), RADIUS, _CLOSE, tile.casting.threads,
-            self._land,
+        times = lit.copy()
+        changed = np.flatnonzero(lit != _NEVER)
+        if not len(changed):
+            return times
+        pairs, which = np.unique(
+            np.stack([dark[changed], lit[changed]]), axis=1, return_inverse=True
+        )
+        times[changed] = find_contacts(
+            tile.tree, self._places.points[changed], self._places.normals[changed],
+            self._follow(pairs), which.ravel(), np.stack([dark[changed], lit[changed]]), RADIUS,
+            _CLOSE, tile.casting.threads, self._land,
         )  # fmt: skip
-        return found
+        return times
 
     def _follow(self, pairs: NDArray[np.int64]) -> DiscTrack:
         """

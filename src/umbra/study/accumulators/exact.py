@@ -128,15 +128,15 @@ class ExactIntervals(DayIntervals):
         least = self.arrays.results.min_spell
         self._states = [IntervalState(self._run.shape, least) for _ in self._run.counters]
 
-    def begin_run(self, lights: Lights, some: slice) -> None:
+    def begin_run(self, lights: Lights, span: slice) -> None:
         """Begin at sunrise, or at the start of the day's period."""
         self._before: list[NDArray[np.uint8] | None] = [None] * len(self._states)
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Add the next instants, and solve the changes between them."""
-        for i in range(some.start, some.stop):
+        for i in range(span.start, span.stop):
             for k, mask in enumerate(masks):
-                self._follow(k, mask[i - some.start].ravel(), i)
+                self._follow(k, mask[i - span.start].ravel(), i)
 
     def _follow(self, k: int, mask: NDArray[np.uint8], i: int) -> None:
         times, state = self._lights.starts, self._states[k].state
@@ -153,10 +153,10 @@ class ExactIntervals(DayIntervals):
             )  # fmt: skip
         self._before[k] = mask
 
-    def end_run(self, lights: Lights, some: slice) -> None:
+    def end_run(self, lights: Lights, span: slice) -> None:
         """Close all open intervals when the sun sets."""
         for state in self._states:
-            state.end_all(int(lights.starts[some.stop - 1]))
+            state.end_all(int(lights.starts[span.stop - 1]))
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day; the sun is up in each run from first to last instant, and behind land."""
@@ -164,13 +164,13 @@ class ExactIntervals(DayIntervals):
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
         up += find_time_behind_land(arrays.period, day)
         arrays.up_hours_by_day[day] = up / 3.6e9
-        found = [state.finish() for state in self._states]
+        finished = [state.finish() for state in self._states]
         if day + 1 < len(self._lights.days):
             self._begin_day()
         if arrays.shares is None:
-            return found[0], up
-        weakened, solid = found
-        intervals = solid if arrays.lets_all_through(day) else weakened
+            return finished[0], up
+        weakened, solid = finished
+        intervals = solid if arrays.is_fully_transmissive(day) else weakened
         behind = np.maximum(solid.sun - weakened.sun, 0)
         return intervals.add_behind(behind, float(arrays.shares[day])), up
 
@@ -183,8 +183,8 @@ def _find_times(period: Period, day: int) -> NDArray[np.int64]:
     gaps = np.diff(times)
     parts = -(-gaps // _LOOK)
     first = np.repeat(np.cumsum(parts) - parts, parts)
-    place = np.arange(len(first)) - first
-    between = np.repeat(times[:-1], parts) + np.repeat(gaps, parts) * place // np.repeat(
+    index = np.arange(len(first)) - first
+    between = np.repeat(times[:-1], parts) + np.repeat(gaps, parts) * index // np.repeat(
         parts, parts
     )
     return np.append(between, times[-1])
@@ -199,8 +199,8 @@ def find_time_behind_land(period: Period, day: int) -> int:
     """Return the time of a day for which the sun is up behind the land [us]."""
     if period.horizon is None:
         return 0
-    each = (find_runs(one, day) for one in (replace(period, horizon=None), period))
-    whole, free = (sum(int(run[-1] - run[0]) for run in runs) for runs in each)
+    both = (find_runs(variant, day) for variant in (replace(period, horizon=None), period))
+    whole, free = (sum(int(run[-1] - run[0]) for run in runs) for runs in both)
     return whole - free
 
 
@@ -238,19 +238,19 @@ def follow_sun(period: Period, tolerance: float) -> SunTrack:
             slices.append(slice(count, count + len(run)))
             count += len(run)
         days.append(tuple(slices))
-    found, vectors = np.concatenate(times), np.zeros((count, 4))
+    instants, vectors = np.concatenate(times), np.zeros((count, 4))
     vectors[:, :3] = np.concatenate(suns)
     return SunTrack(
-        vectors, np.zeros((count, 1)), ("shadow",), ("h",), found, found,
-        _find_steps(period, found), tuple(days), np.concatenate(paths),
+        vectors, np.zeros((count, 1)), ("shadow",), ("h",), instants, instants,
+        _find_steps(period, instants), tuple(days), np.concatenate(paths),
     )  # fmt: skip
 
 
 def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
     """Find the step whose midpoint each instant is; -1 for other instants."""
     instants = period.instants.astype(np.int64)
-    place = np.minimum(np.searchsorted(instants, times), len(instants) - 1)
-    return np.where(instants[place] == times, place, -1)
+    index = np.minimum(np.searchsorted(instants, times), len(instants) - 1)
+    return np.where(instants[index] == times, index, -1)
 
 
 @partial(kernel, boundscheck=False)

@@ -148,10 +148,10 @@ def find_members(
             )
             raise InputError(msg, option=option, pattern=pattern)
     if by is not None:
-        some = sorted(set().union(*chosen.values())) if who else sorted(casting)
+        members = sorted(set().union(*chosen.values())) if who else sorted(casting)
         chosen = {}
         words = scene.labels() if by == "part" else [getattr(part, by) for part in scene.parts]
-        for part in some:
+        for part in members:
             chosen.setdefault(words[part] or f"no {by}", []).append(part)
     check_count(len(chosen), by)
     member = np.zeros((len(scene.parts), len(chosen)), np.bool_)

@@ -75,13 +75,13 @@ class MeasureSums(Accumulator):
     def _find_lights(self) -> Lights:
         """Return its lights but those behind land, or behind level ground where all are level."""
         lights: Lights = guard(self.measure, self.asked.make_lights, self.measure)
-        kept = ~self.asked.period.meets_land(lights.vectors)
+        is_free = ~self.asked.period.meets_land(lights.vectors)
         if self._is_level and self.measure.follows_normal:
-            kept &= ~find_ground_lights(lights.vectors)
-        if kept.all():
+            is_free &= ~find_ground_lights(lights.vectors)
+        if is_free.all():
             return lights
-        found = lights.pick(kept)
-        return replace(found, starts=lights.starts[kept], ends=lights.ends[kept])
+        free = lights.pick(is_free)
+        return replace(free, starts=lights.starts[is_free], ends=lights.ends[is_free])
 
     def _find_blocks(self) -> list[tuple[NDArray[np.bool_], NDArray[np.intp]]]:
         """
@@ -94,8 +94,8 @@ class MeasureSums(Accumulator):
         if len(kinds) > _MOST_BLOCKS:
             return [(np.ones(len(given), np.bool_), np.arange(wide))]
         axes = np.arange(wide).reshape(given.shape[1], -1)
-        each = enumerate(kinds)
-        return [(kind.ravel() == k, axes[has].ravel()) for k, has in each if has.any()]
+        columns = enumerate(kinds)
+        return [(kind.ravel() == k, axes[has].ravel()) for k, has in columns if has.any()]
 
     def _spread(self) -> NDArray[np.float64]:
         """Return the columns that are added up: with cosines, a column for each axis."""
@@ -116,13 +116,15 @@ class MeasureSums(Accumulator):
         sums = [_Sums(self, tile.shape)]
         if self._proposal is not None:
             sums.append(_Sums(self, tile.shape))
-        for some, wide, counter in run.find_tiles(self.lights):
-            sums[0].add(some, wide, counter, wide.with_casters if self._canopy else None, progress)
+        for indices, wide, counter in run.find_tiles(self.lights):
+            sums[0].add(
+                indices, wide, counter, wide.with_casters if self._canopy else None, progress
+            )
             if self._proposal is not None:
                 before, canopy = self._proposal.find_before(wide), wide.casting.canopy
                 solid = sorted({*before} - canopy.weak) if canopy else []
                 sums[1].add(
-                    some, wide.with_casters(before), None, partial(wide.with_casters, solid)
+                    indices, wide.with_casters(before), None, partial(wide.with_casters, solid)
                 )  # fmt: skip
         self._after[:, *where] = self._derive(sums[0].free, tile)
         if self._before is not None and self._proposal is not None:
@@ -137,21 +139,21 @@ class MeasureSums(Accumulator):
         scene, around = add_land(tile.casting.scene.whole, period.horizon, north)
         points, normals = tile.places.points, level_normals(tile.places.normals)
         rest = self._proposal.find_before(tile) if self._proposal is not None else ()
-        each = [(self._after, [*self._casters, *around]), (self._before, [*rest, *around])]
-        asked = [(values, parts) for values, parts in each if values is not None]
-        done, all_, told = 0, len(asked) * len(points), 0
-        for values, parts in asked:
-            found = np.zeros((len(values), len(points)))
+        pairs = [(self._after, [*self._casters, *around]), (self._before, [*rest, *around])]
+        wanted = [(values, parts) for values, parts in pairs if values is not None]
+        done, total, reported = 0, len(wanted) * len(points), 0
+        for values, parts in wanted:
+            solved = np.zeros((len(values), len(points)))
             for first in range(0, len(points), _AT_ONCE):
-                some = slice(first, first + _AT_ONCE)
-                places = Places(points[some], normals[some])
+                batch = slice(first, first + _AT_ONCE)
+                places = Places(points[batch], normals[batch])
                 solve = self.measure.solve
-                found[:, some] = guard(self.measure, solve, scene, parts, places, threads)
+                solved[:, batch] = guard(self.measure, solve, scene, parts, places, threads)
                 done += len(places)
-                now = len(self.lights) * done // all_
-                progress(now - told)
-                told = now
-            values[:, *where] = found.reshape(-1, *tile.shape)
+                now = len(self.lights) * done // total
+                progress(now - reported)
+                reported = now
+            values[:, *where] = solved.reshape(-1, *tile.shape)
         if self._before is not None and self._proposal is not None:
             self._before[:, *where][:, self._proposal.find_absent(tile)] = np.nan
 
@@ -163,8 +165,8 @@ class MeasureSums(Accumulator):
 
     def _read(self, free: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
         """Return what the measure makes of its sums, one array of a tile for each quantity."""
-        found = self.measure.derive(free, self.asked)
-        values = np.stack([np.asarray(one, np.float64) for one in found])
+        derived = self.measure.derive(free, self.asked)
+        values = np.stack([np.asarray(array, np.float64) for array in derived])
         wanted = (len(self.measure.quantities), *shape)
         if values.shape != wanted:
             msg = f"derive returned an array of shape {values.shape}, not {wanted}"
@@ -195,19 +197,19 @@ class MeasureSums(Accumulator):
                 values[:, nothing] = np.nan
 
     def _name_all(self) -> list[str]:
-        names = [one.name for one in self.measure.quantities]
+        names = [quantity.name for quantity in self.measure.quantities]
         ends = ("", "_before", "_lost", "_ratio") if self._proposal else ("",)
         return [name + end for name in names for end in ends]
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the variables, with a proposal also before, lost, and their ratio."""
-        found: Variables = {}
-        for k, one in enumerate(self.measure.quantities):
+        variables: Variables = {}
+        for k, quantity in enumerate(self.measure.quantities):
             after = self._after[k]
-            found[one.name] = (laid.dims, after)
+            variables[quantity.name] = (laid.dims, after)
             if self._before is not None:
-                found |= compare_measured(one, self._before[k], after, laid.dims)
-        return found
+                variables |= compare_measured(quantity, self._before[k], after, laid.dims)
+        return variables
 
 
 def level_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -227,30 +229,30 @@ class _Sums:
         self.shade = np.zeros((2, columns, *shape), np.int32) if of._canopy is not None else None
 
     def add(
-        self, some: NDArray[np.intp], tile: Tile, counter: Any,
+        self, indices: NDArray[np.intp], tile: Tile, counter: Any,
         find_solid: Callable[[], Tile] | None,
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:  # fmt: skip
         """Add some lights, with all casters that can hide them, and with all but canopies."""
         lights = self.of.lights
-        is_below = find_ground_lights(lights.vectors[some])
-        below, some = some[is_below], some[~is_below]
-        if len(some):
+        is_below = find_ground_lights(lights.vectors[indices])
+        below, indices = indices[is_below], indices[~is_below]
+        if len(indices):
             many = tile.count_many(len(lights))
             every = LightCounter(tile, counter if many is None else many)
             solid = None if find_solid is None else LightCounter(find_solid())
-            self._add(some, every, solid, progress)
+            self._add(indices, every, solid, progress)
         if len(below):
             hollow = None if find_solid is None else GroundLightCounter(find_solid())
             self._add(below, GroundLightCounter(tile), hollow, progress)
 
     def _add(
-        self, some: NDArray[np.intp], every: Counter, solid: Counter | None,
+        self, indices: NDArray[np.intp], every: Counter, solid: Counter | None,
         progress: Callable[[int], object],
     ) -> None:  # fmt: skip
         of = self.of
         for is_one, columns in of._blocks:
-            rows = some[is_one[some]]
+            rows = indices[is_one[indices]]
             if not len(rows):
                 continue
             lights, which = of.lights.pick(rows).directions, np.ix_(rows, columns)
@@ -275,12 +277,12 @@ class _Sums:
 
 
 def compare_measured(
-    one: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]
+    quantity: Quantity, before: NDArray, after: NDArray, dims: tuple[str, ...]
 ) -> Variables:
     """Return a quantity before a proposal, what it takes, and the ratio."""
     ratio = np.divide(after, before, out=np.full_like(after, np.nan), where=before > 0)
     return {
-        f"{one.name}_before": (dims, before),
-        f"{one.name}_lost": (dims, before - after),
-        f"{one.name}_ratio": (dims, ratio),
+        f"{quantity.name}_before": (dims, before),
+        f"{quantity.name}_lost": (dims, before - after),
+        f"{quantity.name}_ratio": (dims, ratio),
     }

@@ -72,11 +72,11 @@ class GroupDays:
         enough = weights * (hours >= self.least - _SLACK)
         self.share[groups, day] += np.add.reduceat(enough, begin) / whole
         self.mean[groups, day] += np.add.reduceat(weights * hours, begin) / whole
-        for kept, values, join in (
+        for figures, values, join in (
             (self.fewest, hours, np.minimum), (self.most, hours, np.maximum),
             (self.first, intervals.first, np.fmin), (self.last, intervals.last, np.fmax),
         ):  # fmt: skip
-            kept[groups, day] = join(kept[groups, day], join.reduceat(values, begin))
+            figures[groups, day] = join(figures[groups, day], join.reduceat(values, begin))
 
 
 class _DaySink:
@@ -95,9 +95,9 @@ class _DaySink:
         self.up_hours_by_day = arrays.up_hours_by_day  # exact intervals write to it, all the same
         self._arrays, self._groups = arrays, groups
 
-    def lets_all_through(self, day: int) -> bool:
+    def is_fully_transmissive(self, day: int) -> bool:
         """Return whether canopies transmit all light on a day."""
-        return self._arrays.lets_all_through(day)
+        return self._arrays.is_fully_transmissive(day)
 
     def enter_day(self, intervals: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
         """Reduce the sun intervals of one day."""
@@ -130,17 +130,17 @@ class NamedDays(Accumulator):
         """Begin a tile."""
         self._inner.begin(run, lights)
 
-    def begin_run(self, lights: Lights, some: slice) -> None:
+    def begin_run(self, lights: Lights, span: slice) -> None:
         """Begin a run of consecutive lights."""
-        self._inner.begin_run(lights, some)
+        self._inner.begin_run(lights, span)
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Add some lights."""
-        self._inner.add(lights, some, masks)
+        self._inner.add(lights, span, masks)
 
-    def end_run(self, lights: Lights, some: slice) -> None:
+    def end_run(self, lights: Lights, span: slice) -> None:
         """End a run of lights."""
-        self._inner.end_run(lights, some)
+        self._inner.end_run(lights, span)
 
     def end_day(self, day: int) -> None:
         """Reduce a day."""

@@ -86,18 +86,18 @@ class Masks:
             Rows and columns of a tile; all by default.
         """
         for instant, mask in zip(instants, masks, strict=True):
-            place = self.place[instant]
-            self.bits[place // 8][where] |= mask << np.uint8(place % 8)
+            position = self.place[instant]
+            self.bits[position // 8][where] |= mask << np.uint8(position % 8)
 
     def __len__(self) -> int:
         return len(self.place)
 
     def __getitem__(self, key: Any) -> NDArray[np.uint8]:
         if isinstance(key, (int, np.integer)):
-            place = self.place[key]
-            if place < 0:
+            position = self.place[key]
+            if position < 0:
                 return np.zeros(self.bits.shape[1:], np.uint8)
-            return self.bits[place // 8] >> np.uint8(place % 8) & np.uint8(1)
+            return self.bits[position // 8] >> np.uint8(position % 8) & np.uint8(1)
         if isinstance(key, slice):
             return self._unpack(range(len(self))[key])
         return np.asarray(self)[key]
@@ -136,9 +136,9 @@ class InstantMasks(Accumulator):
         """Begin a tile."""
         self._where = run.where
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Store these instants."""
-        steps = lights.step[some]
+        steps = lights.step[span]
         is_kept = steps >= 0
         dark = masks[-1][is_kept]
         self.masks.keep(steps[is_kept], dark, self._where)
@@ -154,10 +154,10 @@ class InstantMasks(Accumulator):
     def variables(self, laid: Receivers) -> Variables:
         """Return the masks, packed."""
         dims = ("time", *laid.dims)
-        found: dict[str, Any] = {"in_shadow": (dims, self.masks)}
+        variables: dict[str, Any] = {"in_shadow": (dims, self.masks)}
         if self.behind is not None:
-            found["under_canopy"] = (dims, self.behind)
-        return found
+            variables["under_canopy"] = (dims, self.behind)
+        return variables
 
 
 class IntervalCount(Accumulator):
@@ -180,15 +180,15 @@ class IntervalCount(Accumulator):
         self._state = IntervalState(run.shape, self.least)
         self._behind = np.zeros(run.shape if len(run.counters) > 1 else (0,), np.int64)
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Add some steps."""
         shadow = masks[0]
         if self.share is not None:
             dark = masks[1]
-            for mask, length in zip(shadow & ~dark, lights.lengths[some].tolist(), strict=True):
+            for mask, length in zip(shadow & ~dark, lights.lengths[span].tolist(), strict=True):
                 self._behind += mask * np.int64(length)
             shadow = dark if self.share >= 1 else shadow
-        self._state.add_steps(shadow, lights.starts[some], lights.ends[some])
+        self._state.add_steps(shadow, lights.starts[span], lights.ends[span])
 
     def finish(self) -> SunIntervalTable:
         """Close all open intervals, and return the table."""
@@ -248,9 +248,9 @@ class SunIntervals(DayIntervals):
         self._count = IntervalCount(self.arrays.results.min_spell, share)
         self._count.begin(self._run, self._lights)
 
-    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+    def add(self, lights: Lights, span: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Add some steps."""
-        self._count.add(lights, some, masks)
+        self._count.add(lights, span, masks)
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day, and begin the next."""
@@ -296,9 +296,9 @@ class HourSums(Accumulator):
             return
         total, total_behind = np.zeros((2, *run.shape))
         for k in range(len(shares)):
-            some = lights.pick(day == k)
-            none = np.zeros(len(some), np.intp)
-            hours, behind = self._add_groups(run, some, none, shares[k : k + 1], progress)
+            of_day = lights.pick(day == k)
+            none = np.zeros(len(of_day), np.intp)
+            hours, behind = self._add_groups(run, of_day, none, shares[k : k + 1], progress)
             arrays.keep_hours(hours, where, k)
             arrays.keep_behind(behind, where, k)
             total += hours
@@ -317,15 +317,15 @@ class HourSums(Accumulator):
         """
         hours, behind = np.zeros((2, *run.shape), np.float32)
         for k, share in enumerate(shares):
-            mine = group == k
-            some, own = lights.pick(mine), parts.pick(mine)
-            (cast,) = add_up(run.counters[0], run.shape, some, progress, own)
+            is_own = group == k
+            picked, own = lights.pick(is_own), parts.pick(is_own)
+            (cast,) = add_up(run.counters[0], run.shape, picked, progress, own)
             if len(run.counters) == 1:
                 hours = cast if len(shares) == 1 else hours + cast
                 parts.add(own.sums)
                 continue
-            opaque = parts.pick(mine)
-            (dark,) = add_up(run.counters[1], run.shape, some, parts=opaque)
+            opaque = parts.pick(is_own)
+            (dark,) = add_up(run.counters[1], run.shape, picked, parts=opaque)
             cast -= dark
             hours += dark + np.float32(1 - share) * cast
             behind += cast

@@ -57,11 +57,11 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
     InputError
         If one is unknown or cannot be loaded, or two give a variable of one name.
     """
-    found = [MEASURES.find(name) for name in dict.fromkeys(names)]
-    included = {name for measure in found for name in measure.includes}
-    found = [measure for measure in found if measure.name not in included]
+    measures = [MEASURES.find(name) for name in dict.fromkeys(names)]
+    included = {name for measure in measures for name in measure.includes}
+    measures = [measure for measure in measures if measure.name not in included]
     known: dict[str, str] = {}
-    for measure in found:
+    for measure in measures:
         for quantity in measure.quantities:
             other = known.setdefault(quantity.name, measure.name)
             if other != measure.name:
@@ -70,4 +70,4 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
                     "one of them"
                 )
                 raise InputError(msg, option="measure")
-    return found
+    return measures

@@ -38,13 +38,13 @@ def check_files(options: Any, measures: Sequence[Measure]) -> None:
         object.__setattr__(options, "weather", str(Path(options.weather).absolute()))
     if options.sunshine is not None:
         object.__setattr__(options, "sunshine", read_sunshine(options.sunshine))
-    taken = {name for one in measures for name in one.takes}
+    taken = {name for measure in measures for name in measure.takes}
     for name, measure in _TAKEN_BY.items():
         if getattr(options, name) is not None and name not in taken:
             msg = f"{name}= is given, but no measure takes it; add measure='{measure}'"
             raise InputError(msg, option=name)
-    for one in measures:
-        guard(one, one.check, options)
+    for known in measures:
+        guard(known, known.check, options)
 
 
 def read_sunshine(given: Any) -> tuple[float, ...]:

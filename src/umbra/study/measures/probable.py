@@ -52,14 +52,14 @@ class ProbableSunHours(Measure):
     def describe(self, asked: Asked) -> dict[str, object]:
         """Return the probability of sunshine by month, and the open place's hours."""
         shares = asked.options.sunshine or (1.0,)
-        told = ", ".join(f"{share:g}" for share in shares)
+        text = ", ".join(f"{share:g}" for share in shares)
         return {
-            "sunshine": told,
+            "sunshine": text,
             "open_probable_sun_hours": float(asked.make_lights(self).weights.sum()),
         }
 
     def tell(self, options: Any) -> str:
-        """Say what the probability is, where it is not given."""
+        """Describe the probability of sunshine where none is given."""
         return "" if options.sunshine is not None else "probable sun: it shines whenever it is up"
 
     def make_lights(self, asked: Asked) -> Lights:
@@ -73,27 +73,27 @@ class ProbableSunHours(Measure):
         month = np.array([day.month for day in period.days])
         shares = np.array(asked.options.sunshine or (1.0,) * 12)[month - 1]
         (first, last), day = _WINTER, [(day.month, day.day) for day in period.days]
-        is_winter = np.array([one >= first or one <= last for one in day])
+        is_winter = np.array([number >= first or number <= last for number in day])
         which = period.day_of_step[suns.step]
         hours = suns.weights[:, 0] * shares[which]
         weights = np.stack([hours * ~is_winter[which], hours * is_winter[which]], 1)
-        kept = np.flatnonzero(hours > 0)
-        found = suns.pick(kept)
+        sunny = np.flatnonzero(hours > 0)
+        lights = suns.pick(sunny)
         return replace(
-            found, weights=weights[kept], names=("summer", "winter"), units=("h", "h"),
-            starts=suns.starts[kept], ends=suns.ends[kept],
+            lights, weights=weights[sunny], names=("summer", "winter"), units=("h", "h"),
+            starts=suns.starts[sunny], ends=suns.ends[sunny],
         )  # fmt: skip
 
     def derive(self, sums: NDArray, asked: Asked) -> Sequence[NDArray]:
         """Return the hours, and as shares of what an open level place has in the whole year."""
         open_hours = asked.make_lights(self).weights.sum()
         hours = sums.sum(0)
-        found = {
+        values = {
             "probable_sun_hours": np.minimum(hours, open_hours),
             "probable_sun_share": np.minimum(hours * (100 / open_hours), 100.0),
             "winter_probable_sun_share": sums[1] * (100 / open_hours),
         }
-        return [found[one.name] for one in self.quantities]
+        return [values[quantity.name] for quantity in self.quantities]
 
 
 class ProbableSunShare(ProbableSunHours):
@@ -105,7 +105,7 @@ class ProbableSunShare(ProbableSunHours):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """The variable of its name."""
-        return tuple(one for one in self._quantities if one.name == self.name)
+        return tuple(quantity for quantity in self._quantities if quantity.name == self.name)
 
 
 class WinterProbableSunShare(ProbableSunShare):

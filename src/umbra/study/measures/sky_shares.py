@@ -65,7 +65,7 @@ class SkyViewFactor(Measure):
 
     def derive(self, sums: NDArray, asked: Asked) -> list[NDArray]:
         """Return the sums, at most a free sky's, which sets of patches miss by 1e-4."""
-        return [np.minimum(each, self.most) for each in sums]
+        return [np.minimum(total, self.most) for total in sums]
 
 
 class SkyComponent(SkyViewFactor):

@@ -78,9 +78,9 @@ class OfWeather(Measure):
         self, suns: WeatherSuns, which: NDArray[np.bool_], weights: NDArray[np.float64], unit: str
     ) -> Lights:
         """Return some suns as lights with their times."""
-        kept = np.flatnonzero(which & suns.sun.is_up)
-        found = Lights.of(suns.sun.direction[kept], weights[kept], (self.name,), (unit,))
-        return replace(found, starts=suns.starts[kept], ends=suns.ends[kept])
+        shining = np.flatnonzero(which & suns.sun.is_up)
+        lights = Lights.of(suns.sun.direction[shining], weights[shining], (self.name,), (unit,))
+        return replace(lights, starts=suns.starts[shining], ends=suns.ends[shining])
 
 
 class SunshineHours(OfWeather):
@@ -127,30 +127,30 @@ class Irradiation(OfWeather):
 
     def describe(self, asked: Asked) -> dict[str, object]:
         """Return the weather, the albedo and the directions."""
-        found = super().describe(asked)
+        facts = super().describe(asked)
         if "sky" in self.sources:
-            found["sky_directions"] = str(asked.options.sky_directions)
+            facts["sky_directions"] = str(asked.options.sky_directions)
         if "ground" in self.sources:
-            found |= {"albedo": asked.options.albedo, "ground_directions": _GROUND}
-        return found
+            facts |= {"albedo": asked.options.albedo, "ground_directions": _GROUND}
+        return facts
 
     def make_lights(self, asked: Asked) -> Lights:
         """Return the lights of its sources, each with a column of its own [kWh/m2]."""
         suns = self.find_suns(asked)
         make = {"beam": self._make_beam, "sky": self._make_sky, "ground": self._make_ground}
-        each = [make[source](suns, asked.options) for source in self.sources]
-        weights = np.zeros((sum(map(len, each)), len(each)))
+        lights = [make[source](suns, asked.options) for source in self.sources]
+        weights = np.zeros((sum(map(len, lights)), len(lights)))
         first = 0
-        for k, one in enumerate(each):
-            weights[first : first + len(one), k] = one.weights[:, 0]
-            first += len(one)
+        for k, group in enumerate(lights):
+            weights[first : first + len(group), k] = group.weights[:, 0]
+            first += len(group)
         whole = Lights.of(
-            np.concatenate([one.vectors for one in each]), weights, self.sources,
-            (self.unit,) * len(each),
+            np.concatenate([group.vectors for group in lights]), weights, self.sources,
+            (self.unit,) * len(lights),
         )  # fmt: skip
         return replace(
-            whole, starts=np.concatenate([one.starts for one in each]),
-            ends=np.concatenate([one.ends for one in each]),
+            whole, starts=np.concatenate([group.starts for group in lights]),
+            ends=np.concatenate([group.ends for group in lights]),
         )  # fmt: skip
 
     def _make_beam(self, suns: WeatherSuns, options: Any) -> Lights:
@@ -158,15 +158,17 @@ class Irradiation(OfWeather):
 
     def _make_sky(self, suns: WeatherSuns, options: Any) -> Lights:
         directions, angles = find_directions(options.sky_directions)
-        some = suns.diffuse > 0
-        toward = suns.sun.direction[some].copy()
+        is_diffuse = suns.diffuse > 0
+        toward = suns.sun.direction[is_diffuse].copy()
         toward[:, 2] = np.maximum(toward[:, 2], 0.0)  # twilight: the sun as on the horizon
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
-        day = suns.starts[some] // _DAY
+        day = suns.starts[is_diffuse] // _DAY
         year = day.astype("datetime64[D]").astype("datetime64[Y]").astype("datetime64[D]")
         number = day - year.astype(np.int64) + 1
-        shape = find_shape(np.arccos(toward[:, 2]), suns.beam[some], suns.diffuse[some], number)
-        energy = (suns.diffuse * suns.hours)[some] / 1000
+        shape = find_shape(
+            np.arccos(toward[:, 2]), suns.beam[is_diffuse], suns.diffuse[is_diffuse], number
+        )
+        energy = (suns.diffuse * suns.hours)[is_diffuse] / 1000
         return Lights.of(directions, angles * sum_sky(directions, angles, toward, shape, energy))
 
     def _make_ground(self, suns: WeatherSuns, options: Any) -> Lights:
@@ -212,7 +214,7 @@ class IrradiationGround(_OneSource):
 
 
 _OF = {
-    source: Quantity(one.name, one.unit, one.long_name)
-    for source, one in
+    source: Quantity(quantity.name, quantity.unit, quantity.long_name)
+    for source, quantity in
     (("beam", IrradiationBeam), ("sky", IrradiationSky), ("ground", IrradiationGround))
 }  # fmt: skip

@@ -95,12 +95,12 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
     hours = np.zeros(counts.shape, np.float32)
     for rows, cols, tile in study.grid.tiles(_TILE):
         hours[rows, cols] = pick_hours(check, period, _measure_plan(study, check, period, tile))
-    found = hours[counts]
-    share = 100 * float(meets_limit(check, found).mean())
-    worst = np.flatnonzero(counts.ravel())[found.argmin() if check.is_least else found.argmax()]
+    counted = hours[counts]
+    share = 100 * float(meets_limit(check, counted).mean())
+    worst = np.flatnonzero(counts.ravel())[counted.argmin() if check.is_least else counted.argmax()]
     row, col = divmod(int(worst), counts.shape[1])
     grid = study.grid
-    wide, deep, area = grid.cols * grid.dx, grid.rows * grid.dy, found.size * grid.dx * grid.dy
+    wide, deep, area = grid.cols * grid.dx, grid.rows * grid.dy, counted.size * grid.dx * grid.dy
     return Verdict(
         check.name,
         period.days[0],
@@ -109,7 +109,7 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
         f"{share:.1f} % of the area",
         share >= check.share - 1e-9,
         f"{share * area / 100:,.0f} of {area:,.0f} m² in a plan of {wide:,.0f} x {deep:,.0f} m; "
-        f"mean {say_hours(float(found.mean()))}, "
+        f"mean {say_hours(float(counted.mean()))}, "
         f"{'least' if check.is_least else 'most'} {say_hours(float(hours[row, col]))} "
         f"at x {study.x[col]:.1f}, y {study.y[row]:.1f}; {say_how(check)}",
     )
@@ -237,23 +237,23 @@ def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
             "have some with on=, or leave 'where' out"
         )
         raise InputError(msg, option="on")
-    found = [
+    pieces = [
         pick_hours(check, period, intervals) for intervals in _measure_samples(study, check, period)
     ]
-    hours = np.concatenate(found)
+    hours = np.concatenate(pieces)
     passes = meets_limit(check, hours)
     owner = study.more["surface_part"][1][np.asarray(study.more["surface_of_sample"][1])]
     area = np.asarray(study.more["area"][1]) * is_named
     what = f" of its {check.area}" if check.area in {"roofs", "walls"} else ""
     verdicts = []
     for k, name in enumerate(study.more["part"][1].tolist()):
-        mine = (owner == k) & (area > 0)
-        whole = float(area[mine].sum())
+        is_own = (owner == k) & (area > 0)
+        whole = float(area[is_own].sum())
         if not whole > 0:
             continue
-        share = 100 * float(area[mine & passes].sum()) / whole
-        mean = float(np.average(hours[mine], weights=area[mine]))
-        least, most = float(hours[mine].min()), float(hours[mine].max())
+        share = 100 * float(area[is_own & passes].sum()) / whole
+        mean = float(np.average(hours[is_own], weights=area[is_own]))
+        least, most = float(hours[is_own].min()), float(hours[is_own].max())
         verdicts.append(
             Verdict(
                 check.name,

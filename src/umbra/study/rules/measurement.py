@@ -125,16 +125,16 @@ def say_how(check: Check) -> str:
     return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
 
 
-def say_intervals(zone: str, intervals: SunIntervalTable, place: tuple[int, ...]) -> str:
+def say_intervals(zone: str, intervals: SunIntervalTable, index: tuple[int, ...]) -> str:
     """Describe the sun intervals of one receiver."""
-    first, last = intervals.first[place], intervals.last[place]
+    first, last = intervals.first[index], intervals.last[index]
     behind = ""
-    if intervals.behind is not None and intervals.behind[place] > 0:
-        behind = f", {say_hours(float(to_hours(intervals.behind)[place]))} more behind canopies"
+    if intervals.behind is not None and intervals.behind[index] > 0:
+        behind = f", {say_hours(float(to_hours(intervals.behind)[index]))} more behind canopies"
     if np.isnat(first):
         return f"no sun{behind}"
-    n = int(intervals.count[place])
-    hours = float(to_hours(intervals.sun)[place])
+    n = int(intervals.count[index])
+    hours = float(to_hours(intervals.sun)[index])
     return (
         f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
         f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"

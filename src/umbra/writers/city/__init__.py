@@ -5,6 +5,8 @@ Further files of a study in tiles, made from its store tile by tile.
     result.py   the store of a plan: axes, tiles, which of them are done, windows of arrays
     rasters.py  a cloud-optimised GeoTIFF for each tile, and a VRT over them
     overview.py map.png and hours_lost.png, pictures of the whole
+    city_map.py the map of a report: hours as a raster, areas by verdict over it
+    city_report.py report.html
     city_figures.py what counts in figures, and months.csv
     stac.py     item.json, a STAC item
     city_surfaces.py surfaces and their results, also in the city's own CityJSON files
@@ -13,12 +15,15 @@ Further files of a study in tiles, made from its store tile by tile.
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from umbra.errors import InputError
 from umbra.packages import require
+from umbra.rules.record import Rule
+from umbra.study.options import StudyOptions
 from umbra.writers.output_formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
 
-__all__ = ["check_city_formats", "write_city_files", "write_city_months"]
+__all__ = ["check_city_formats", "check_city_rules", "write_city_files", "write_city_months"]
 
 
 def write_city_files(
@@ -87,6 +92,40 @@ def write_city_files(
     if "stac" in names:
         paths.append(write_stac(result))
     return paths
+
+
+def check_city_rules(rules: Any, options: StudyOptions) -> list[Rule]:
+    """
+    Return the variants of a rule that judges named areas in tiles; none without a rule.
+
+    Parameters
+    ----------
+    rules : Rules, list of Rule, or None
+        As ``umbra.rules.read.read_any`` returns them.
+    options : StudyOptions
+
+    Raises
+    ------
+    InputError
+        If it judges the cells or points of one study, or there is no sun to judge.
+    """
+    if rules is None:
+        return []
+    if not isinstance(rules, list):
+        msg = (
+            "rules of format 1 judge the cells of one study; in tiles a rule judges areas= "
+            "(format 2, 'umbra rules' lists some); leave tiles= or rules= out"
+        )
+        raise InputError(msg, option="rules")
+    if options.areas is None and not any(
+        "places" in one.receivers for rule in rules for one in rule.requirements
+    ):
+        msg = (
+            "a rule judges named areas of a study in tiles; give them with areas=, or leave tiles= "
+            "out for windows and points"
+        )
+        raise InputError(msg, option="areas")
+    return rules
 
 
 def write_city_months(folder: Path) -> list[Path]:

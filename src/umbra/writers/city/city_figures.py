@@ -12,8 +12,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Period
 from umbra.receivers.counted import NEAR, Counted, find_near
 from umbra.receivers.plan import PlanKind
+from umbra.sun import name_date
+from umbra.sun.clock import say_hours
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import lay_out_window
 from umbra.tiles.neighbourhood import Neighbourhood
@@ -28,9 +31,15 @@ from umbra.writers.city.store_window import (
 )
 from umbra.writers.folder.month_maps import BY_MONTH, make_month_row
 
-__all__ = ["CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months"]
+__all__ = [
+    "CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months",
+    "tell_city_hours",
+]  # fmt: skip
 
 _SAMPLES = 4_000_000  # that are read at a time
+_SUN = "sun_hours"
+_NEVER = 1e-4  # hours that are none [h]
+_MOST_DATES = 8
 
 
 class CityFigures(Protocol):
@@ -39,6 +48,9 @@ class CityFigures(Protocol):
     @property
     def counted(self) -> Counted | None:
         """What counts, and its area as one weight; None where nothing does."""
+
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
 
     def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64] | float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
@@ -63,7 +75,7 @@ class PlanFigures:
 
     def _find(self) -> Counted | None:
         """Find what counts, a row of tiles at a time."""
-        kind, result = self._plan.place.kind, self._result
+        kind, result = self._plan.context.kind, self._result
         assert isinstance(kind, PlanKind)
         rows, cols = len(result.y), len(result.x)
         built = np.zeros((rows, (cols + 7) // 8), np.uint8)  # eight cells to a byte
@@ -95,27 +107,30 @@ class PlanFigures:
 
     def _look(self, tile: StoredTile) -> NDArray[np.bool_]:
         """Return which cells of a tile are built, and which lie in the open, (2, rows, cols)."""
-        place, near = self._plan.place, Neighbourhood(self._plan.place)
-        lattice, kind = place.job.lattice, place.kind
+        context, near = self._plan.context, Neighbourhood(self._plan.context)
+        lattice, kind = context.job.lattice, context.kind
         assert lattice is not None
         south, west = tile.rows.start, tile.cols.start
-        found = np.zeros((2, tile.rows.stop - south, tile.cols.stop - west), np.bool_)
+        open_cells = np.zeros((2, tile.rows.stop - south, tile.cols.stop - west), np.bool_)
         cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))
         for rows, cols in lattice.cut(cells, lattice.block):
             grid = lattice.find_window(rows, cols)
             aside = np.array([grid.dx, grid.dy])
             seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
                                   np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
-            laid = lay_out_window(place, grid, seen, has_kinds=True)
+            laid = lay_out_window(context, grid, seen, has_kinds=True)
             laid.make_tiles(None)
-            told = SimpleNamespace(
+            laid_part = SimpleNamespace(
                 heights=laid.heights, ground=laid.ground, laid=laid,
                 shadow_hours=np.zeros(laid.shape, np.float32),
             )  # fmt: skip
             where = (slice(rows.start - south, rows.stop - south),
                      slice(cols.start - west, cols.stop - west))  # fmt: skip
-            found[(0, *where)], found[(1, *where)] = laid.is_built, kind.find_open(told)
-        return found
+            open_cells[(0, *where)], open_cells[(1, *where)] = (
+                laid.is_built,
+                kind.find_open(laid_part),
+            )
+        return open_cells
 
     def _find_near(
         self, built: NDArray[np.uint8], strip: slice, shape: tuple[int, int]
@@ -128,6 +143,10 @@ class PlanFigures:
         if built.any() and not around.any():
             return np.zeros((strip.stop - strip.start, shape[1]), np.bool_)
         return find_near(around, (dx, dy), NEAR)[strip.start - first :][: strip.stop - strip.start]
+
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return self._result.holds(name)
 
     def read(self, name: str) -> Iterator[tuple[NDArray, float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
@@ -161,14 +180,18 @@ class SurfaceFigures:
         whole = sum(float(areas.sum()) for _, areas in self.read("area"))
         self.counted = Counted(np.ones(1, np.bool_), np.array([whole]), "m²", "sampled surfaces")
 
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return name in self._surfaces.group
+
     def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64]]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
         group = self._surfaces.group
         (count,) = group["area"].shape
         for first in range(0, count, _SAMPLES):
-            some = slice(first, first + _SAMPLES)
-            areas = read_stored_array(group, "area", some).astype(np.float64)
-            yield read_stored_array(group, name, (..., some)), areas
+            span = slice(first, first + _SAMPLES)
+            areas = read_stored_array(group, "area", span).astype(np.float64)
+            yield read_stored_array(group, name, (..., span)), areas
 
 
 def find_figures(folder: Path) -> CityFigures | None:
@@ -177,6 +200,40 @@ def find_figures(folder: Path) -> CityFigures | None:
         return SurfaceFigures(CitySurfaces(folder))
     plan = CityPlan.of(CityResult(folder))
     return None if plan is None else PlanFigures(plan)
+
+
+def tell_city_hours(figures: CityFigures | None, period: Period) -> list[str]:
+    """
+    Tell the hours of sun of each date, or of all, and of what area they are.
+
+    As ``tell_answers`` tells them of one study.
+    """
+    counted = None if figures is None else figures.counted
+    if figures is None or counted is None or not figures.holds(_SUN):
+        return []
+    by_day = figures.holds(f"{_SUN}_by_day")
+    up = period.up_hours_by_day if by_day else np.array([period.up_hours_by_day.sum()])
+    total, dark, area = np.zeros(len(up)), np.zeros(len(up)), 0.0
+    for values, areas in figures.read(f"{_SUN}_by_day" if by_day else _SUN):
+        sun = values.reshape(len(up), -1).astype(np.float64)
+        total += (sun * areas).sum(1)
+        dark += ((sun <= _NEVER) * areas).sum(1)
+        area += float(np.broadcast_to(areas, sun.shape[-1:]).sum())
+    days = period.days
+    dates = [f"sum of {len(days)} dates"] if len(up) < len(days) else [name_date(d) for d in days]
+    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
+    lines = []
+    for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area, strict=True):
+        if whole > 0:
+            share = f" ({100 * sun / whole:.3g} % of the possible)" if len(up) < len(days) else ""
+            lines.append(
+                f"{date}: {what}: {say_hours(sun)} of {say_hours(whole)} in the sun on average"
+                f"{share}; {100 * none:.3g} % without sun"
+            )
+    if len(lines) > _MOST_DATES:
+        more = len(lines) - _MOST_DATES
+        lines = [*lines[:_MOST_DATES], f"and {more} more dates, in the store"]
+    return lines
 
 
 def list_city_months(figures: CityFigures, months: Months | None) -> list[dict[str, Any]]:

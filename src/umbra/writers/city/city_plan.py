@@ -17,7 +17,7 @@ from umbra.study import Study
 from umbra.tiles.city_areas import list_judged
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.city_proposal import find_proposal
-from umbra.tiles.job import CityJob, Workplace, read_job
+from umbra.tiles.job import CityJob, WorkerContext, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
 from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.folder.captions import (
@@ -54,14 +54,14 @@ class CityPlan:
         return None if job is None else cls(job, result)
 
     @cached_property
-    def place(self) -> Workplace:
+    def context(self) -> WorkerContext:
         """What counting kept between tiles."""
         return self.job.open()
 
     @cached_property
     def study(self) -> Study:
         """The study, of whose receivers only the cells are known."""
-        result, place, kind = self.result, self.place, self.place.kind
+        result, context, kind = self.result, self.context, self.context.kind
         assert isinstance(kind, PlanKind)
         assert self.job.lattice is not None
         nothing: Any = None
@@ -73,7 +73,7 @@ class CityPlan:
         hours = np.zeros((1, 1), np.float32)
         options = self.job.options
         return Study(
-            laid, place.period, hours, result.up_hours, None, result.facts,
+            laid, context.period, hours, result.up_hours, None, result.facts,
             has_hours=options.asks_hours, quantities=options.quantities,
         )  # fmt: skip
 
@@ -82,8 +82,8 @@ class CityPlan:
         study, options = self.study, self.job.options
         lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
         # A ground that was added has no path.
-        files = [one for one in self.place.catalogue.files if one.path]
-        names = dict.fromkeys(one.path.rsplit("/", 1)[-1] for one in files)
+        files = [file for file in self.context.catalogue.files if file.path]
+        names = dict.fromkeys(file.path.rsplit("/", 1)[-1] for file in files)
         view = study.kind.tell_view(study.facts, options.receivers)
         return {
             "title": join_names(list(names)) + view,
@@ -97,21 +97,21 @@ class CityPlan:
     @property
     def has_roofs(self) -> bool:
         """Whether roofs lie over the receivers."""
-        return self.place.kind.lies_under_roofs
+        return self.context.kind.lies_under_roofs
 
     def find_proposed(self, squares: Grid) -> NDArray[np.bool_] | None:
         """Return the squares, in the city's coordinates, below a proposal; None without one."""
         if not self.job.options.proposed:
             return None
-        x, y, _ = self.place.origin.tolist()
+        x, y, _ = self.context.origin.tolist()
         local = replace(squares, x0=squares.x0 - x, y0=squares.y0 - y)
-        soup = find_proposal(self.place)
+        soup = find_proposal(self.context)
         floor = float(soup.vertices[:, 2].min(initial=0.0)) - 1.0
         return find_surface(soup, local, floor, self.job.threads).face >= 0
 
     def find_roofs(self, tile: StoredTile) -> NDArray[np.float64]:
         """Return the heights of what stands over the ground on a tile's cells, (rows, cols) [m]."""
-        lattice, near, roles = self.job.lattice, Neighbourhood(self.place), self.place.roles
+        lattice, near, roles = self.job.lattice, Neighbourhood(self.context), self.context.roles
         assert lattice is not None
         south, west = tile.rows.start, tile.cols.start
         heights = np.zeros((tile.rows.stop - south, tile.cols.stop - west))
@@ -122,16 +122,16 @@ class CityPlan:
             aside = np.array([grid.dx, grid.dy])
             seen = near.find_seen(np.array([grid.x[0], grid.y[0]]) - aside,
                                   np.array([grid.x[-1], grid.y[-1]]) + aside)  # fmt: skip
-            scene = near.read(seen).with_words(self.place.catalogue)
+            scene = near.read(seen).with_words(self.context.catalogue)
             stands = ~scene.spread(roles.find_replaced)
             if roles.season is not None:
                 stands &= ~scene.spread(roles.find_canopies)
             soup = scene.pick(stands)
             if len(soup.faces):
-                found = self._find_heights(scene, soup, grid, floor)
+                risen = self._find_heights(scene, soup, grid, floor)
                 where = (slice(rows.start - south, rows.stop - south),
                          slice(cols.start - west, cols.stop - west))  # fmt: skip
-                heights[where] = np.where(found > _ROOF, found, 0.0)
+                heights[where] = np.where(risen > _ROOF, risen, 0.0)
         return heights
 
     def _find_heights(
@@ -144,9 +144,9 @@ class CityPlan:
         is_ground = np.array([part.kind in ADDED_GROUND for part in scene.parts], np.bool_)
         ground, top = (
             find_surface(
-                replace(soup, faces=soup.faces[some], part=soup.part[some]), grid, floor, threads,
-                has_end=True,
+                replace(soup, faces=soup.faces[chosen], part=soup.part[chosen]), grid, floor,
+                threads, has_end=True,
             )
-            for some in (is_ground[soup.part], ~is_ground[soup.part])
+            for chosen in (is_ground[soup.part], ~is_ground[soup.part])
         )  # fmt: skip
         return np.where((top.face >= 0) & (ground.face >= 0), top.heights - ground.heights, 0.0)

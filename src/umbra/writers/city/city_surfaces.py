@@ -119,7 +119,7 @@ class CitySurfaces:
         hours = (
             read_stored_array(self.group, name, slice(1)) for name in ("shadow_hours", "sun_hours")
         )
-        return sum(float(one[0]) for one in hours)
+        return sum(float(times[0]) for times in hours)
 
     def name_parts(self, pieces: SurfacePieces, parts: slice) -> NDArray:
         """Return the name of the object of each part."""
@@ -135,9 +135,9 @@ class CitySurfaces:
 
     def list_figures(self, pieces: SurfacePieces, run: SurfaceRun) -> dict[str, NDArray]:
         """Return the figures of a run's surfaces."""
-        some = run.surfaces
+        surfaces = run.surfaces
         return list_figures(
-            lambda name: pieces.read(name, some.start, some.stop), self.days, self.facts
+            lambda name: pieces.read(name, surfaces.start, surfaces.stop), self.days, self.facts
         )
 
 
@@ -212,7 +212,7 @@ def write_city_attributes(
     paths : list of Path
     """
     # Each was read alone, and so without its layer.
-    named = [replace(one.sources[0], layer=one.layer) for one in result.catalogue.files]
+    named = [replace(file.sources[0], layer=file.layer) for file in result.catalogue.files]
     files = dict(zip(map(id, named), result.catalogue.files, strict=True))
     written = []
     sources = find_cityjson(named)

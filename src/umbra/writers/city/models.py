@@ -270,7 +270,7 @@ def _grow(leaves: list[_Leaf]) -> dict[str, Any]:
         along = int(np.ptp(middles, axis=0).argmax())
         order = np.argsort(middles[:, along], kind="stable").tolist()
         half = len(order) // 2
-        children = [_grow([leaves[k] for k in some]) for some in (order[:half], order[half:])]
+        children = [_grow([leaves[k] for k in half]) for half in (order[:half], order[half:])]
     return {
         "boundingVolume": {"sphere": [*centre.tolist(), radius]},
         # Empty nodes are always refined in sight: nothing coarser is there to show.

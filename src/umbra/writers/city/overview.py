@@ -45,36 +45,38 @@ def write_overviews(result: CityResult) -> list[Path]:
     paths : list of Path
         Without hours lost where nothing is.
     """
-    told = CityPlan.of(result)
-    paths = _draw_hours(result, told) if result.has_hours else []
-    quantities = () if told is None else told.study.quantities
-    for one in (one for one in quantities if one.is_drawn and not one.per):
-        values, times, roofs = shrink_hours(result, one.name, plan=told)
-        drawn = _Drawing(result, told, times, roofs)
-        paths.append(drawn.draw_measure(values, f"{one.name}.png", one))
-        if f"{one.name}_lost" in result.bands:
-            lost, *_ = shrink_hours(result, f"{one.name}_lost", plan=told)
+    plan = CityPlan.of(result)
+    paths = _draw_hours(result, plan) if result.has_hours else []
+    quantities = () if plan is None else plan.study.quantities
+    for quantity in (quantity for quantity in quantities if quantity.is_drawn and not quantity.per):
+        values, times, roofs = shrink_hours(result, quantity.name, plan=plan)
+        drawn = _Drawing(result, plan, times, roofs)
+        paths.append(drawn.draw_measure(values, f"{quantity.name}.png", quantity))
+        if f"{quantity.name}_lost" in result.bands:
+            lost, *_ = shrink_hours(result, f"{quantity.name}_lost", plan=plan)
             if np.nanmax(lost, initial=0.0) > 0:
-                paths.append(drawn.draw_measure(lost, f"{one.name}_lost.png", one.of_loss()))
+                paths.append(
+                    drawn.draw_measure(lost, f"{quantity.name}_lost.png", quantity.of_loss())
+                )
     return paths
 
 
-def _draw_hours(result: CityResult, told: CityPlan | None) -> list[Path]:
+def _draw_hours(result: CityResult, plan: CityPlan | None) -> list[Path]:
     """Draw the hours, and what a proposal takes of them."""
-    hours, times, roofs = shrink_hours(result, plan=told)
+    hours, times, roofs = shrink_hours(result, plan=plan)
     show: Show = "shadow"
     divisor, words = 1, ""
-    if told is not None:
-        divisor, words = find_mean(told.study, told.job.options)
-        if len(told.study.period.days) > 1:  # long days have more of both: those of sun compare
+    if plan is not None:
+        divisor, words = find_mean(plan.study, plan.job.options)
+        if len(plan.study.period.days) > 1:  # long days have more of both: those of sun compare
             show = "sun"
     what = f"{name_hours(show)}{words}" if words else ""
     end = result.up_hours / divisor
-    drawn = _Drawing(result, told, times, roofs)
+    drawn = _Drawing(result, plan, times, roofs)
     hours = hours / np.float32(divisor)
     paths = [drawn.draw(hours, "map.png", what, end, dark_from=end, show=show)]
     if _LOST in result.bands:
-        lost, *_ = shrink_hours(result, _LOST, plan=told)
+        lost, *_ = shrink_hours(result, _LOST, plan=plan)
         lost /= np.float32(divisor)
         most = float(np.nanmax(lost, initial=0.0))
         if most > 0:
@@ -136,7 +138,7 @@ class _Drawing:
         """Draw maps of hours on squares on one scale."""
         plan, hatched = self._lay_out(maps[0].hours.shape)
         sheet = make_hours_sheet(
-            plan, [replace(one, hatched=hatched) for one in maps], most, what,
+            plan, [replace(map_, hatched=hatched) for map_ in maps], most, what,
             hatch="tiles not counted" if self.result.missing else "",
             show=show,
             has_lines=self.times == 1,  # around means lines would show noise

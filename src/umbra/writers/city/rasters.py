@@ -78,14 +78,14 @@ def _describe(result: CityResult, done: list[StoredTile]) -> Iterator[str]:
         )
         for tile in done:
             wide, high = tile.cols.stop - tile.cols.start, tile.rows.stop - tile.rows.start
-            place = f'xOff="{tile.cols.start}" yOff="{rows - tile.rows.stop}"'
+            offset = f'xOff="{tile.cols.start}" yOff="{rows - tile.rows.stop}"'
             size = f'xSize="{wide}" ySize="{high}"'
             yield (
                 '<SimpleSource><SourceFilename relativeToVRT="1">'
                 f"{_FOLDER}/{tile.name}.tif</SourceFilename><SourceBand>{band}</SourceBand>"
                 f'<SourceProperties RasterXSize="{wide}" RasterYSize="{high}" DataType="Float32" '
                 f"BlockXSize={quoteattr(str(_BLOCK))} BlockYSize={quoteattr(str(_BLOCK))}/>"
-                f'<SrcRect xOff="0" yOff="0" {size}/><DstRect {place} {size}/></SimpleSource>\n'
+                f'<SrcRect xOff="0" yOff="0" {size}/><DstRect {offset} {size}/></SimpleSource>\n'
             )
         yield "</VRTRasterBand>\n"
     yield "</VRTDataset>\n"

@@ -88,7 +88,7 @@ def name_counted(group: Any) -> str:
     KeyError
         If there is none.
     """
-    for name, array in sorted(group.arrays(), key=lambda one: one[0] != "shadow_hours"):
+    for name, array in sorted(group.arrays(), key=lambda entry: entry[0] != "shadow_hours"):
         dims = array.metadata.dimension_names
         if dims in {_CELLS, ("sample",)} and array.dtype.kind == "f" and name not in _PLACE:
             return str(name)
@@ -225,8 +225,8 @@ class CityResult:
     @cached_property
     def marks(self) -> dict[int, Path]:
         """Marks of the tiles that are done, by number."""
-        found = (self.folder / _MARKS).glob("[0-9]*.json")
-        return {int(path.stem): path for path in found}
+        paths = (self.folder / _MARKS).glob("[0-9]*.json")
+        return {int(path.stem): path for path in paths}
 
     @property
     def missing(self) -> list[StoredTile]:
@@ -236,13 +236,13 @@ class CityResult:
     @cached_property
     def bands(self) -> dict[str, str]:
         """Names and units of the numbers of each cell."""
-        found = {}
+        bands = {}
         for name, array in sorted(self._group.arrays()):
             units = str(array.attrs.get("units", "1"))
             is_time = " since " in units
             if array.metadata.dimension_names == _CELLS and not is_time and name != "receiver_z":
-                found[name] = units
-        return found
+                bands[name] = units
+        return bands
 
     @property
     def has_hours(self) -> bool:
@@ -262,6 +262,10 @@ class CityResult:
     def read(self, name: str, tile: StoredTile) -> NDArray:
         """Return a variable on a tile, (..., rows, cols)."""
         return read_stored_array(self._group, name, (..., tile.rows, tile.cols))
+
+    def holds(self, name: str) -> bool:
+        """Return whether there is such a variable."""
+        return name in self._group
 
     def find_shape(self, name: str) -> tuple[int, ...]:
         """Return the shape of a variable."""

@@ -160,25 +160,25 @@ class Outputs(Options):
             there = "all files are"
             if kind.formats:
                 there = f"{', '.join(kind.formats)} can be, the others are"
-            told = f"{there} for plans; leave it out, or choose receivers='ground' or 'top'"
+            reason = f"{there} for plans; leave it out, or choose receivers='ground' or 'top'"
             if kind.own_table:
-                told = (
+                reason = (
                     f"{kind.own_table} and study.nc hold all of its results, always; leave it out"
                 )
-            msg = f"write='{','.join(refused)}' is not for receivers='{receivers}': {told}"
+            msg = f"write='{','.join(refused)}' is not for receivers='{receivers}': {reason}"
             raise InputError(msg, option="write", formats=refused)
         if self.rules:
             kind.check_judged(receivers)
         if has_hours:
             return
-        asked = [name for name in ("report", "sheet", "rules") if getattr(self, name)]
-        asked += [f"write='{name}'" for name in self.files if find_format(name).needs_hours]
-        if asked:
+        needing = [name for name in ("report", "sheet", "rules") if getattr(self, name)]
+        needing += [f"write='{name}'" for name in self.files if find_format(name).needs_hours]
+        if needing:
             msg = (
-                f"{asked[0]}{'' if '=' in asked[0] else '='} is made of hours of sun, which are "
-                "not asked for; add sun_hours to measure=, or leave it out"
+                f"{needing[0]}{'' if '=' in needing[0] else '='} is made of hours of sun, which "
+                "are not asked for; add sun_hours to measure=, or leave it out"
             )
-            raise InputError(msg, option=asked[0].partition("=")[0])
+            raise InputError(msg, option=needing[0].partition("=")[0])
 
 
 def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
@@ -195,8 +195,8 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
             msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, option="write", format=name)
-        found = find_format(name)
-        require(found.packages, found.extra, f"write='{name}'")
+        entry = find_format(name)
+        require(entry.packages, entry.extra, f"write='{name}'")
     return tuple(names)
 
 

@@ -71,8 +71,8 @@ def write_area_table(folder: Path, table: AreaTable | None) -> list[str]:
             return local.isoformat(timespec="seconds")
         return f"{value:.6g}" if hasattr(value, "dtype") else str(value)
 
-    found = table.list_rows()
-    columns = list(dict.fromkeys(column for row in found for column in row))
-    rows = [[tell(row[column]) for column in columns] for row in found]
+    entries = table.list_rows()
+    columns = list(dict.fromkeys(column for row in entries for column in row))
+    rows = [[tell(row[column]) for column in columns] for row in entries]
     write_table(folder / AREAS, columns, rows)
     return [AREAS]

@@ -42,7 +42,7 @@ def _count_map(job: FolderJob, plan: Plan) -> dict[str, object] | None:
     if not study.kind.is_raster or not study.is_plan or len(dates) > MOST_DATES:
         return None
     counted = count_dates(dates, job)
-    finer = [one for one in counted if one is not None]
+    finer = [fine for fine in counted if fine is not None]
     if len(finer) < len(dates):
         return None
     losses = []
@@ -56,7 +56,7 @@ def _name_casters(job: FolderJob) -> list[str]:
     casters = [f"cast={pattern!r}" for pattern in job.options.cast]
     casters += [f"no_cast={pattern!r}" for pattern in job.options.no_cast]
     is_typed_in_shell = str(job.study.facts["command"]).startswith("umbra ")
-    return [write_for_shell(one) if is_typed_in_shell else one for one in casters]
+    return [write_for_shell(name) if is_typed_in_shell else name for name in casters]
 
 
 def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
@@ -72,9 +72,9 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         "who": "Who casts the shadow",
         "points": f"{hours} at the points",
     }
-    for one in job.study.quantities:
-        name = one.long_name[:1].upper() + one.long_name[1:]
-        words |= {one.name: name, f"{one.name}_lost": f"{name}: what the proposal takes"}
+    for quantity in job.study.quantities:
+        name = quantity.long_name[:1].upper() + quantity.long_name[1:]
+        words |= {quantity.name: name, f"{quantity.name}_lost": f"{name}: what the proposal takes"}
     for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):
         kind, _, day = path.stem.partition("_")
         caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"

@@ -111,10 +111,10 @@ def note_earlier(written: Sequence[Path], say: Say) -> None:
         with replace_file(folder / LISTING) as beside:
             beside.write_text("".join(f"{name}\n" for name in own), "utf-8", "replace")
     if old:
-        some = ", ".join(old[:5]) + (f" and {len(old) - 5} more" if len(old) > 5 else "")
+        files = ", ".join(old[:5]) + (f" and {len(old) - 5} more" if len(old) > 5 else "")
         verb = "is" if len(old) == 1 else "are"
         say(
-            f"note: {some} in '{folder}' {verb} of an earlier study, which this one did not "
+            f"note: {files} in '{folder}' {verb} of an earlier study, which this one did not "
             "replace; remove what is not wanted, or write into a new folder"
         )
 
@@ -224,7 +224,7 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
 
 def _draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     """Draw a map of each measure besides hours; return the names of the pictures."""
-    if not any(one.is_drawn for one in job.study.quantities):
+    if not any(quantity.is_drawn for quantity in job.study.quantities):
         return []
     from umbra.writers.folder.measured import draw_measures  # noqa: PLC0415  (it loads matplotlib)
 
@@ -242,8 +242,8 @@ def _tell_facts(job: FolderJob) -> None:
 def note_cut(job: FolderJob) -> None:
     """Report shadows that run on beyond a plan whose extent was not stated."""
     hours = job.study.shadow_hours - np.float32(job.study.period.land_hours)
-    for told in tell_long_shadows((hours[0], hours[-1], hours[:, 0], hours[:, -1])):
-        job.say(f"note: {told}")
+    for note in tell_long_shadows((hours[0], hours[-1], hours[:, 0], hours[:, -1])):
+        job.say(f"note: {note}")
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
@@ -326,27 +326,29 @@ def _note_buried(job: FolderJob) -> None:
     places = study.places
     front = places.points[dark] - scene.origin + _FRONT * np.nan_to_num(places.normals[dark])
     holders = name_holders(scene, study.model.soup, front) if len(dark) else []
-    found = [
+    buried = [
         f"{repr(names[k]) if names else f'point {k + 1}'} in '{holder}'"
         for k, holder in zip(dark.tolist(), holders, strict=True)
         if holder
     ]
-    if found:
-        some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+    if buried:
+        listed = ", ".join(buried[:3]) + (f" and {len(buried) - 3} more" if len(buried) > 3 else "")
         job.say(
-            f"note: points inside bodies, where no sun comes: {len(found)}{limit} ({some}); move "
-            "them out of the wall or roof if that is not meant"
+            f"note: points inside bodies, where no sun comes: {len(buried)}{limit} ({listed}); "
+            "move them out of the wall or roof if that is not meant"
         )
 
 
 def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
     """Report the rules' places that are not in the open."""
-    found = [f"'{pin.name}' {pin.standing}" for pin in pins if pin.standing]
-    if found:
-        some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+    covered = [f"'{pin.name}' {pin.standing}" for pin in pins if pin.standing]
+    if covered:
+        listed = ", ".join(covered[:3]) + (
+            f" and {len(covered) - 3} more" if len(covered) > 3 else ""
+        )
         say(
-            f"note: places of the rules that are not in the open: {some}; each is judged where it "
-            "is; move it in the rule file if that is not meant"
+            f"note: places of the rules that are not in the open: {listed}; each is judged where "
+            "it is; move it in the rule file if that is not meant"
         )
 
 

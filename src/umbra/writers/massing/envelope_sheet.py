@@ -75,9 +75,9 @@ def _tell_title(envelope: HeightEnvelope) -> str:
 
 def _tell_facts(envelope: HeightEnvelope) -> Iterator[str]:
     yield " · ".join(envelope.times)
-    found = envelope.found
+    result = envelope.found
     receivers = len(envelope.list_receivers()[0])
-    cells = f"{len(found.heights):,} cells of {envelope.cell:g} m"
+    cells = f"{len(result.heights):,} cells of {envelope.cell:g} m"
     broken = len(envelope.violations)
     checked = "no rule is broken" if not broken else f"{broken:,} are broken"
     yield (
@@ -193,7 +193,11 @@ def _outline(panel: Panel, envelope: HeightEnvelope) -> None:
     import shapely  # noqa: PLC0415  (an extra, which the plot needed)
 
     outline = envelope.found.plot.outline
-    rings = [ring for one in shapely.get_parts(outline) for ring in (one.exterior, *one.interiors)]
+    rings = [
+        ring
+        for polygon in shapely.get_parts(outline)
+        for ring in (polygon.exterior, *polygon.interiors)
+    ]
     panel.rule_map([panel.place(np.array(ring.coords)[:, :2]) for ring in rings], INK, 1.2)
 
 
@@ -206,9 +210,9 @@ def _draw_receivers(panel: Panel, envelope: HeightEnvelope) -> None:
     radius = 0.035 if len(points) <= 400 else 0.018
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     for which, color in ((~lacking, _GOOD), (lacking, _BROKEN)):
-        some = np.flatnonzero(inside & which)
-        if len(some):
-            panel.fill([spots[k] + disc for k in some], color, "white", 0.4)
+        chosen = np.flatnonzero(inside & which)
+        if len(chosen):
+            panel.fill([spots[k] + disc for k in chosen], color, "white", 0.4)
     if len(points) <= _LABELLED:
         for k in np.flatnonzero(inside):
             panel.write(spots[k, 0] + 0.06, spots[k, 1] + 0.03, names[k][:24], SMALL - 0.5,
@@ -219,7 +223,7 @@ def _draw_view(paper: Paper, envelope: HeightEnvelope, end: float) -> None:
     left, low = _LEFT + _SIDE + _GAP, _FOOT + 0.62
     high = _SIDE - 0.62
     pixels = round(high * DOTS_PER_INCH), round(_SIDE * DOTS_PER_INCH)
-    plot, found, origin = envelope.found.plot, envelope.found, envelope.scene.origin
+    plot, result, origin = envelope.found.plot, envelope.found, envelope.scene.origin
     x, y = envelope.x, envelope.y
     middle = np.array([x.mean(), y.mean()]) - origin[:2]
     half = float(max(np.ptp(x), np.ptp(y))) * _ZOOM + _MARGIN
@@ -233,7 +237,7 @@ def _draw_view(paper: Paper, envelope: HeightEnvelope, end: float) -> None:
     away = receivers[:, :2].mean(0) - centres.mean(0)
     # From the side of the receivers, for which the planes are cut, somewhat to the left.
     azimuth = float(np.degrees(np.arctan2(away[0], away[1])) + 28.0) % 360
-    tops = plot.ground + found.heights
+    tops = plot.ground + result.heights
     solid = make_solid(plot, tops)
     foot = float(plot.foot.min())
     span = np.array([half, half])
@@ -251,8 +255,8 @@ def _draw_view(paper: Paper, envelope: HeightEnvelope, end: float) -> None:
     box = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * (_SIDE, high) + (left, low)
     paper.rule([box], RULE, 0.6)
     turned = (azimuth - envelope.site.true_north) % 360
-    told = f"seen from azimuth {turned:.0f}°, 32° from above; heights above the ground"
-    paper.write(left, low - 0.16, told, SMALL, color=QUIET)
+    caption = f"seen from azimuth {turned:.0f}°, 32° from above; heights above the ground"
+    paper.write(left, low - 0.16, caption, SMALL, color=QUIET)
     _draw_scale(paper, left, _FOOT - 0.12, end)
 
 

@@ -76,14 +76,14 @@ def write_envelope(
 
 
 def write_part_height(
-    out: Path, found: PartHeight, say: Callable[[str], object] = lambda _line: None
+    out: Path, part_height: PartHeight, say: Callable[[str], object] = lambda _line: None
 ) -> list[Path]:
     """Write a part at its greatest height: ``envelope.obj``, ``.glb`` and ``.json``."""
     check_folder_name(out)
     names = ["envelope.obj", "envelope.glb", "envelope.json"]
     with replace_results(out, say) as folder:
-        write_part(folder / names[0], folder / names[1], found)
-        facts = orjson.dumps(found.sum_up(), option=orjson.OPT_INDENT_2)
+        write_part(folder / names[0], folder / names[1], part_height)
+        facts = orjson.dumps(part_height.sum_up(), option=orjson.OPT_INDENT_2)
         (folder / names[2]).write_bytes(facts + b"\n")
     return [out / name for name in names]
 
@@ -95,11 +95,11 @@ _SCALE = 1e-4  # of CityJSON's whole numbers [m]
 
 def write_height_raster(path: Path, envelope: HeightEnvelope) -> None:
     """Write the heights, with each cell's own bound, as a GeoTIFF."""
-    plot, found = envelope.found.plot, envelope.found
+    plot, result = envelope.found.plot, envelope.found
     ground = plot.spread(plot.ground + envelope.scene.origin[2])
     bands = [
         ("height", "m", envelope.heights.astype(np.float32)),
-        ("height_bound", "m", plot.spread(found.ceiling).astype(np.float32)),
+        ("height_bound", "m", plot.spread(result.ceiling).astype(np.float32)),
         ("ground", "m", ground.astype(np.float32)),
     ]
     facts: dict[str, object] = {
@@ -116,8 +116,8 @@ def write_height_raster(path: Path, envelope: HeightEnvelope) -> None:
 
 def write_height_obj(path: Path, envelope: HeightEnvelope) -> None:
     """Write the solid in the model's own coordinates, z up [m]."""
-    told = f"envelope of {envelope.volume_m3:,.0f} m3"
-    _write_obj(path, "envelope", envelope.mesh or _NONE, told, envelope.scene.crs)
+    title = f"envelope of {envelope.volume_m3:,.0f} m3"
+    _write_obj(path, "envelope", envelope.mesh or _NONE, title, envelope.scene.crs)
 
 
 def write_height_glb(path: Path, envelope: HeightEnvelope) -> None:
@@ -128,20 +128,26 @@ def write_height_glb(path: Path, envelope: HeightEnvelope) -> None:
     _write_glb(path, "envelope", envelope.mesh or _NONE, origin, facts)
 
 
-def write_part(obj: Path, glb: Path, found: PartHeight) -> None:
+def write_part(obj: Path, glb: Path, part_height: PartHeight) -> None:
     """Write a part of a model at its greatest height as OBJ and GLB."""
-    scene = found.scene
-    soup = scene.triangles(scene.select((found.part,), option="max_height"))
+    scene = part_height.scene
+    soup = scene.triangles(scene.select((part_height.part,), option="max_height"))
     mesh = Mesh(soup.vertices + scene.origin, soup.faces)
-    _write_obj(obj, found.part, mesh, f"{found.part}, {found.height_m:.2f} m high", scene.crs)
+    _write_obj(
+        obj,
+        part_height.part,
+        mesh,
+        f"{part_height.part}, {part_height.height_m:.2f} m high",
+        scene.crs,
+    )
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     origin = np.array([*(low + high)[:2] / 2, low[2]])
-    _write_glb(glb, found.part, mesh, origin, {"crs": scene.crs, **found.sum_up()})
+    _write_glb(glb, part_height.part, mesh, origin, {"crs": scene.crs, **part_height.sum_up()})
 
 
-def _write_obj(path: Path, name: str, mesh: Mesh, told: str, crs: str | None) -> None:
+def _write_obj(path: Path, name: str, mesh: Mesh, title: str, crs: str | None) -> None:
     lines = [
-        f"# umbra {__version__}: {told}; z is up, metres",
+        f"# umbra {__version__}: {title}; z is up, metres",
         f"# {crs or 'the coordinates of the model'}",
         f"o {name}",
         *("v %.6f %.6f %.6f" % tuple(corner) for corner in mesh.vertices.tolist()),  # noqa: UP031

@@ -93,13 +93,13 @@ def write_proof(
         title=sheet.title, project=sheet.project, author=sheet.author, number=sheet.number,
         date=today(), logo=image,
     )  # fmt: skip
-    sentences = [(one.verdict, tell_rule(one)) for one in verdicts]
-    tables = [_make_table(one, zone) for one in verdicts]
+    sentences = [(verdict.verdict, tell_rule(verdict)) for verdict in verdicts]
+    tables = [_make_table(verdict, zone) for verdict in verdicts]
     facts = [*_list_sources(verdicts), *sheet.facts]
     drawing = make_drawing(gathered, verdicts)
     on_paper = [_cut(table) for table in tables]
-    briefs = [Brief(_name_rule(one), one.verdict, tell_reason(one), list_brief(one))
-              for one in verdicts]  # fmt: skip
+    briefs = [Brief(_name_rule(verdict), verdict.verdict, tell_reason(verdict), list_brief(verdict))
+              for verdict in verdicts]  # fmt: skip
     sheets = draw_sheets(
         sheet.paper, titles, briefs, drawing, on_paper, sheet.basis, facts,
         gathered.model.site.true_north,
@@ -113,7 +113,7 @@ def write_proof(
     if image is not None:
         from PIL import Image  # noqa: PLC0415
 
-        file = io.BytesIO()  # written anew, without whatever else the file held
+        file = io.BytesIO()  # rewritten, without the other contents of the file
         Image.fromarray(image).save(file, "png")
         logo = file.getvalue()
     caption = "Plan: what is judged, by verdict, the proposal, and the lines of equal hours"
@@ -126,7 +126,7 @@ def write_proof(
 
 def _name_rule(verdict: RuleVerdict) -> str:
     """Return a rule's title with its variants."""
-    variants = {name for one in verdict.findings for name in one.variants}
+    variants = {name for finding in verdict.findings for name in finding.variants}
     chosen = f", {' or '.join(sorted(variants))}" if 0 < len(variants) <= 3 else ""
     if len(variants) > 3:
         chosen = f", {len(variants)} variants"
@@ -135,17 +135,19 @@ def _name_rule(verdict: RuleVerdict) -> str:
 
 def _make_table(verdict: RuleVerdict, zone: str) -> TableOf:
     rule = verdict.rule
-    wanted = dict.fromkeys(one.outcome.wanted for one in verdict.findings)
-    counted = dict.fromkeys(one.outcome.counted for one in verdict.findings if one.outcome.counted)
+    wanted = dict.fromkeys(finding.outcome.wanted for finding in verdict.findings)
+    counted = dict.fromkeys(
+        finding.outcome.counted for finding in verdict.findings if finding.outcome.counted
+    )
     remark = (
         f"{rule.edition}; {rule.standing}: {STANDINGS[rule.standing]}. Asked: {'; '.join(wanted)}."
         + (f" Counted: {'; '.join(counted)}." if counted else "")
     )
     rows = list_shown(verdict, zone)
-    kept = [k for k in range(len(SHOWN)) if any(row[k] for row in rows)]
+    filled = [k for k in range(len(SHOWN)) if any(row[k] for row in rows)]
     return TableOf(
-        _name_rule(verdict), remark, tuple(SHOWN[k] for k in kept),
-        [tuple(row[k] for k in kept) for row in rows],
+        _name_rule(verdict), remark, tuple(SHOWN[k] for k in filled),
+        [tuple(row[k] for k in filled) for row in rows],
     )  # fmt: skip
 
 
@@ -159,7 +161,7 @@ def _cut(table: TableOf) -> TableOf:
 
 def _list_sources(verdicts: Sequence[RuleVerdict]) -> list[tuple[str, str]]:
     """Return a fact of each rule: its source and standing, what to check and what was assumed."""
-    found = []
+    sources = []
     for verdict in verdicts:
         rule = verdict.rule
         lines = [
@@ -172,5 +174,5 @@ def _list_sources(verdicts: Sequence[RuleVerdict]) -> list[tuple[str, str]]:
         if rule.before_use:
             lines.append(f"Check before use: {rule.before_use}")
         lines += [f"- {note}" for note in (*rule.notes, *verdict.notes)]
-        found.append((f"rule {rule.name}", "\n".join(lines)))
-    return found
+        sources.append((f"rule {rule.name}", "\n".join(lines)))
+    return sources

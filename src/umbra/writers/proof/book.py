@@ -74,11 +74,11 @@ class Book:
             paper, y, right = Paper(leaf), MARGIN + 0.12, self.width - MARGIN - 0.15
             line = y + 0.17
             paper.rule([np.array([(MARGIN, line), (self.width - MARGIN, line)])], RULE, 0.5)
-            told = f"sheet {k} of {len(self.leaves)}"
-            paper.write(right, y, told, SMALL, ha="right", color=QUIET)
+            number = f"sheet {k} of {len(self.leaves)}"
+            paper.write(right, y, number, SMALL, ha="right", color=QUIET)
             titles = self.titles
             end = " · ".join(filter(None, (titles.number, titles.date)))
-            room = right - MARGIN - 0.6 - measure_text(told, SMALL) - measure_text(end, SMALL)
+            room = right - MARGIN - 0.6 - measure_text(number, SMALL) - measure_text(end, SMALL)
             head = " · ".join(filter(None, (titles.title, titles.project)))
             text = " · ".join(filter(None, (fit(head, SMALL, room), end)))
             paper.write(MARGIN + 0.15, y, text, SMALL, color=QUIET)
@@ -137,8 +137,8 @@ class Book:
                 y -= size * 1.3 / 72
                 paper.write(x, y, line, size, weight=weight, color=INK)
             y -= 0.05
-        told = f"made with umbra {__version__}; the assumptions are part of this sheet"
-        paper.write(x, low + 0.08, fit(told, _TINY, room), _TINY, color=QUIET)
+        credit = f"made with umbra {__version__}; the assumptions are part of this sheet"
+        paper.write(x, low + 0.08, fit(credit, _TINY, room), _TINY, color=QUIET)
 
 
 def _shrink(text: str, room: float, size: float, least: float) -> tuple[str, float]:
@@ -152,10 +152,10 @@ class _Logo(Artist):
     """A picture at its own resolution, in a box [inch]; of PDF and SVG alone."""
 
     def __init__(
-        self, image: NDArray[np.uint8], place: tuple[float, float], size: tuple[float, float]
+        self, image: NDArray[np.uint8], position: tuple[float, float], size: tuple[float, float]
     ) -> None:
         super().__init__()
-        self.image, self.place, self.size = image[::-1], place, size
+        self.image, self.place, self.size = image[::-1], position, size
 
     def draw(self, renderer: RendererBase) -> None:
         leaf: Any = self.get_figure()

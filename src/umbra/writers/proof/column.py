@@ -67,9 +67,9 @@ def draw_column(
     if len(keys) > most:
         more = Key("", f"and {len(keys) - most + 1:,} more, in the tables", "")
         keys = [*keys[: most - 1], more]
-    told = [(name, wrap(text, SMALL, width - 0.65)[:3]) for name, text in basis]
+    wrapped = [(name, wrap(text, SMALL, width - 0.65)[:3]) for name, text in basis]
     of_keys = 0.34 + _KEY * len(keys)
-    of_basis = 0.24 + sum(LINE * len(lines) + 0.03 for _, lines in told)
+    of_basis = 0.24 + sum(LINE * len(lines) + 0.03 for _, lines in wrapped)
     # What there is no room for is on the next sheets: sentences of what passes, all, the basis.
     for worded, has_basis in ((_ALL, True), (_BAD, True), (set(), True), (set(), False)):
         below = of_keys + of_basis * has_basis
@@ -78,7 +78,7 @@ def draw_column(
         room = height - below - 0.3 - sum(high)
         if room >= 0:
             break
-    counts = _share_rows([len(one.rows) for one in briefs], int(room / _ROWS))
+    counts = _share_rows([len(brief.rows) for brief in briefs], int(room / _ROWS))
     y = _write_heading(paper, x, low + height - 0.05, width, "Verdicts")
     for k, (brief, (title, lines)) in enumerate(zip(briefs, heads, strict=True)):
         if y - high[k] < low + below:
@@ -91,7 +91,7 @@ def draw_column(
         draw_key(paper, x, y - 0.1, replace(key, words=fit(key.words, SMALL, width - 0.35)))
         y -= _KEY
     if has_basis:
-        _write_basis(paper, x, y - 0.1, width, told)
+        _write_basis(paper, x, y - 0.1, width, wrapped)
 
 
 def _set(brief: Brief, width: float, *, is_worded: bool) -> tuple[list[str], list[str]]:

@@ -104,7 +104,7 @@ def make_drawing(gathered: Gathered, verdicts: Sequence[RuleVerdict]) -> Drawing
     worst = _find_worst(verdicts)
     boxes: list[NDArray] = []
     drawing = Drawing((0.0, 0.0, 0.0, 0.0))
-    bands = sum(one.subjects.kind == "band" for one in gathered.list_counted())
+    bands = sum(sunlight.subjects.kind == "band" for sunlight in gathered.list_counted())
     for sunlight in gathered.list_counted():
         subjects = sunlight.subjects
         plan = subjects.points[:, :2]
@@ -160,22 +160,24 @@ def _list_rings(shapely: Any, polygon: Any) -> list[NDArray]:
 
 def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> list[Spot]:
     """Return windows above one another as one place each, those with the worst verdict last."""
-    short = _shorten([one[4] for one in windows])
+    short = _shorten([entry[4] for entry in windows])
     groups: dict[tuple[int, int, int], list[tuple[float, float, float, str, str]]] = {}
     for window, name in zip(windows, short, strict=True):
-        one = (*window[:4], name)
-        turn = -1 if math.isnan(one[2]) else round(one[2] / 5)
-        groups.setdefault((round(one[0] / _NEAR), round(one[1] / _NEAR), turn), []).append(one)
+        entry = (*window[:4], name)
+        turn = -1 if math.isnan(entry[2]) else round(entry[2] / 5)
+        groups.setdefault((round(entry[0] / _NEAR), round(entry[1] / _NEAR), turn), []).append(
+            entry
+        )
     spots = []
     for own in groups.values():
         x, y, azimuth, _, first = own[0]
-        worst = max((one[3] for one in own), key=_WORST.__getitem__)
-        bad = sum(one[3] == worst for one in own)
+        worst = max((entry[3] for entry in own), key=_WORST.__getitem__)
+        bad = sum(entry[3] == worst for entry in own)
         label = first if len(own) == 1 else f"{first} to {own[-1][4]}"
         if bad < len(own):
             label += f": {bad} of {len(own)} {worst}"
         spots.append(Spot(x, y, azimuth, worst, label))
-    return sorted(spots, key=lambda one: _WORST[one.verdict])
+    return sorted(spots, key=lambda spot: _WORST[spot.verdict])
 
 
 def _shorten(names: list[str]) -> list[str]:
@@ -195,13 +197,13 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
     from contourpy import contour_generator  # noqa: PLC0415
     from scipy.interpolate import griddata  # noqa: PLC0415
 
-    subjects, found = sunlight.subjects, []
+    subjects, drawn = sunlight.subjects, []
     limits = [key[0] for key in sunlight.lines]
     for (limit, measure, date), hours in sunlight.lines.items():
         lines: list[NDArray] = []
         for k, area in enumerate(subjects.records):
-            mine = subjects.owner == k
-            plan, own = subjects.points[mine, :2], hours[mine]
+            is_own = subjects.owner == k
+            plan, own = subjects.points[is_own, :2], hours[is_own]
             if len(plan) < 4 or own.min() >= limit or own.max() < limit:
                 continue
             low, high = plan.min(0), plan.max(0)
@@ -220,8 +222,8 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
         if lines:
             short = tell_hours(limit) + (f", {date}" if limits.count(limit) > 1 else "")
             label = f"{tell_hours(limit)} of {MEASURES[measure].words}, {date}"
-            found.append(Line(lines, label, short))
-    return found
+            drawn.append(Line(lines, label, short))
+    return drawn
 
 
 def _add_plot(shapely: Any, gathered: Gathered, drawing: Drawing) -> list[NDArray]:
@@ -247,8 +249,8 @@ def _add_buildings(
     if not boxes:
         boxes += [*bounds[:, 0, :2], *bounds[:, 1, :2]]
     if proposed:
-        some = bounds[sorted(proposed)]
-        boxes += [some[:, 0, :2].min(0), some[:, 1, :2].max(0)]
+        proposal = bounds[sorted(proposed)]
+        boxes += [proposal[:, 0, :2].min(0), proposal[:, 1, :2].max(0)]
     corners = np.array(boxes)
     low, high = corners.min(0), corners.max(0)
     margin = max(_LEAST_MARGIN, _MARGIN * float((high - low).max()))

@@ -159,5 +159,5 @@ def _find_widths(table: TableOf, room: float) -> list[float]:
         texts = [name, *(row[k] for row in table.rows)]
         weight = "bold" if name == "verdict" else "normal"
         wanted.append(max(measure_text(text, SMALL, weight) for text in {*texts}) + 0.15)
-    wanted = [min(one, 2.5) for one in wanted[:-1]] + [wanted[-1]]
+    wanted = [min(width, 2.5) for width in wanted[:-1]] + [wanted[-1]]
     return [*wanted[:-1], min(wanted[-1], max(room - sum(wanted[:-1]), 1.2))]

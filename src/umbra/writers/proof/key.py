@@ -36,24 +36,24 @@ class Key:
 def list_key(drawing: Drawing, numbered: Sequence[str]) -> list[Key]:
     """Return what a plan's colours, lines and numbers mean."""
     areas = {verdict for _, verdict, _ in drawing.shapes}
-    windows = {one[3] for one in drawing.windows}
-    found = []
+    windows = {window[3] for window in drawing.windows}
+    keys = []
     for verdict, words in _VERDICTS.items():
         if verdict in areas | windows:
             kind = "area" if verdict in areas else "mark"
-            found.append(Key("both" if verdict in areas & windows else kind, words, verdict))
+            keys.append(Key("both" if verdict in areas & windows else kind, words, verdict))
     if drawing.proposal:
-        found.append(Key("box", "the proposal", PROPOSAL))
+        keys.append(Key("box", "the proposal", PROPOSAL))
     if drawing.replaced:
-        found.append(Key("dashed", "what the proposal replaces", REPLACED))
+        keys.append(Key("dashed", "what the proposal replaces", REPLACED))
     if drawing.buildings:
-        found.append(Key("box", "what stands around", LAND))
+        keys.append(Key("box", "what stands around", LAND))
     if drawing.boundary:
         beside = " and ".join(label for _, label in drawing.offsets)
-        found.append(Key("line", f"the plot; dashed: {beside} from it", BOUNDARY))
-    found += [Key("line", f"line of {line.label}", INK) for line in drawing.lines]
-    found += [Key("number", name, f"{k}") for k, name in enumerate(numbered, 1)]
-    return found
+        keys.append(Key("line", f"the plot; dashed: {beside} from it", BOUNDARY))
+    keys += [Key("line", f"line of {line.label}", INK) for line in drawing.lines]
+    keys += [Key("number", name, f"{k}") for k, name in enumerate(numbered, 1)]
+    return keys
 
 
 def draw_key(paper: Paper, x: float, y: float, key: Key) -> None:

@@ -47,7 +47,7 @@ def find_scale(box: Box, drawing: Drawing) -> int:
     """Return the standard scale at which a drawing fits into a box: n of 1 : n."""
     low_x, low_y, high_x, high_y = drawing.frame
     needed = max((high_x - low_x) * _METRE / box[2], (high_y - low_y) * _METRE / box[3])
-    return next((one for one in _SCALES if one >= needed), math.ceil(needed))
+    return next((scale for scale in _SCALES if scale >= needed), math.ceil(needed))
 
 
 def draw_plan(paper: Paper, box: Box, drawing: Drawing, true_north: float) -> list[str]:
@@ -114,7 +114,7 @@ class _Pen:
 
     def fill(self, polygons: list[NDArray], color: str, edge: str, width: float) -> None:
         if polygons:
-            shown = [self.put(one) for one in polygons]
+            shown = [self.put(polygon) for polygon in polygons]
             self.paper.fill(shown, color, edge, width).set_clip_path(self.clip)
 
     def fill_rings(self, rings: list[NDArray], color: str, edge: str, width: float) -> None:
@@ -235,9 +235,9 @@ class _Pen:
         if not math.isnan(spot.azimuth):
             ahead = (around - at) @ _look(spot.azimuth)
             around = around[ahead > 0.3 * np.hypot(*(around - at).T)]
-        place = self.labels.find(around, wide, tall, may_cross=False)
-        if place is not None:
-            self._write(place, text, _WINDOW, QUIET)
+        position = self.labels.find(around, wide, tall, may_cross=False)
+        if position is not None:
+            self._write(position, text, _WINDOW, QUIET)
 
     def _write(self, spot: NDArray, text: str, size: float, color: str, **style: Any) -> None:
         self.paper.write(
@@ -257,15 +257,15 @@ def _look(azimuth: float) -> NDArray[np.float64]:
 def _draw_scale(pen: _Pen, scale: int, factor: float) -> None:
     """Draw the scale bar in the corner."""
     x, y = pen.box[0] + 0.15, pen.box[1] + 0.14
-    length = next(one for one in _NICE if one * factor >= 0.8)
-    room, told = length * factor, f"{length:g} m, 1 : {scale:,.0f}"
-    whole = room + 0.18 + measure_text(told, SMALL)
+    length = next(nice for nice in _NICE if nice * factor >= 0.8)
+    room, legend = length * factor, f"{length:g} m, 1 : {scale:,.0f}"
+    whole = room + 0.18 + measure_text(legend, SMALL)
     low, high = np.array([x - 0.08, y - 0.08]), np.array([x + whole, y + 0.18])
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
     pen.paper.fill([corners], "#ffffff", "none")
     bar = np.array([(x, y + 0.06), (x, y), (x + room, y), (x + room, y + 0.06)])
     pen.paper.rule([bar], INK, 0.8)
-    pen.paper.write(x + room + 0.08, y, told, SMALL)
+    pen.paper.write(x + room + 0.08, y, legend, SMALL)
     pen.labels.take(low, high)
 
 

@@ -12,7 +12,7 @@ from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
 
 __all__ = [
     "COLUMNS", "list_brief", "list_conditions_of", "list_rows", "list_shown", "sum_up",
-    "tell_reason", "tell_rule", "tell_value",
+    "tell_reason", "tell_rule", "tell_value", "tell_verdicts",
 ]  # fmt: skip
 
 COLUMNS = (
@@ -20,12 +20,15 @@ COLUMNS = (
     "date", "verdict", "level", "measure", "value", "unit", "limit", "margin", "off_by", "before",
     "after", "close", "wanted", "because", "first_sun", "last_sun", "needs", "counted",
 )  # fmt: skip
+_MOST_TOLD = 12  # receivers of a rule that are told in lines
 _NOUNS = {"areas": "area", "windows": "window", "places": "place", "band": "band", "flats": "check"}
 
 
 def list_rows(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple[object, ...]]:
     """Return a row of ``verdicts.csv`` for each finding."""
-    return [_make_row(one, one.outcome, zone) for rule in verdicts for one in rule.findings]
+    return [
+        _make_row(finding, finding.outcome, zone) for rule in verdicts for finding in rule.findings
+    ]
 
 
 def list_conditions_of(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple[object, ...]]:
@@ -41,7 +44,7 @@ def list_conditions_of(verdicts: Sequence[RuleVerdict], zone: str) -> list[tuple
 def _list_parts(outcome: Outcome) -> list[Outcome]:
     if not outcome.parts:
         return [outcome]
-    return [one for part in outcome.parts for one in _list_parts(part)]
+    return [leaf for part in outcome.parts for leaf in _list_parts(part)]
 
 
 def _make_row(finding: Finding, outcome: Outcome, zone: str) -> tuple[object, ...]:
@@ -92,20 +95,20 @@ def tell_reason(verdict: RuleVerdict) -> str:
     counts = {word: verdict.count(word) for word in (PASS, FAIL, UNKNOWN)}
     if len(findings) == 1:
         return _tell_one(findings[0])
-    nouns = {_NOUNS.get(one.kind, one.kind) for one in findings}
+    nouns = {_NOUNS.get(finding.kind, finding.kind) for finding in findings}
     noun = nouns.pop() if len(nouns) == 1 else "receiver"
     whole = len(findings)
-    again = len({(one.check, one.where) for one in findings}) < whole
-    each = " and dates" if again and noun != "receiver" else ""
-    told = f"{counts[PASS]:,} of {whole:,} {noun}s{each} pass"
+    again = len({(finding.check, finding.where) for finding in findings}) < whole
+    and_dates = " and dates" if again and noun != "receiver" else ""
+    sentence = f"{counts[PASS]:,} of {whole:,} {noun}s{and_dates} pass"
     if counts[FAIL]:
-        told += f", {counts[FAIL]:,} fail"
+        sentence += f", {counts[FAIL]:,} fail"
     if counts[UNKNOWN]:
-        told += f", {counts[UNKNOWN]:,} are unknown"
-    judged = [one for one in findings if one.verdict == verdict.verdict]
-    shown = min(judged, key=lambda one: one.outcome.slack)
+        sentence += f", {counts[UNKNOWN]:,} are unknown"
+    judged = [finding for finding in findings if finding.verdict == verdict.verdict]
+    shown = min(judged, key=lambda finding: finding.outcome.slack)
     word = {FAIL: "worst", PASS: "nearest to the limit", UNKNOWN: "such as"}[verdict.verdict]
-    return f"{told}; {word} {_tell_one(shown)}"
+    return f"{sentence}; {word} {_tell_one(shown)}"
 
 
 def _tell_one(finding: Finding) -> str:
@@ -120,8 +123,8 @@ def _tell_one(finding: Finding) -> str:
     date = f" on {outcome.date}" if outcome.date else ""
     before = ""
     if outcome.before is not None:
-        told = _tell_measured(outcome, outcome.before)
-        before = f" of the former {told}" if _is_ratio(outcome) else f" ({told} before)"
+        former = _tell_measured(outcome, outcome.before)
+        before = f" of the former {former}" if _is_ratio(outcome) else f" ({former} before)"
     who = f"'{finding.where}'" + (f" ({finding.because})" if finding.because else "")
     needs = f"; {outcome.needs}" if outcome.needs else ""
     return f"{who} with {tell_value(outcome)}{before}{date}{limit}{needs}."
@@ -131,17 +134,36 @@ def _sort(verdict: RuleVerdict) -> list[Finding]:
     """Return the findings, the worst first."""
     return sorted(
         verdict.findings,
-        key=lambda one: (_ORDER[one.verdict], round(one.outcome.slack, 6), one.where),
+        key=lambda finding: (
+            _ORDER[finding.verdict],
+            round(finding.outcome.slack, 6),
+            finding.where,
+        ),
     )
 
 
 def list_brief(verdict: RuleVerdict) -> list[tuple[str, str, str, str]]:
     """Return name, value, limit and verdict of each finding, the worst first."""
     rows = []
-    for one in _sort(verdict):
-        outcome = one.outcome
-        rows.append((one.where, _tell_judged(outcome), _tell_bound(outcome), one.verdict))
+    for finding in _sort(verdict):
+        outcome = finding.outcome
+        rows.append((finding.where, _tell_judged(outcome), _tell_bound(outcome), finding.verdict))
     return rows
+
+
+def tell_verdicts(verdicts: Sequence[RuleVerdict]) -> list[str]:
+    """Tell the verdict on each rule, and then a line for each of the worst receivers."""
+    lines = []
+    for verdict in verdicts:
+        rows = list_brief(verdict)
+        lines.append(tell_rule(verdict))
+        lines += [
+            f"  {word}: {name}{f', {value}' if value else ''}{f' ({bound})' if bound else ''}"
+            for name, value, bound, word in rows[:_MOST_TOLD] if len(rows) > 1
+        ]  # fmt: skip
+        if len(rows) > _MOST_TOLD:
+            lines.append(f"  and {len(rows) - _MOST_TOLD:,} more, in verdicts.csv")
+    return lines
 
 
 def _tell_bound(outcome: Outcome) -> str:
@@ -155,17 +177,17 @@ def _tell_bound(outcome: Outcome) -> str:
 def list_shown(verdict: RuleVerdict, zone: str) -> list[tuple[str, ...]]:
     """Return the rows of a table for a person: name, date, value, limit, margin, verdict, note."""
     rows: list[tuple[str, ...]] = []
-    for one in _sort(verdict):
-        outcome = one.outcome
+    for finding in _sort(verdict):
+        outcome = finding.outcome
         first, last = _tell_time(outcome.first, zone), _tell_time(outcome.last, zone)
         notes = [
             f"level {outcome.level}" if outcome.level else "",
-            f"by {one.because}" if one.because else "",
+            f"by {finding.because}" if finding.because else "",
             "close to the limit" if outcome.is_close else "",
             outcome.needs,
         ]
         rows.append((
-            one.where, str(outcome.date or ""),
+            finding.where, str(outcome.date or ""),
             _tell_measured(outcome, outcome.before),
             "" if outcome.before is None else _tell_measured(outcome, outcome.after),
             _tell_judged(outcome),
@@ -210,18 +232,18 @@ def _sign(value: float, unit: str) -> str:
 
 def sum_up(verdicts: Sequence[RuleVerdict], zone: str) -> list[dict[str, Any]]:
     """Return the verdicts for JSON."""
-    found = []
+    rules = []
     for verdict in verdicts:
         rule = verdict.rule
-        found.append({
+        rules.append({
             "rule": rule.name, "title": rule.title, "edition": rule.edition, "source": rule.source,
             "standing": rule.standing, "standing_means": STANDINGS[rule.standing],
             "verdict": verdict.verdict, "sentence": tell_rule(verdict),
             **{word: verdict.count(word) for word in (PASS, FAIL, UNKNOWN)},
             "notes": [*rule.notes, *verdict.notes],
             "findings": [
-                dict(zip(COLUMNS[5:], _make_row(one, one.outcome, zone)[5:], strict=True))
-                for one in verdict.findings
+                dict(zip(COLUMNS[5:], _make_row(finding, finding.outcome, zone)[5:], strict=True))
+                for finding in verdict.findings
             ],
         })  # fmt: skip
-    return found
+    return rules

@@ -3,21 +3,25 @@
 from typing import Any
 
 from umbra.study import Study
-from umbra.study.area_table import name_share
+from umbra.study.area_table import AreaTable, name_share
 from umbra.sun.clock import Stamps
 from umbra.writers.report.markup import Table
 
-__all__ = ["list_areas"]
+__all__ = ["lay_out_area_table", "list_areas"]
 
 _MOST_ROWS = 200
 
 
 def list_areas(study: Study) -> Table | None:
     """Lay out each named area on each date, before and after a proposal; None without areas."""
-    found = study.areas
-    if found is None or found.least is None:
+    return lay_out_area_table(study.areas, is_on_map=study.is_plan)
+
+
+def lay_out_area_table(areas: AreaTable | None, *, is_on_map: bool) -> Table | None:
+    """Lay out the figures of named areas, whose rows show them on a map; None without areas."""
+    if areas is None or areas.least is None:
         return None
-    least = found.least
+    least = areas.least
     figures = {
         name_share(least): f"at least {least:g} h of sun [%]",
         "mean_sun_hours": "mean sun [h]",
@@ -31,11 +35,11 @@ def list_areas(study: Study) -> Table | None:
         for key, title in figures.items()
         for ending, words in (("_before", ", before"), ("", ", after"))
     }
-    if not found.has_before:
+    if not areas.has_before:
         columns = figures
-    rows, zone = found.list_rows(), found.zone
+    rows, zone = areas.list_rows(), areas.zone
     laid_out = [
-        (row["name"], str(row["date"]), found.tell_interval(row), round(float(row["area_m2"]), 1),
+        (row["name"], str(row["date"]), areas.tell_interval(row), round(float(row["area_m2"]), 1),
          *(_show(key, row[key], zone) for key in columns))
         for row in rows[:_MOST_ROWS]
     ]  # fmt: skip
@@ -48,8 +52,8 @@ def list_areas(study: Study) -> Table | None:
         laid_out,
         f"First and last sun are when it reaches any of an area, by the clock of {zone}.{more}",
         # Shown on the map, where there is one.
-        kind="area" if study.is_plan else "",
-        index=[k // max(len(found.dates), 1) for k in range(len(laid_out))],
+        kind="area" if is_on_map else "",
+        index=[k // max(len(areas.dates), 1) for k in range(len(laid_out))],
     )
 
 

@@ -148,35 +148,37 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
     scene = study.model.scene
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     samples = study.samples
-    kept = np.arange(len(study.shadow_hours))
+    shown = np.arange(len(study.shadow_hours))
     more: dict[str, object]
     if samples is None:
         given = study.more.get("name")
         named = [] if given is None else np.asarray(given[1]).tolist()
         more = {
             "names": [name or f"point {k + 1}" for k, name in enumerate(named)]
-            or [f"point {k + 1}" for k in kept],
+            or [f"point {k + 1}" for k in shown],
             "normals": pack(study.places.normals.astype("<f4").tobytes()),
         }
     else:
-        grids, kept = pack_grids(samples, middle)
+        grids, shown = pack_grids(samples, middle)
         more = {
             **grids,
-            "sample_surface": pack_differences(samples.surface[kept]),
+            "sample_surface": pack_differences(samples.surface[shown]),
             **_list_surfaces(study),
         }
     if instants.behind is not None:
-        more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1])[kept])
-    more |= pack_losses(study, lambda values: values[kept])
-    places = study.places.points[kept] - scene.origin - middle
+        more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1])[shown])
+    more |= pack_losses(study, lambda values: values[shown])
+    places = study.places.points[shown] - scene.origin - middle
     return {
         "kind": "model",
-        "count": len(kept),
+        "count": len(shown),
         "decimals": 2,
         "origin": (scene.origin + middle).tolist(),
         "north": study.site.true_north,
-        **make_common_data(study, instants, kept if len(kept) < len(study.shadow_hours) else None),
-        "hours": pack_hours(study.shadow_hours[kept]),
+        **make_common_data(
+            study, instants, shown if len(shown) < len(study.shadow_hours) else None
+        ),
+        "hours": pack_hours(study.shadow_hours[shown]),
         "positions": pack_differences(np.rint(places.T * 1000).astype(np.int64)),
         **more,
     }

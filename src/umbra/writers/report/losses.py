@@ -23,7 +23,7 @@ def pack_losses(
     dates = split_dates(study)
     shown = dates if len(dates) <= MOST_DATES else [study]
     return {
-        "lost": [pack_hours(choose(np.asarray(one.more["hours_lost"][1]))) for one in shown],
+        "lost": [pack_hours(choose(np.asarray(dated.more["hours_lost"][1]))) for dated in shown],
         "change_ramp": np.round(shade_ramp(129, "change") * 255).astype(int).tolist(),
     }
 

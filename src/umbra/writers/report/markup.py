@@ -83,7 +83,9 @@ def make_answers(verdicts: Sequence[Table], answers: Sequence[str]) -> tuple[str
 def _find_outcome(table: Table) -> str:
     """Return fail if a row fails, pass if some pass and none is unknown, else nothing."""
     words = {str(cell).partition(" ")[0].strip(":,") for row in table.rows for cell in row}
-    return "fail" if "fail" in words else "pass" if "pass" in words - {"unknown"} else ""
+    if "fail" in words:
+        return "fail"
+    return "pass" if "pass" in words and "unknown" not in words else ""
 
 
 def make_facts(facts: Sequence[tuple[str, str]]) -> str:

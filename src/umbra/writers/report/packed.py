@@ -22,29 +22,29 @@ _MICROSECONDS = 1_000_000
 
 
 def make_common_data(
-    study: Study, instants: Instants, kept: NDArray[np.integer] | None = None
+    study: Study, instants: Instants, chosen: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
-    """Gather the script's data on any study, of the receivers ``kept`` if not of all."""
+    """Gather the script's data on any study, of the receivers ``chosen`` if not of all."""
     return {
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],
         "steps": _make_steps(study.period, instants.which, instants.last),
-        **_pack_instants(instants, study.sun.is_up, kept),
+        **_pack_instants(instants, study.sun.is_up, chosen),
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         "no_sun": np.rint(np.array(NO_SUN) * 255).astype(int).tolist(),
     }
 
 
 def _pack_instants(
-    instants: Instants, is_up: NDArray[np.bool_], kept: NDArray[np.integer] | None = None
+    instants: Instants, is_up: NDArray[np.bool_], chosen: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
     """Pack the masks of the steps with the sun up, and the light that canopies transmit."""
     up = is_up[instants.which]
 
     def choose(bits: NDArray[np.uint8]) -> str:
-        if kept is None:
+        if chosen is None:
             return _pack_masks(bits[up])
-        return _pack_masks(np.packbits(np.unpackbits(bits[up], axis=1)[:, kept], axis=1))
+        return _pack_masks(np.packbits(np.unpackbits(bits[up], axis=1)[:, chosen], axis=1))
 
     if instants.behind is None or instants.share is None:
         return {"bits": choose(instants.bits)}

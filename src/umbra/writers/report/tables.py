@@ -7,6 +7,7 @@ Others compare before with after, by neighbours that lose sun and by casters.
 import calendar
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,7 @@ __all__ = [
     "find_figures",
     "find_sun_areas",
     "join_dates",
+    "lay_out_month_table",
     "list_dates",
     "make_month_table",
     "make_verdict_table",
@@ -124,7 +126,11 @@ def list_dates(study: Study) -> Table | None:
 
 def make_month_table(study: Study) -> Table | None:
     """Return the hours of sun a day in each month; None where months are not kept."""
-    rows = list_months(study)
+    return lay_out_month_table(list_months(study), tell_hours_counted(study))
+
+
+def lay_out_month_table(rows: Sequence[dict[str, Any]], counted: str) -> Table | None:
+    """Lay out the rows of months, whose figures are of what is ``counted``; None without any."""
     if not rows:
         return None
     return Table(
@@ -137,7 +143,7 @@ def make_month_table(study: Study) -> Table | None:
              round(row["least_sun_hours"], 2), round(row["most_sun_hours"], 2))
             for row in rows
         ],
-        f"{tell_hours_counted(study)}Hours a day, means of each month's dates. Possible is what an "
+        f"{counted}Hours a day, means of each month's dates. Possible is what an "
         "open place has in the hours of the day that count.",
     )  # fmt: skip
 

@@ -52,14 +52,14 @@ def pack_vector_map(
         if plan.appearance is not None:
             hidden = hidden | plan.appearance.find_breaks(plan.shape)
     dates = []
-    for k, one in enumerate(finer):
-        hours = one.shadow_hours
+    for k, dated in enumerate(finer):
+        hours = dated.shadow_hours
         there = np.isfinite(hours)
-        shown = one.up_hours - hours if show == "sun" else hours
+        shown = dated.up_hours - hours if show == "sun" else hours
         date: dict[str, object] = {
-            "up": one.up_hours,
+            "up": dated.up_hours,
             "hours": pack_differences(_round(np.where(there, hours, -1.0))),
-            "lines": _pack_lines(shown, find_levels(one.up_hours), hidden),
+            "lines": _pack_lines(shown, find_levels(dated.up_hours), hidden),
         }
         if losses:
             lost = np.where(there, losses[k], np.nan)
@@ -111,9 +111,9 @@ def _pack_lines(
     for level in levels:
         # A plateau of exactly these hours lies inside, as on sheets.
         lines = _trace(smooth, level - 0.5 / PER_HOUR)
-        kept = [_thin(line) for line in lines if np.ptp(line, axis=0).max() > _SPECK]
-        if kept:
-            packed.append({"level": level, **_pack(kept)})
+        pieces = [_thin(line) for line in lines if np.ptp(line, axis=0).max() > _SPECK]
+        if pieces:
+            packed.append({"level": level, **_pack(pieces)})
     return packed
 
 
@@ -133,9 +133,9 @@ def _thin(line: NDArray[np.float64]) -> NDArray[np.float64]:
         n = min(len(a), len(b), len(c))
         chord, off = c[:n] - a[:n], b[:n] - a[:n]
         apart = np.abs(chord[:, 0] * off[:, 1] - chord[:, 1] * off[:, 0])
-        kept = np.ones(len(line), np.bool_)
-        kept[1 : 2 * n : 2] = apart > _STRAIGHT * np.maximum(np.hypot(*chord.T), 1e-9)
-        line = line[kept]
+        is_bend = np.ones(len(line), np.bool_)
+        is_bend[1 : 2 * n : 2] = apart > _STRAIGHT * np.maximum(np.hypot(*chord.T), 1e-9)
+        line = line[is_bend]
     return line
 
 

@@ -56,8 +56,8 @@ def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]
     where one surface ends before another or two meet at an angle. Levels without lines are left
     out; several dates follow one another.
     """
-    for one in split_dates(study):
-        yield from _trace(one, show)
+    for dated in split_dates(study):
+        yield from _trace(dated, show)
 
 
 def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
@@ -71,10 +71,10 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
     if "exact_tolerance_seconds" in study.facts:
         seconds = 0.0
     counted = study if finer is None else finer
-    found = counted.shadow_hours
+    values = counted.shadow_hours
     if show == "sun":
-        found = counted.up_hours - found
-    hours = np.ma.masked_invalid(found.astype(np.float64))
+        values = counted.up_hours - values
+    hours = np.ma.masked_invalid(values.astype(np.float64))
     if study.kind.lies_under_roofs:
         hours = np.ma.masked_where(~study.kind.find_open(study), hours)
     else:
@@ -88,8 +88,8 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
         traced: Any = generator.lines(level - seconds / 7200)
         lines = [line for line in traced if len(line) > 1]
         if lines:
-            told = float(level), study.up_hours - level
-            shadow, sun = told[::-1] if show == "sun" else told
+            pair = float(level), study.up_hours - level
+            shadow, sun = pair[::-1] if show == "sun" else pair
             yield HourLine(shadow, sun, lines, tell_dates(study), seconds)
 
 
@@ -151,16 +151,16 @@ def make_line_layer(hour_lines: Iterable[HourLine]) -> Layer:
     """Make a layer of lines of equal hours: one geometry for each hour."""
     import shapely  # noqa: PLC0415
 
-    found = list(hour_lines)
+    lines = list(hour_lines)
     return Layer(
         "hour_lines",
         "MultiLineString",
-        [shapely.MultiLineString(hour_line.lines) for hour_line in found],
+        [shapely.MultiLineString(hour_line.lines) for hour_line in lines],
         {
-            "date": [hour_line.date for hour_line in found],
-            "shadow_hours": [hour_line.shadow_hours for hour_line in found],
-            "sun_hours": [hour_line.sun_hours for hour_line in found],
-            "step_minutes": [round(hour_line.seconds / 60, 4) for hour_line in found],
+            "date": [hour_line.date for hour_line in lines],
+            "shadow_hours": [hour_line.shadow_hours for hour_line in lines],
+            "sun_hours": [hour_line.sun_hours for hour_line in lines],
+            "step_minutes": [round(hour_line.seconds / 60, 4) for hour_line in lines],
         },
     )
 
@@ -179,13 +179,13 @@ def make_point_layer(study: Study) -> Layer:
     import shapely  # noqa: PLC0415  (an extra)
 
     values: dict[str, list] = {}
-    for name, found in find_columns(study, ("sample",)).items():
-        if found.dtype.kind == "M":
-            values[name] = tell_instants(found)
-        elif found.dtype.kind == "f":
-            values[name] = np.round(found.astype(np.float64), 4).tolist()
+    for name, column in find_columns(study, ("sample",)).items():
+        if column.dtype.kind == "M":
+            values[name] = tell_instants(column)
+        elif column.dtype.kind == "f":
+            values[name] = np.round(column.astype(np.float64), 4).tolist()
         else:
-            values[name] = found.tolist()
+            values[name] = column.tolist()
     if "name" in values:
         values = {"name": values.pop("name"), **values}
     geometries = shapely.points(study.places.points[:, :2]).tolist()

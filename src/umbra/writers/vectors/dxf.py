@@ -36,23 +36,25 @@ def find_footprints(study: Study) -> dict[str, list[Polygon]]:
     lies = np.array([part.kind in TERRAIN for part in scene.parts])
     stands = ~lies[soup.part] & (corners[..., 2].max(1) > level + LATTICE)
     flat = corners[stands][..., :2]
-    one, two = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    area = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    first, second = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     flat = np.where((area < 0)[:, None, None], flat[:, ::-1], flat)  # all counter-clockwise
     is_wall = np.abs(area) < _FLAT
     canopy = set(study.model.canopy.parts) if study.model.canopy is not None else set()
     is_canopy = np.isin(soup.part[stands], list(canopy))
     group = scene.groups()[soup.part[stands]]
     shift = np.array([study.x[0] - grid.x0, study.y[0] - grid.y0])
-    found: dict[str, list[Polygon]] = {}
+    footprints: dict[str, list[Polygon]] = {}
     for layer, chosen in (("BUILDINGS", ~is_canopy), ("CANOPIES", is_canopy)):
         which = np.flatnonzero(chosen & ~is_wall)
         order = which[np.argsort(group[which], kind="stable")]
         pieces = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
-        polygons = [each for piece in pieces if len(piece) for each in _unite(flat[piece], shift)]
+        polygons = [
+            polygon for piece in pieces if len(piece) for polygon in _unite(flat[piece], shift)
+        ]
         if polygons:
-            found[layer] = polygons
-    return found
+            footprints[layer] = polygons
+    return footprints
 
 
 def _unite(triangles: NDArray[np.float64], shift: NDArray[np.float64]) -> list[Polygon]:
@@ -63,9 +65,9 @@ def _unite(triangles: NDArray[np.float64], shift: NDArray[np.float64]) -> list[P
     clipper = pyclipr.Clipper()
     clipper.scaleFactor = round(1 / LATTICE)
     clipper.addPaths(list(triangles - corner), pyclipr.Subject, False)
-    found: list[Polygon] = []
-    gather(clipper.execute2(pyclipr.Union, pyclipr.FillRule.NonZero), found)
-    return [[ring + corner + shift for ring in polygon] for polygon in found]
+    polygons: list[Polygon] = []
+    gather(clipper.execute2(pyclipr.Union, pyclipr.FillRule.NonZero), polygons)
+    return [[ring + corner + shift for ring in polygon] for polygon in polygons]
 
 
 _INKS = {"CANOPIES": (0.18, 0.43, 0.2)}  # of layers that are not black
@@ -125,9 +127,9 @@ def write_dxf(
     if seen:
         draw(seen, "SEEN", np.zeros(3))
     ramp = shade_ramp()
-    found = list(hour_lines)
-    has_dates = len({hour_line.date for hour_line in found}) > 1
-    for hour_line in found:
+    lines = list(hour_lines)
+    has_dates = len({hour_line.date for hour_line in lines}) > 1
+    for hour_line in lines:
         share = hour_line.shadow_hours / max(up_hours, 1e-9)
         rgb = ramp[int(np.clip(0.3 + 0.7 * share, 0, 1) * (len(ramp) - 1))]
         of = "SUM_" if hour_line.date.startswith("sum") else f"{hour_line.date}_" * has_dates

@@ -109,18 +109,18 @@ def resolve_shadow(
     frame = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
     clipper.addPath(frame, pyclipr.Clip, False)
     tree = clipper.execute2(pyclipr.Intersection, pyclipr.FillRule.NonZero)
-    found: list[Polygon] = []
-    gather(tree, found)
-    return [[ring + box[0] for ring in polygon] for polygon in found]
+    polygons: list[Polygon] = []
+    gather(tree, polygons)
+    return [[ring + box[0] for ring in polygon] for polygon in polygons]
 
 
-def gather(node: object, found: list[Polygon]) -> None:
+def gather(node: object, polygons: list[Polygon]) -> None:
     """Convert a tree of nested rings to polygons with holes."""
     for outer in node.children:  # type: ignore[attr-defined]
         holes = [_orient(hole.polygon, -1) for hole in outer.children]
-        found.append([_orient(outer.polygon, 1), *holes])
+        polygons.append([_orient(outer.polygon, 1), *holes])
         for hole in outer.children:
-            gather(hole, found)
+            gather(hole, polygons)
 
 
 def _orient(ring: NDArray[np.float64], sign: int) -> Ring:

@@ -54,14 +54,14 @@ def write_surface_table(
         "crs": None if system is None else system.to_json_dict(),
     }
     geo = {"version": "1.1.0", "primary_column": "geometry", "columns": {"geometry": column}}
-    told = {"geo": orjson.dumps(geo), "umbra": orjson.dumps(dict(facts or {}), default=str)}
+    metadata = {"geo": orjson.dumps(geo), "umbra": orjson.dumps(dict(facts or {}), default=str)}
     writer = None
     try:
         for columns, geometries in groups:
             arrays = {name: pa.array(values) for name, values in columns.items()}
             table = pa.table({**arrays, "geometry": pa.array(geometries, pa.binary())})
             if writer is None:
-                schema = table.schema.with_metadata(told)
+                schema = table.schema.with_metadata(metadata)
                 writer = pq.ParquetWriter(os.fspath(path), schema, compression="zstd")
             writer.write_table(table.cast(schema), row_group_size=ROWS)
     finally:
@@ -88,10 +88,10 @@ def find_surface_columns(study: Study) -> Iterable[tuple[dict[str, Any], list[by
     corners = samples.corners + study.model.scene.origin
     starts = np.searchsorted(samples.owner, np.arange(len(samples.part) + 1))
     for first in range(0, len(samples.part), ROWS):
-        some = slice(first, first + ROWS)
+        span = slice(first, first + ROWS)
         edges = starts[first : first + ROWS + 1]
         packed = pack_triangles(corners[edges[0] : edges[-1]], edges - edges[0])
-        yield {name: values[some] for name, values in columns.items()}, packed
+        yield {name: values[span] for name, values in columns.items()}, packed
 
 
 def find_surface_figures(study: Study) -> dict[str, NDArray]:

@@ -57,10 +57,10 @@ const makePlan = async () => {
       return fill(fine.cols, fine.rows, (cell) => date.hours[cell] < 0 ? VOID
         : view.mode === "lost" ? lossOf(date.lost[cell], mostLost) : colorOf(date.hours[cell], date.up));
     const lost = view.mode === "lost" ? lostOf(view) : null;
-    const found = lost || view.mode === "shadow" ? null : chooseHours(view);
+    const chosen = lost || view.mode === "shadow" ? null : chooseHours(view);
     fill(cols, rows, (cell) => !exists(cell) ? VOID
       : lost ? lossOf(lost[cell], mostLost)
-      : found ? colorOf(found.hours[cell], found.most)
+      : chosen ? colorOf(chosen.hours[cell], chosen.most)
       : SHADES[masks.kindOf(view.now, cell)]);
   };
   const drawSun = (view, dot) => {
@@ -194,12 +194,12 @@ const makePlan = async () => {
   };
   const choose = () => {
     // An open place near the middle, with about half the day's sun.
-    const all = masks.sumHours(0, n - 1);
+    const sums = masks.sumHours(0, n - 1);
     let best = Infinity, chosen = 0;
     for (let cell = 0; cell < cells; cell++) {
       if (heights[cell] > 0.005 || !exists(cell)) continue;
       const dc = (cell % cols) / cols - 0.5, dr = Math.floor(cell / cols) / rows - 0.5;
-      const off = Math.abs(all[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr);
+      const off = Math.abs(sums[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr);
       if (off < best) { best = off; chosen = cell; }
     }
     return chosen;

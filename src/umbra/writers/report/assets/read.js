@@ -63,16 +63,16 @@ const makeMasks = async (count) => {
   };
   const shadow = await unpackMasks(data.bits);
   const behind = data.behind ? await unpackMasks(data.behind) : null;  // of it, what canopies alone cast
-  const place = [];
+  const rowOf = [];
   let rows = 0;
-  for (let i = 0; i < n; i++) place.push(steps.up[i] ? rows++ : -1);
-  const isIn = (bits, step, k) => (bits[place[step] * perMask + (k >> 3)] >> (7 - (k & 7))) & 1;
+  for (let i = 0; i < n; i++) rowOf.push(steps.up[i] ? rows++ : -1);
+  const isIn = (bits, step, k) => (bits[rowOf[step] * perMask + (k >> 3)] >> (7 - (k & 7))) & 1;
   const kindOf = (step, k) =>
-    place[step] < 0 ? "night" : !isIn(shadow, step, k) ? "lit" : behind && isIn(behind, step, k) ? "behind" : "dark";
+    rowOf[step] < 0 ? "night" : !isIn(shadow, step, k) ? "lit" : behind && isIn(behind, step, k) ? "behind" : "dark";
   const addHours = (hours, bits, first, last, weigh) => {
     for (let i = first; i <= last; i++) {
-      if (place[i] < 0) continue;
-      const base = place[i] * perMask, h = weigh(i);
+      if (rowOf[i] < 0) continue;
+      const base = rowOf[i] * perMask, h = weigh(i);
       for (let byte = 0; byte < perMask; byte++) {
         const value = bits[base + byte];
         if (!value) continue;

@@ -7,7 +7,7 @@ const dress = (section, onRow) => {
   const table = section.querySelector("table"), body = table.tBodies[0];
   const rows = [...body.rows];
   const texts = rows.map((row) => row.textContent.toLowerCase());
-  let kept = rows, shown = FEW, order = { column: -1, down: false };
+  let matching = rows, shown = FEW, order = { column: -1, down: false };
   const bar = document.createElement("p");
   bar.className = "filter";
   const field = document.createElement("input");
@@ -21,12 +21,12 @@ const dress = (section, onRow) => {
   Object.assign(more, { type: "button", className: "more" });
 
   const lay = () => {
-    const seen = kept.slice(0, shown);
+    const seen = matching.slice(0, shown);
     body.replaceChildren(...seen);
-    count.textContent = kept.length === rows.length
-      ? `${rows.length.toLocaleString("en")} rows` : `${kept.length} of ${rows.length.toLocaleString("en")} rows`;
-    more.hidden = seen.length === kept.length;
-    more.textContent = `Show ${Math.min(STEP, kept.length - seen.length)} more`;
+    count.textContent = matching.length === rows.length
+      ? `${rows.length.toLocaleString("en")} rows` : `${matching.length} of ${rows.length.toLocaleString("en")} rows`;
+    more.hidden = seen.length === matching.length;
+    more.textContent = `Show ${Math.min(STEP, matching.length - seen.length)} more`;
   };
   const value = (row) => {
     const text = row.cells[order.column].textContent;
@@ -34,14 +34,14 @@ const dress = (section, onRow) => {
     return row.cells[order.column].classList.contains("number") ? (isNaN(figure) ? -Infinity : figure) : text;
   };
   const compare = (a, b) => {
-    const [one, two] = [value(a), value(b)];
-    const found = typeof one === "number" ? one - two : one.localeCompare(two, "en", { numeric: true });
-    return order.down ? -found : found;
+    const [left, right] = [value(a), value(b)];
+    const difference = typeof left === "number" ? left - right : left.localeCompare(right, "en", { numeric: true });
+    return order.down ? -difference : difference;
   };
   const choose = () => {
     const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
-    kept = rows.filter((_, k) => words.every((word) => texts[k].includes(word)));
-    if (order.column >= 0) kept.sort(compare);
+    matching = rows.filter((_, k) => words.every((word) => texts[k].includes(word)));
+    if (order.column >= 0) matching.sort(compare);
     shown = FEW;
     lay();
   };
@@ -62,7 +62,7 @@ const dress = (section, onRow) => {
   more.addEventListener("click", () => { shown += STEP; lay(); });
   // Paper has no button for more rows.
   let before = shown;
-  addEventListener("beforeprint", () => { before = shown; shown = kept.length; lay(); });
+  addEventListener("beforeprint", () => { before = shown; shown = matching.length; lay(); });
   addEventListener("afterprint", () => { shown = before; lay(); });
   if (rows.length > 8) table.parentElement.before(bar);
   table.parentElement.after(more);

@@ -30,30 +30,30 @@ const showFigures = (picture, receiver, view) => {
   const { day, first: from, last: to } = isOne ? days[view.day] : { first: 0, last: n - 1 };
   const isOwn = !isOne && picture.hours;
   const upHere = isOwn ? data.up_hours : hoursUp(from, to);
-  const found = findSpells(picture.kindOf, receiver, from, to);
+  const figures = findSpells(picture.kindOf, receiver, from, to);
   const isThere = picture.exists(receiver);
-  if (!isThere) found.shadow = found.behind = found.sun = found.spells.length = 0;
+  if (!isThere) figures.shadow = figures.behind = figures.sun = figures.spells.length = 0;
   else if (isOwn) {  // the study's own, solved or of more instants than are shown
-    found.shadow = picture.hours[receiver];
-    found.sun = data.up_hours - found.shadow;
-    if (picture.behindHours) found.behind = picture.behindHours[receiver];
+    figures.shadow = picture.hours[receiver];
+    figures.sun = data.up_hours - figures.shadow;
+    if (picture.behindHours) figures.behind = picture.behindHours[receiver];
   }
-  const first = found.spells[0], last = found.spells[found.spells.length - 1];
-  const longest = found.spells.reduce((a, b) => (a && a.hours >= b.hours ? a : b), null);
+  const first = figures.spells[0], last = figures.spells[figures.spells.length - 1];
+  const longest = figures.spells.reduce((a, b) => (a && a.hours >= b.hours ? a : b), null);
   const tell = (i, text) => (isOne ? text : withDay(i, text));
   $("where").textContent = picture.where(receiver);
-  $("in-sun").textContent = say(found.sun);
+  $("in-sun").textContent = say(figures.sun);
   $("of-up").textContent = ` of ${say(upHere)}`;
-  $("in-shadow").textContent = say(found.shadow);
-  $("behind").textContent = say(found.behind);
+  $("in-shadow").textContent = say(figures.shadow);
+  $("behind").textContent = say(figures.behind);
   $("first").textContent = first ? tell(first.from, startOf(first.from)) : "none";
   $("last").textContent = last ? tell(last.to, endOf(last.to)) : "none";
-  $("spells").textContent = String(found.spells.length);
+  $("spells").textContent = String(figures.spells.length);
   $("longest").textContent = longest ? say(longest.hours) : "none";
-  const some = found.spells.slice(0, 12);
-  const texts = some.map((s) => tell(s.from, startOf(s.from) + "\u2013" + endOf(s.to)));
-  $("spell-list").innerHTML = some.length
-    ? `${data.behind ? "In unweakened sun" : "In the sun"} ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
+  const listed = figures.spells.slice(0, 12);
+  const texts = listed.map((s) => tell(s.from, startOf(s.from) + "\u2013" + endOf(s.to)));
+  $("spell-list").innerHTML = listed.length
+    ? `${data.behind ? "In unweakened sun" : "In the sun"} ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (figures.spells.length > 12 ? " and later" : "")
     : !isThere ? "" : upHere ? `No ${data.behind ? "unweakened " : ""}sun ${isOne ? "on this date" : "in this period"}.` : "The sun stays below the horizon.";
   const which = isSum ? tellSum(picture) : isOne ? ` on ${day}` : "";
   labelOf("in-sun").textContent = "sun" + which;

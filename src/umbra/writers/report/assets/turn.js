@@ -131,22 +131,22 @@ const makeModel = async () => {
       again();
       return index;
     }
-    const mine = [];
+    const own = [];
     for (let k = 0; k < count; k++) {
       const s = receivers.owner[k];
-      if (kind === "surface" ? s === index : data.surfaces.part[s] === index) mine.push(k);
+      if (kind === "surface" ? s === index : data.surfaces.part[s] === index) own.push(k);
     }
-    if (kind === "surface") eye.face(receivers.normal(mine[0]));
+    if (kind === "surface") eye.face(receivers.normal(own[0]));
     else eye.turn(camera.azimuth, 35);
-    eye.frame(boxOf(mine), map.clientWidth, map.clientHeight, 3);
+    eye.frame(boxOf(own), map.clientWidth, map.clientHeight, 3);
     camera.scale *= 0.8;
     // What stands before it is cut away.
     const { project } = eye.aim(1, 1);
-    camera.near = mine.reduce((near, k) => Math.max(near, project(...place(k))[2]), -Infinity) + (kind === "part" ? 2 : 0.05);
+    camera.near = own.reduce((near, k) => Math.max(near, project(...place(k))[2]), -Infinity) + (kind === "part" ? 2 : 0.05);
     again();
     // Its darkest place that is seen.
-    mine.sort((a, b) => receivers.hours[b] - receivers.hours[a]);
-    return mine.find((k) => !isHidden(k)) ?? mine[0];
+    own.sort((a, b) => receivers.hours[b] - receivers.hours[a]);
+    return own.find((k) => !isHidden(k)) ?? own[0];
   };
 
   // ---- pointing and turning
@@ -155,14 +155,14 @@ const makeModel = async () => {
     const box = map.getBoundingClientRect();
     const x = ((event.clientX - box.left) / box.width) * sheet.width, y = ((event.clientY - box.top) / box.height) * sheet.height;
     if (isSampled) return sampleAt(x, y);
-    let best = 12 * dotOf() / coarse, found = -1;
+    let best = 12 * dotOf() / coarse, nearest = -1;
     for (let k = 0; k < count; k++) {
       const [px, py] = aim.project(...place(k)), off = Math.hypot(px - x, py - y);
       if (off >= best || off * (isHidden(k) ? 1.5 : 1) >= best) continue;
       best = off * (isHidden(k) ? 1.5 : 1);
-      found = k;
+      nearest = k;
     }
-    return found;
+    return nearest;
   };
   const listen = ({ hover, pick }) => {
     const fingers = new Map();
@@ -238,8 +238,8 @@ const makeModel = async () => {
     if (!isSampled) { eye.turn(data.north + 180, 90); whole(); }
     aimAt();
     const off = (k) => Math.abs(receivers.hours[k] / (data.up_hours || 1) - 0.5);
-    const all = Array.from({ length: count }, (_, k) => k).sort((a, b) => off(a) - off(b));
-    return (isSampled ? all.find((k) => !isHidden(k)) : all[0]) ?? all[0];
+    const sorted = Array.from({ length: count }, (_, k) => k).sort((a, b) => off(a) - off(b));
+    return (isSampled ? sorted.find((k) => !isHidden(k)) : sorted[0]) ?? sorted[0];
   };
   return { ...receivers, paint, draw, fit, move, listen, choose, show, spotOf, isHidden };
 };

@@ -25,7 +25,7 @@ const readFine = async () => {
   const { rows, cols, unit, per_hour: perHour, dates } = data.fine;
   const scale = async (text) => Float32Array.from(await unpack(text), (value) => value / perHour);
   const lines = (levels) =>
-    Promise.all((levels || []).map(async (one) => ({ level: one.level, ...(await readPaths({ rows, cols, unit, ...one })) })));
+    Promise.all((levels || []).map(async (line) => ({ level: line.level, ...(await readPaths({ rows, cols, unit, ...line })) })));
   return {
     rows, cols,
     dates: await Promise.all(dates.map(async (date) => ({

@@ -1,1 +1,0 @@
-"""Shadow counts on the CPU, in numba: planes, height fields, patches and camera frames."""

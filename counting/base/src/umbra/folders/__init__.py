@@ -1,1 +1,0 @@
-"""Folders and files that are replaced whole, and held by one run at a time."""

@@ -1,5 +1,0 @@
-"""The version of umbra."""
-
-__all__ = ["__version__"]
-
-__version__ = "0.2.0"

@@ -1,1 +1,0 @@
-"""Shadow volumes of any triangle soup: adjacency, silhouettes, sides, caps and culling."""

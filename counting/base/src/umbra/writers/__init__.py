@@ -1,1 +1,0 @@
-"""Writers of results: pictures, NetCDF, and their folder. Import the module you need."""

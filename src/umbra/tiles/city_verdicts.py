@@ -1,0 +1,182 @@
+"""
+Verdicts of cited rules on named receivers of a city, each counted among all that reaches it.
+
+Receivers are laid out, and counted, in runs that lie together; the rules see them as one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.lights import Period
+from umbra.receivers import find_kind
+from umbra.rules.record import Rule
+from umbra.study.accumulators.step_masks import Masks
+from umbra.study.options import StudyOptions
+from umbra.tiles.city_proposal import find_proposal
+from umbra.tiles.city_receivers import RolePlace, count_among, look_around
+from umbra.tiles.city_runs import Laid, cut_runs, lay_out_areas, lay_out_windows
+from umbra.tiles.job import CityJob
+from umbra.tiles.matched_parts import fill_bounds
+from umbra.tiles.prepare import locate_city
+from umbra.verdicts.judge import RuleVerdict, judge_rules
+from umbra.verdicts.judged_receivers import NEEDS, Gathered, Lacking
+from umbra.verdicts.subjects import Subjects
+from umbra.verdicts.sunlight import Model, SunlightOf
+
+__all__ = ["CityGathered", "gather_city", "judge_city"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Counted:
+    """What rules read of a study: that of all samples, joined from runs."""
+
+    period: Period
+    masks: Masks | None
+    more: dict[str, tuple[tuple[str, ...], NDArray[Any]]]
+    quantities: tuple[Any, ...]
+
+
+@dataclass(eq=False)
+class _CitySunlight(SunlightOf):
+    """Sunlight and sky of some receivers of a city."""
+
+    job: CityJob = None  # type: ignore[assignment]
+
+    def _run(self, which: str, **more: Any) -> Any:
+        job, given = self.job, self.subjects
+        casters = self.model.choose_casters(which)
+        kept = self.keep_options(which)
+        if more.get("exact") and kept.get("horizon") is not None:
+            msg = "rules of the sky take no horizon= in tiles; leave one out, or tiles="
+            raise InputError(msg, option="horizon")
+        normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        joined: _Counted | None = None
+        for some in cut_runs(given.points):
+            points = np.hstack([given.points[some], normals[some]])
+            asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
+            own = RolePlace(
+                replace(job, options=asked, min_altitude=0.0), replace(job.options, **casters),
+                is_before=which == "before",
+            )  # fmt: skip
+            if joined is None:
+                self._check_memory(own)
+            low, high = given.points[some, :2].min(0), given.points[some, :2].max(0)
+            shift = own.origin[:2]
+            request = look_around(own, low - shift, high - shift)
+            laid: Any = find_kind("points").lay_out(request)
+            study, _ = count_among(own, laid)
+            joined = _join(joined, study, some, len(given.points))
+        return joined
+
+    def _check_memory(self, own: RolePlace) -> None:
+        """Refuse moments of more samples than half of the memory holds."""
+        steps = int(own.period.sun.is_up.sum()) if own.setup.results.masks else 0
+        days = max(len(own.period.days), 1)
+        held = len(self.subjects.points) * (steps / 8 + 4 * steps / days)
+        if held > self.job.memory / 2:
+            msg = (
+                f"{len(self.subjects):,} {self.subjects.kind} at {steps:,} moments of a rule take "
+                f"{held / 2**30:.1f} GB of the {self.job.memory / 2**30:.1f} GB that the run may "
+                "hold; judge fewer at a time, or give more memory="
+            )
+            raise InputError(msg, option="areas")
+
+
+def _join(joined: _Counted | None, study: Any, some: NDArray[np.intp], count: int) -> _Counted:
+    """Add the results of some samples to those of all."""
+    kept = {name: (dims, np.asarray(values)) for name, (dims, values) in study.more.items()
+            if dims == study.laid.dims and np.asarray(values).dtype.kind == "f"}  # fmt: skip
+    if joined is None:
+        masks = None
+        if study.masks is not None:
+            masks = Masks(study.period.sun.is_up, (count,))
+        more = {
+            name: (dims, np.zeros(count, values.dtype)) for name, (dims, values) in kept.items()
+        }
+        joined = _Counted(study.period, masks, more, study.quantities)
+    for name, (_, values) in kept.items():
+        joined.more[name][1][some] = values
+    if joined.masks is not None:
+        joined.masks.bits[:, some] = study.masks.bits
+    return joined
+
+
+@dataclass(eq=False)
+class CityGathered(Gathered):
+    """The receivers of rules in a city."""
+
+    job: CityJob = None  # type: ignore[assignment]
+
+    def _make_sunlight(self, subjects: Subjects) -> SunlightOf:
+        return _CitySunlight(self.model, subjects, job=self.job)
+
+    def _find_kind(self, kind: str, requirement: Any) -> "SunlightOf | Lacking":
+        if kind == "windows" and self.windows is None:
+            return Lacking(
+                "windows of files are not read in tiles; give a table with windows=, or leave "
+                "tiles= out"
+            )
+        if kind in {"roofs", "walls"}:
+            return Lacking(f"{NEEDS[kind].partition(';')[0]}, which tiles do not; leave tiles= out")
+        return super()._find_kind(kind, requirement)
+
+    def find_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners of the proposal, or of the city [m]."""
+        if not self.model.proposed:
+            low, high = np.array(self.job.frame.bounds)
+            return low, high
+        place = self.job.open()
+        corners = find_proposal(place).vertices + place.origin
+        return corners.min(0), corners.max(0)
+
+    def _lay_out_kind(self, kind: str, asked: StudyOptions) -> Laid:
+        """Lay receivers out in runs that lie together."""
+        roles = replace(self.job.options, cast=asked.cast, no_cast=asked.no_cast)
+        own = RolePlace(replace(self.job, options=asked), roles)
+        return lay_out_windows(own) if kind == "windows" else lay_out_areas(own)
+
+
+def gather_city(job: CityJob, year: int, **given: Any) -> CityGathered:
+    """
+    Return the receivers of rules in a city.
+
+    Parameters
+    ----------
+    job : CityJob
+    year : int
+        Of dates without one.
+    **given
+        ``areas``, ``windows``, ``plot``, ``areas_on``, ``reveal``, as of ``Gathered``.
+    """
+    if job.site is None:
+        msg = "rules= of the sun need a place; give latitude and longitude with site="
+        raise InputError(msg, option="rules")
+    catalogue = job.open().catalogue
+    model = Model(
+        scene=fill_bounds(locate_city(catalogue), catalogue.bounds), site=job.site, year=year,
+        options=job.options, proposed=tuple(job.options.proposed),
+    )  # fmt: skip
+    return CityGathered(model, **given, job=job)
+
+
+def judge_city(job: CityJob, rules: Sequence[Sequence[Rule]]) -> list[RuleVerdict]:
+    """
+    Judge the named areas of a study in tiles by cited rules.
+
+    Parameters
+    ----------
+    job : CityJob
+    rules : sequence of sequences of Rule
+        The variants of each.
+    """
+    days = job.open().period.days
+    options = job.options
+    gathered = gather_city(
+        job, days[0].year if days else 2001, areas=options.areas, areas_on=options.areas_on
+    )
+    return judge_rules(gathered, rules)

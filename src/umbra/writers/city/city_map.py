@@ -1,0 +1,171 @@
+"""The map of a report on a city: hours as a raster, named areas over it as vectors by verdict."""
+
+import io
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene.named_places import Area
+from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
+from umbra.writers.city.city_plan import CityPlan
+from umbra.writers.city.overview import shrink_hours
+from umbra.writers.city.store_window import StoredTile
+from umbra.writers.folder.captions import find_mean, outline_areas
+from umbra.writers.picture_content import MISSING
+from umbra.writers.pixels import NO_SUN, paint_shares, shade_ramp, write_png
+from umbra.writers.proof.drawing import COLORS
+from umbra.writers.report.markup import make_address
+
+__all__ = ["make_city_map"]
+
+_ASIDE = 100.0  # of the areas' bounds, that the map shows at least [m]
+_FINE = 1600  # most cells along a map that is drawn cell by cell
+_SMALL = 0.012  # of the map: areas that are smaller have a ring around them
+_NAMED = 12  # areas that are named on the map
+_ROOF = (0.80, 0.79, 0.78)
+_LETTERS = 48  # lines of a name along the map's longer side
+
+
+def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, str]) -> str:
+    """
+    Return the map as HTML: an SVG, and the key of its colours.
+
+    It shows all named areas with what is around them; without areas the whole city.
+
+    Parameters
+    ----------
+    plan : CityPlan
+    areas : sequence of Area
+    verdicts : mapping of str to str
+        Verdict on each area that was judged, by name.
+    """
+    hours, roofs, (west, south, east, north) = _read(plan, areas)
+    divisor, words = find_mean(plan.study, plan.job.options)
+    most = plan.result.up_hours / divisor
+    png = _paint(hours / np.float32(divisor), roofs, most)
+    wide, high = east - west, north - south
+    shapes = _draw_areas(areas, verdicts, (west, north), (wide, high))
+    svg = (
+        f'<svg viewBox="0 0 {wide:.3f} {high:.3f}" role="img" aria-label="Hours of sun, and the '
+        f'named areas by verdict"><image href="{make_address(png)}" width="{wide:.3f}" '
+        f'height="{high:.3f}" preserveAspectRatio="none" class="pixels"/>{shapes}'
+        f"{_draw_scale(wide, high)}</svg>"
+    )
+    return f"{_make_key(most, words, {verdicts.get(one.name, '') for one in areas})}{svg}"
+
+
+def _read(
+    plan: CityPlan, areas: Sequence[Area]
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None, tuple[float, float, float, float]]:
+    """Return hours in shadow, roofs, and the rectangle of the map [m]."""
+    result = plan.result
+    (dx, dy), (x0, y0, *_) = result.cell, result.extent
+    rows, cols = slice(0, len(result.y)), slice(0, len(result.x))
+    if areas:
+        bounds = np.array([area.polygon.bounds for area in areas])
+        low, high = bounds[:, :2].min(0), bounds[:, 2:].max(0)
+        aside = max(_ASIDE, 0.15 * float((high - low).max()))
+        cols = _cut(low[0] - aside - x0, high[0] + aside - x0, dx, len(result.x))
+        rows = _cut(low[1] - aside - y0, high[1] + aside - y0, dy, len(result.y))
+    size = rows.stop - rows.start, cols.stop - cols.start
+    if areas and max(size) <= _FINE and min(size) > 0:
+        window = StoredTile(-1, rows, cols)
+        roofs = plan.find_roofs(window).astype(np.float32) if plan.has_roofs else None
+        frame = (x0 + cols.start * dx, y0 + rows.start * dy,
+                 x0 + cols.stop * dx, y0 + rows.stop * dy)  # fmt: skip
+        return result.read("shadow_hours", window), roofs, frame
+    hours, times, roofs = shrink_hours(result, plan=plan)
+    height, width = hours.shape
+    return hours, roofs, (x0, y0, x0 + width * times * dx, y0 + height * times * dy)
+
+
+def _cut(low: float, high: float, side: float, count: int) -> slice:
+    """Return the cells between two distances from the first one's edge."""
+    first, stop = (int(np.clip(edge / side, 0, count)) for edge in (low, high + side))
+    return slice(first, stop)
+
+
+def _paint(hours: NDArray[np.float32], roofs: NDArray[np.float32] | None, most: float) -> bytes:
+    """Return the map's pixels as PNG, north on top."""
+    image = paint_shares(np.nan_to_num(hours) / max(most, 1e-9))
+    image[hours >= most - 1e-3] = NO_SUN
+    image[np.isnan(hours)] = MISSING
+    if roofs is not None:
+        image[roofs > 0] = _ROOF
+    file = io.BytesIO()
+    write_png(file, np.ascontiguousarray(np.rint(image[::-1] * 255).astype(np.uint8)))
+    return file.getvalue()
+
+
+def _draw_areas(
+    areas: Sequence[Area], verdicts: Mapping[str, str], corner: tuple[float, float],
+    size: tuple[float, float],
+) -> str:  # fmt: skip
+    """Return the areas as paths: a small one with a ring around it, few with their names."""
+    longest = max(size)
+    worst = [k for k, one in enumerate(areas) if verdicts.get(one.name) == FAIL]
+    named = {*range(len(areas))} if len(areas) <= _NAMED else {*worst[:_NAMED]}
+    shapes, names = [], []
+    for k, one in enumerate(outline_areas(list(areas))):
+        verdict = verdicts.get(one.name, "")
+        rings = [np.asarray(ring) for ring in one.rings]
+        path = "".join(
+            "M" + "L".join(f"{x - corner[0]:.2f} {corner[1] - y:.2f}" for x, y in ring) + "Z"
+            for ring in rings
+        )
+        x, y = one.middle[0] - corner[0], corner[1] - one.middle[1]
+        title = f"<title>{escape(one.name)}{f': {verdict}' if verdict else ''}</title>"
+        style = f'class="area {verdict}" id="area-{k}"'
+        corners = np.concatenate(rings)
+        extent = float(np.ptp(corners, axis=0).max())
+        ring = ""
+        if extent < _SMALL * longest:
+            ring = f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{_SMALL * longest:.2f}"/>'
+        shapes.append(f'<g {style}>{title}<path d="{path}"/>{ring}</g>')
+        if k in named:
+            above = y - max(_SMALL * longest, float(np.ptp(corners[:, 1])) / 2) * 1.15
+            names.append(
+                f'<text x="{x:.2f}" y="{max(above, longest / _LETTERS):.2f}" '
+                f'font-size="{longest / _LETTERS:.2f}" class="{verdict}">{escape(one.name)}</text>'
+            )
+    return "".join(shapes + names)
+
+
+def _draw_scale(wide: float, high: float) -> str:
+    """Return a scale bar of a round length."""
+    most = wide / 5
+    step = 10 ** np.floor(np.log10(most))
+    length = float(next(k * step for k in (5, 2, 1) if k * step <= most))
+    x, y, unit = wide * 0.02, high - max(wide, high) * 0.02, max(wide, high) / 200
+    told = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
+    return (
+        f'<g class="scale"><rect x="{x:.2f}" y="{y:.2f}" width="{length:.2f}" '
+        f'height="{unit:.2f}"/><text x="{x:.2f}" y="{y - unit:.2f}" '
+        f'font-size="{4 * unit:.2f}">{told}</text></g>'
+    )
+
+
+def _make_key(most: float, words: str, verdicts: set[str]) -> str:
+    """Return the key of the colours."""
+    file = io.BytesIO()
+    ramp = np.rint(shade_ramp(128)[::-1] * 255).astype(np.uint8)
+    write_png(file, np.ascontiguousarray(ramp[None]))
+    dark = ", ".join(f"{round(255 * part)}" for part in NO_SUN)
+    roof = ", ".join(f"{round(255 * part)}" for part in _ROOF)
+    told: dict[str, Any] = {PASS: "pass", FAIL: "fail", UNKNOWN: "unknown", "": "not judged"}
+    marks = "".join(
+        f'<span class="mark {word}"><svg viewBox="0 0 14 12"><rect x="1" y="1" width="12" '
+        f'height="10" fill="none" stroke="{COLORS[word]}" stroke-width="2.5"/></svg>{name}</span>'
+        for word, name in told.items() if word in verdicts
+    )  # fmt: skip
+    return (
+        f'<div class="bar over"><div class="key"><span>hours of sun{escape(words)}: 0 h</span>'
+        f'<img id="ramp" src="{make_address(file.getvalue())}" alt=""><span>{most:.3g} h</span>'
+        f'<span class="no-sun"><svg viewBox="0 0 14 12"><rect width="14" height="12" '
+        f'fill="rgb({dark})"/></svg>no sun</span><span class="no-sun"><svg viewBox="0 0 14 12">'
+        f'<rect width="14" height="12" fill="rgb({roof})"/></svg>buildings</span>{marks}'
+        "</div></div>"
+    )
