@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.area_outlines import draw_areas
+from umbra.writers.context_lines import draw_context
 from umbra.writers.contours import (
     PROPOSED,
     draw_contours,
@@ -195,6 +196,7 @@ def fill_map(
         draw_appearance(image, plan.appearance, size)
     hatch_covers(image, plan, size)
     panel.paste(image, *panel.map_box[:2])
+    draw_context(panel)
 
     traced, is_building = lines.values, plan.is_building
     blocked = np.isnan(values)

@@ -133,7 +133,7 @@ def _find_moments(
     up: list[bool] = [not np.isnan(one).any() for one in preview.away]
     shown = replace(
         plan, x=preview.x, y=preview.y, building_height=preview.heights.astype(np.float32),
-        appearance=None, canopies=None, nothing=None, proposed=None,
+        appearance=None, canopies=None, nothing=None, proposed=None, context=(),
     )  # fmt: skip
     pairs = zip(stamps.labels(), preview.shadows, up, strict=True)
     return [(label, mask) for label, mask, is_up in pairs if is_up], shown
