@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.area_outlines import draw_areas
+from umbra.writers.area_outlines import draw_areas, find_names
 from umbra.writers.context_lines import draw_context
 from umbra.writers.contours import (
     PROPOSED,
@@ -205,7 +205,8 @@ def fill_map(
     if plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     colors = [_find_line_color(share) for share in lines.shares]
-    draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts)
+    names = [box for _, box in find_names(panel)]
+    draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts, names)
     if plan.appearance is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
     outline_covers(panel)
