@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from matplotlib.collections import LineCollection
+from matplotlib.text import Text
 from support.shapes import box
 
 import umbra
@@ -13,7 +15,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Places
 from umbra.study import StudyOptions
 from umbra.study.preview import make_preview
-from umbra.writers.area_outlines import place_names
+from umbra.writers.area_outlines import find_names, place_names
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.captions import describe, outline_areas
 from umbra.writers.folder.shown_window import find_shown_window
@@ -139,3 +141,32 @@ def test_a_frame_holds_gardens_and_small_buildings_whole():
     assert (rows.start, rows.stop) == (19, 82)
     assert cols.start <= 64
     assert 122 < cols.stop < 127
+
+
+def test_lines_of_equal_hours_and_their_labels_leave_names_free():
+    at = np.arange(0.5, 100)
+    ring = np.array([(20, 20), (80, 20), (80, 80), (20, 80), (20, 20)], float)
+    areas = (OutlinedArea("a garden with a long name", (ring,), (50.0, 50.0)),)
+    hours = np.broadcast_to(at / 12, (100, 100)).astype(np.float32)  # lines run north
+    counts = []
+    for shown in ((), areas):
+        sheet = make_hours_sheet(Plan(at, at, areas=shown), [DayMap(hours)], 8.0)
+        ((_, box),) = find_names(sheet.maps[0]) or [("", (0.0, 0.0, 0.0, 0.0))]
+        lines = [
+            line.vertices
+            for artist in sheet.leaf.artists
+            if isinstance(artist, LineCollection) and artist.get_linewidths()[0] == 0.5
+            for line in artist.get_paths()
+        ]
+        labels = [
+            a for a in sheet.leaf.artists if isinstance(a, Text) and a.get_text()[-2:] == " h"
+        ]
+        inside = [((line > box[:2]) & (line < box[2:])).all(1).any() for line in lines]
+        counts.append((len(lines), len(labels), sum(inside)))
+        for label in labels:
+            x, y = label.get_position()
+            assert not (box[0] - 0.1 < x < box[2] + 0.1 and box[1] < y < box[3])
+    (bare, _, _), (lines, labels, inside) = counts
+    assert inside == 0
+    assert labels >= 7
+    assert lines > bare  # cut in two by the name

@@ -6,7 +6,10 @@ from support.shapes import box
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
+from umbra.writers.folder.captions import outline_areas
+from umbra.writers.folder.elevation_sheet import find_window
 from umbra.writers.folder.summary import tell_answers
+from umbra.writers.picture_content import Plan
 from umbra.writers.report.area_rows import list_areas
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
@@ -78,3 +81,26 @@ def test_the_table_has_each_figure_before_and_after(found):
 def test_the_report_lists_areas_before_other_tables(found, tmp_path):
     page = found.report(tmp_path / "report.html").read_text("utf-8")
     assert 0 < page.find("Named areas") < page.find("Before and after")
+
+
+def test_verdicts_tell_the_hours_that_they_count_beside_a_map_of_others(tmp_path):
+    """A garden has a share of the study's hours, and one of the rule's whole day."""
+    study(dates=DATES[:1]).write(tmp_path, rules="bre-209-gardens", report=True)
+    page = (tmp_path / "report.html").read_text()
+    assert "on 2026-03-21, sunrise to sunset, where 50.0 % is the limit" in page
+    assert "on 2026-03-21 from 08:00 to 17:00" in page
+
+
+def test_a_sheet_s_plan_holds_all_areas():
+    tower = make_scene([Part("tower", "", Mesh(*box((-8, -10, 0), (8, 0, 25))))])
+    found = umbra.shadow_study(
+        tower, VIENNA, date=DATES[0], start="11:00", end="13:00", every="1h", cell=4.0,
+        areas={"far": shapely.box(-140, -90, -120, -70)},
+    )  # fmt: skip
+    laid = found.result
+    plan = Plan(laid.x, laid.y, areas=outline_areas(laid.named_areas))
+    (low, high), _ = find_window(laid, plan, found.options)
+    assert (low < (-140, -90)).all()
+    assert (high > (8, 0)).all()
+    (low, _), _ = find_window(laid, Plan(laid.x, laid.y), found.options)
+    assert low[0] > -40

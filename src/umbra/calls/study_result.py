@@ -240,6 +240,7 @@ class ShadowStudy:
         at: Sequence[str] = (),
         title: str | None = None,
         subtitle: str | None = None,
+        context: str | Path | Sequence[str] | None = None,
     ) -> list[Path]:
         """
         Write ``study.nc``, pictures and further files into a folder, as the command does.
@@ -269,6 +270,9 @@ class ShadowStudy:
         at : sequence of str
             Clock times of the profile, films and outlines.
         title, subtitle : str, optional
+        context : path or str, optional
+            Streets, green and water under plans, drawn and never counted: a file, or patterns of
+            the model's parts or kinds.
 
         Returns
         -------
@@ -285,7 +289,7 @@ class ShadowStudy:
 
         outputs = Outputs(
             formats=formats, report=report, sheet=sheet, paper=paper, logo=logo, pictures=pictures,
-            rules=rules, show=show, at=at, title=title, subtitle=subtitle,
+            rules=rules, show=show, at=at, title=title, subtitle=subtitle, context=context,
         )  # fmt: skip
         if rules:
             self._tell_panes()

@@ -7,7 +7,7 @@ the model's own coordinates are, unless they would be a few centimetres large; o
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from umbra.scene import Scene
 from umbra.scene.named_places import Area
 
 __all__ = [
-    "FARTHEST", "AreaFile", "check_polygon", "load_areas", "place_areas",
+    "FARTHEST", "AreaFile", "check_polygon", "find_move", "load_areas", "place_areas",
     "read_areas",
 ]  # fmt: skip
 
@@ -285,6 +285,25 @@ def _bring(
     shapely: Any, shapes: NDArray[Any], crs: str, scene: Scene, name: str
 ) -> NDArray[Any] | None:
     """Return polygons in a model's coordinates; None if they are so already."""
+    move = find_move(crs, scene, name)
+    return None if move is None else np.asarray(shapely.transform(shapes, move))
+
+
+def find_move(
+    crs: str, scene: Scene, name: str, option: str = "areas"
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]] | None:
+    """
+    Find what brings points (n, 2) of a CRS to a model's coordinates; None if they are so already.
+
+    Parameters
+    ----------
+    crs : str
+    scene : Scene
+    name : str
+        Of the file.
+    option : str
+        Which names it; its word in errors, which are raised where points cannot be brought.
+    """
     if scene.crs is not None and is_same_plan(crs, scene.crs):
         return None
     if scene.crs is not None and is_known_crs(scene.crs):
@@ -295,13 +314,15 @@ def _bring(
         turn = math.radians(scene.true_north or 0.0)
     else:
         msg = (
-            f"{name}: areas are in {show_crs(crs)} and the model names no CRS; name it with crs=, "
-            "or give areas in the model's own coordinates"
+            f"{name}: {option} are in {show_crs(crs)} and the model names no CRS; name it with "
+            f"crs=, or give {option} in the model's own coordinates"
         )
-        raise InputError(msg, option="areas", crs=crs)
+        raise InputError(msg, option=option, crs=crs)
     if not is_known_crs(crs):
-        msg = f"{name}: the CRS '{show_crs(crs)[:60]}' is not known; convert areas to the model's"
-        raise InputError(msg, option="areas", crs=crs)
+        msg = (
+            f"{name}: the CRS '{show_crs(crs)[:60]}' is not known; convert {option} to the model's"
+        )
+        raise InputError(msg, option=option, crs=crs)
     from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat, goal = (CRS.from_user_input(system).to_2d() for system in (crs, target))
@@ -310,13 +331,13 @@ def _bring(
     def move(points: NDArray[np.float64]) -> NDArray[np.float64]:
         east, north = there.transform(*points.T)
         cos, sin = math.cos(turn), math.sin(turn)
-        return np.stack([cos * east + sin * north, cos * north - sin * east], 1)
+        moved = np.stack([cos * east + sin * north, cos * north - sin * east], 1)
+        if not np.isfinite(moved).all():
+            msg = f"{name}: {option} lie outside the area where {show_crs(target)} is used"
+            raise InputError(msg, option=option, crs=(crs, target))
+        return moved
 
-    moved = shapely.transform(shapes, move)
-    if not np.isfinite(shapely.bounds(moved)).all():
-        msg = f"{name}: areas lie outside the area where {show_crs(target)} is used"
-        raise InputError(msg, option="areas", crs=(crs, target))
-    return np.asarray(moved)
+    return move
 
 
 def _tell_distance(away: float) -> str:

@@ -24,7 +24,7 @@ from umbra.readers.footprints import from_shapes
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import NO_CRS
 
-__all__ = ["VectorWork", "find_polygons", "read_table"]
+__all__ = ["VectorWork", "check_schema", "find_polygons", "read_table"]
 
 POLYGON = 3  # shapely's number
 _VALUES = (bool, int, float, str, type(None))
@@ -48,7 +48,7 @@ def read_table(work: VectorWork) -> Iterator[FootprintTable]:
     raw = need("pyogrio.raw", "gis", form)
     shapely = need("shapely", "gis", form)
     if form == "GeoPackage":
-        _check_schema(path)
+        check_schema(path)
     try:
         name, notes = _choose_table(pyogrio, path, work.height_column)
         meta, _, geometry, fields = raw.read(path, layer=name)
@@ -74,7 +74,7 @@ def read_table(work: VectorWork) -> Iterator[FootprintTable]:
     yield FootprintTable(form, rings, [None] * len(shapes), columns, crs, tuple(notes))
 
 
-def _check_schema(path: Path) -> None:
+def check_schema(path: Path) -> None:
     """
     Refuse a database that would compute what it shows: views, and virtual tables but indices.
 

@@ -103,7 +103,7 @@ def bound_areas(scene: Scene, selection: Any) -> NDArray[np.float64]:
 
 
 def _find_patterns(selection: Any) -> Sequence[str] | None:
-    """Return the patterns of parts that are selection for; None of polygons."""
+    """Return the patterns of parts that are asked for; None of polygons."""
     if isinstance(selection, str):
         return (selection,)
     is_list = isinstance(selection, Sequence) and all(isinstance(item, str) for item in selection)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.writers.paper import INK, LINE, SMALL, Panel, measure_text
 
-__all__ = ["draw_areas", "place_names"]
+__all__ = ["draw_areas", "find_names", "place_names"]
 
 COLOR, HALO = INK, "#ffffffd8"
 _GAP = 0.05  # between a name and an outline [inch]
@@ -25,6 +25,17 @@ def draw_areas(panel: Panel) -> None:
     every = [ring for own in rings for ring in own]
     panel.rule_map(every, HALO, 2.6)
     panel.rule_map(every, COLOR, 1.1)
+    for name, (x0, y0, x1, y1) in find_names(panel):
+        panel.write(
+            (x0 + x1) / 2, (y0 + y1) / 2, name, SMALL, color=COLOR, halo=HALO, weight="bold",
+            ha="center", va="center",
+        )  # fmt: skip
+
+
+def find_names(panel: Panel) -> list[tuple[str, Box]]:
+    """Find the names of a map's areas and their boxes [inch], which lines and labels leave free."""
+    areas = panel.plan.areas
+    rings = [[panel.place(ring) for ring in area.rings] for area in areas]
     x, y, w, h = panel.map_box
     outer = [_bound(np.concatenate(own)) for own in rings]
     middles = [panel.place(np.array([area.middle]))[0] for area in areas]
@@ -34,11 +45,10 @@ def draw_areas(panel: Panel) -> None:
     places = place_names(
         [middles[k] for k in order], [outer[k] for k in order], sizes, (x, y, x + w, y + h)
     )
-    for k, position in zip(order, places, strict=True):
-        panel.write(
-            position[0], position[1], areas[k].name, SMALL, color=COLOR, halo=HALO, weight="bold",
-            ha="center", va="center",
-        )  # fmt: skip
+    return [
+        (areas[k].name, (u - wide / 2, v - high / 2, u + wide / 2, v + high / 2))
+        for k, (u, v), (wide, high) in zip(order, places, sizes, strict=True)
+    ]
 
 
 def place_names(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.context_lines import draw_context
 from umbra.writers.contours import find_swatches, hatch_covers, outline_covers, trace
 from umbra.writers.hours_map import OUTLINE
 from umbra.writers.marks import draw_swatches
@@ -84,6 +85,7 @@ def make_who_sheet(plan: Plan, who: WhoMap, max_hours: float, what: str = "") ->
         draw_appearance(image, plan.appearance, size)
     hatch_covers(image, plan, size)
     panel.paste(image, *panel.map_box[:2])
+    draw_context(panel)
     open_main = np.where(plan.is_building, -1, main) if plan.roofs_cover else main
     for rank in range(len(who.names)):
         panel.rule_map(trace(panel, open_main == rank), _BORDER, 0.35)

@@ -120,19 +120,20 @@ def draw_contours(
     colors: list[tuple[str, str]],
     blocked: NDArray[np.bool_],
     texts: Sequence[str] = (),
+    names: Sequence[tuple[float, float, float, float]] = (),
 ) -> None:
     """
     Draw and label the lines that enclose at least a level, each level in its two colours.
 
     Levels are hours unless ``texts`` label them. Blocked cells have no valid values: lines and
-    labels avoid them.
+    labels avoid them, and the boxes of names [inch], too.
     """
-    finder, tracer = _LabelFinder(panel, values, blocked), Tracer(panel, blocked)
+    finder, tracer = _LabelFinder(panel, values, blocked, names), Tracer(panel, blocked)
     slack = _RELATIVE * max(levels, default=0.0) if texts else _HOURS
     texts = texts or [f"{level} h" for level in levels]
     for level, (color, halo), text in zip(levels, colors, texts, strict=True):
         # Values are sums of float32 steps: a cell of exactly the level lies inside.
-        lines = tracer.trace(values >= level - slack)
+        lines = _leave_free(tracer.trace(values >= level - slack), names)
         lines, places = finder.find(lines, text)
         panel.rule_map(lines, color, 0.5)
         for x, y, angle in places:
@@ -142,18 +143,43 @@ def draw_contours(
             )  # fmt: skip
 
 
+def _leave_free(
+    lines: list[NDArray[np.float64]], boxes: Sequence[tuple[float, float, float, float]]
+) -> list[NDArray[np.float64]]:
+    """Return the pieces of lines that run through no box, of points that lie densely."""
+    for x0, y0, x1, y1 in boxes:
+        pieces = []
+        for line in lines:
+            x, y = line.T
+            is_in = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+            cuts = np.flatnonzero(is_in[1:] != is_in[:-1]) + 1
+            firsts = [0, *cuts.tolist()]
+            split = zip(np.split(line, cuts), is_in[firsts].tolist(), strict=True)
+            pieces += [piece for piece, hidden in split if not hidden and len(piece) > 1]
+        lines = pieces
+    return lines
+
+
 class _LabelFinder:
     """Finder of straight, free label positions on lines, away from earlier labels."""
 
     def __init__(
-        self, panel: Panel, hours: NDArray[np.float32], blocked: NDArray[np.bool_]
+        self,
+        panel: Panel,
+        hours: NDArray[np.float32],
+        blocked: NDArray[np.bool_],
+        names: Sequence[tuple[float, float, float, float]] = (),
     ) -> None:
         self.box = panel.map_box
         self.taken: list[tuple[float, ...]] = []
-        _, _, w, h = self.box
+        x, y, w, h = self.box
         # Small rasters of the values that matter to a label.
         size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
         self.blocked = resample(blocked, size) > TOUCHED
+        for x0, y0, x1, y1 in names:
+            rows = slice(max(int((y0 - y) / h * size[0]), 0), math.ceil((y1 - y) / h * size[0]))
+            cols = slice(max(int((x0 - x) / w * size[1]), 0), math.ceil((x1 - x) / w * size[1]))
+            self.blocked[rows, cols] = True
         self.hours = np.nan_to_num(resample(hours, size))
 
     def find(self, lines: list[NDArray], text: str) -> tuple[list[NDArray], list[Place]]:

@@ -172,7 +172,7 @@ def make_elevations_sheet(
             leaf, content.moments_plan, content.moments, (MARGIN, bottom, wide),
             find_moment_height(height),
         )  # fmt: skip
-    note = f"{scale} on {paper} ({size} mm) · {first.note}"
+    note = f"{scale} on {paper} ({size} mm) · {first.foot}"
     _write_note(panels[0], note, wide)
     return sheet
 

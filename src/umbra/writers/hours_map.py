@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.area_outlines import draw_areas
+from umbra.writers.area_outlines import draw_areas, find_names
+from umbra.writers.context_lines import draw_context
 from umbra.writers.contours import (
     PROPOSED,
     draw_contours,
@@ -195,6 +196,7 @@ def fill_map(
         draw_appearance(image, plan.appearance, size)
     hatch_covers(image, plan, size)
     panel.paste(image, *panel.map_box[:2])
+    draw_context(panel)
 
     traced, is_building = lines.values, plan.is_building
     blocked = np.isnan(values)
@@ -203,7 +205,8 @@ def fill_map(
     if plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     colors = [_find_line_color(share) for share in lines.shares]
-    draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts)
+    names = [box for _, box in find_names(panel)]
+    draw_contours(panel, traced, lines.levels, colors, blocked, lines.texts, names)
     if plan.appearance is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
     outline_covers(panel)

@@ -17,6 +17,7 @@ __all__ = [
     "MISSING",
     "SKY",
     "Appearance",
+    "ContextShape",
     "DayMap",
     "DayShadows",
     "OutlinedArea",
@@ -103,6 +104,21 @@ class OutlinedArea:
     middle: tuple[float, float]  # a place inside
 
 
+_CONTEXT = {
+    "street": "streets (grey lines)", "green": "green (green lines)",
+    "water": "water (blue lines)", "other": "others (grey lines)",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ContextShape:
+    """A street, green or water that is drawn under a map, in the model's own coordinates [m]."""
+
+    kind: str  # street, green, water, other
+    rings: tuple[NDArray[np.float64], ...]  # each (n, 2), not closed; holes among them
+    lines: tuple[NDArray[np.float64], ...]  # each (n, 2), cut at buildings
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A raster, seen from above or otherwise, and the words around it."""
@@ -139,6 +155,8 @@ class Plan:
     roofs_cover: bool = True
     areas: tuple[OutlinedArea, ...] = ()  # of a plan: outlined with their names
     fills_areas: bool = False  # by the colours of the points in them
+    context: tuple[ContextShape, ...] = field(default=(), repr=False)  # drawn, never counted
+    context_name: str = ""  # the file that it is of; empty of the model's own parts
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):
@@ -158,6 +176,20 @@ class Plan:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return len(self.y), len(self.x)
+
+    @property
+    def foot(self) -> str:
+        """The note, and what is drawn without being counted."""
+        kinds = {shape.kind for shape in self.context}
+        named = [words for kind, words in _CONTEXT.items() if kind in kinds]
+        if not named:
+            return self.note
+        *others, last = named
+        listed = f"{', '.join(others)} and {last}" if others else last
+        of = f"{listed}: parts of the model"
+        if self.context_name:
+            of = f"{listed} of {self.context_name}: drawn only, never counted"
+        return " · ".join(filter(None, [self.note, of]))
 
     @property
     def is_building(self) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Places
 from umbra.writers.area_outlines import draw_areas
+from umbra.writers.context_lines import draw_context, tint_context
 from umbra.writers.contours import PROPOSED, trace
 from umbra.writers.hours_map import OUTLINE, draw_hours_key, list_dark, tell_outlined
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure_text
@@ -105,10 +106,12 @@ def fill_points(
     """
     plan = panel.plan
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
+    tint_context(image, panel)
     cover_with_roofs(image, plan, panel.map_size)
     if plan.fills_areas:
         _fill_areas(image, plan, places, colors)
     panel.paste(image, *panel.map_box[:2])
+    draw_context(panel)
     panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
     if plan.proposed is not None:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)

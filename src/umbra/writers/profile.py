@@ -15,6 +15,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.context_lines import draw_context, tint_context
 from umbra.writers.contours import (
     Tracer,
     find_swatches,
@@ -138,6 +139,7 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     named = _find_named(labels)
     passing = _trace_named(tracer, day.shadows, named, outlines)
     image = compose_profile(_join_nearest(passing, named, len(labels)), len(named), panel.map_size)
+    tint_context(image, panel)
     if plan.nothing is not None:
         image[resample(plan.nothing, panel.map_size) > HALF] = MISSING
     if plan.appearance is not None:
@@ -151,6 +153,7 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
         image *= (1 - coverage * (1 - grey))[..., None]
     hatch_covers(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
+    draw_context(panel)
     rule_shadows(panel, outlines)
     outline_covers(panel)
     if plan.building_height is not None and plan.appearance is None:

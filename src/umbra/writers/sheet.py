@@ -71,7 +71,7 @@ class Words:
             wrap(plan.title, TITLE, width, "bold"),
             wrap(plan.subtitle, SUBTITLE, width)
             + wrap(" · ".join(filter(None, (plan.date, plan.place))), SUBTITLE, width),
-            wrap(plan.note, SMALL, width),
+            wrap(plan.foot, SMALL, width),
         )
 
     @property

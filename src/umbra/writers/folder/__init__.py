@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError, find_similar
-from umbra.option_fields import Options, check_types, option, read_path, read_text, record
+from umbra.option_fields import (
+    Options,
+    check_types,
+    is_area_file,
+    option,
+    read_path,
+    read_text,
+    record,
+)
 from umbra.packages import require
 from umbra.writers.output_formats import CITY_FORMATS, FORMATS
 from umbra.writers.outputs import REGISTRY, find_format
@@ -66,6 +74,11 @@ class Outputs(Options):
         default=(),
         metavar="HH:MM,...",
     )
+    context: Any = _pictures(  # a path, or patterns
+        "any", "Streets, green and water drawn under plans as hairlines, never counted: a file "
+        "(GeoJSON, GeoPackage, Shapefile, DXF), or a pattern of the model's parts or kinds, such "
+        "as Road.", metavar="FILE|PATTERN",
+    )  # fmt: skip
     pictures: bool = _pictures(
         "flag", "Whether hours.png, profile.png and other maps are drawn.", default=True,
         flag="--pictures/--no-pictures",
@@ -104,6 +117,11 @@ class Outputs(Options):
             drawn = ",".join(name for name in self.formats if name in DRAWN)
             msg = f"write='{drawn}' asks for pictures, which are left out; choose one of the two"
             raise InputError(msg, option="write", formats=self.formats)
+        if is_area_file(self.context):
+            from umbra.readers.context_file import load_context  # noqa: PLC0415
+
+            object.__setattr__(self, "context", read_path("context", self.context))
+            load_context(self.context)
         if self.logo is not None:
             from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
 
@@ -145,6 +163,13 @@ class Outputs(Options):
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers)
+        is_on_plan = kind.is_plan or (not kind.is_raster and kind.name != "surfaces")
+        if self.context is not None and not is_on_plan:
+            msg = (
+                f"context= lies under plans, which receivers='{receivers}' has none of; leave it "
+                "out, or choose receivers='ground' or 'top'"
+            )
+            raise InputError(msg, option="context")
         of_tiles = [name for name in self.files if name in OF_TILES]
         if of_tiles:
             msg = (

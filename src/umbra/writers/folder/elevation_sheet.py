@@ -24,12 +24,13 @@ from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import Scale, choose_panels, place_elevation, tell_daylight
+from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_foot, tell_every
 from umbra.writers.picture_content import DayMap, Plan
 from umbra.writers.proof.logo import read_logo
 from umbra.writers.title_block import SunRose
 
-__all__ = ["draw_sheet"]
+__all__ = ["draw_sheet", "find_window"]
 
 _SIDES = ("south", "east", "north", "west")
 MATTERS = 1 / 4
@@ -46,7 +47,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     study, scene, options = job.study, job.scene, job.options
     boxes = [_find_box(scene, study, side) for side in _SIDES]
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
-    need, most = _find_window(study, plan, options)
+    need, most = find_window(study, plan, options)
     arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes, job.outputs.paper)
     half = np.array(arrangement.plan) / 2
     window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
@@ -55,7 +56,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     asked = options.ask_hours(study.kind.name, extent=window, cell=cell, **drawn)
     seen: Any = run(scene, study.site, asked)
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
-    plan = _redraw(plan, seen)
+    plan = add_context(replace(job, study=seen), _redraw(plan, seen))
     plans, scale = split_dates(seen), Scale.of(job)
     sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
@@ -135,7 +136,7 @@ def _find_moments(
     up: list[bool] = [not np.isnan(one).any() for one in preview.away]
     shown = replace(
         plan, x=preview.x, y=preview.y, building_height=preview.heights.astype(np.float32),
-        appearance=None, canopies=None, nothing=None, proposed=None,
+        appearance=None, canopies=None, nothing=None, proposed=None, context=(),
     )  # fmt: skip
     pairs = zip(stamps.labels(), preview.shadows, up, strict=True)
     return [(label, mask) for label, mask, is_up in pairs if is_up], shown
@@ -152,7 +153,7 @@ def _find_sun_path(study: Study) -> SunRose:
     return SunRose(path, [(label[:2], float(a), float(h)) for label, a, h, is_up in hours if is_up])
 
 
-def _find_window(
+def find_window(
     study: Study, plan: Plan, options: StudyOptions
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """
@@ -174,6 +175,8 @@ def _find_window(
     if matters.any():
         x, y = study.x[matters.any(0)], study.y[matters.any(1)]
         model = np.array([np.minimum(model[0], (x[0], y[0])), np.maximum(model[1], (x[-1], y[-1]))])
+    for ring in (ring for area in plan.areas for ring in area.rings):
+        model = np.array([np.minimum(model[0], ring.min(0)), np.maximum(model[1], ring.max(0))])
     if has_terrain(study.model.scene):  # beyond which nothing is visible
         return np.clip([model[0] - room, model[1] + room], *whole), (x1 - x0, y1 - y0)
     return np.array([model[0] - room, model[1] + room]), (np.inf, np.inf)

@@ -10,6 +10,7 @@ from umbra.study import make_preview
 from umbra.study.measures import Quantity
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe
+from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import list_few
 from umbra.writers.folder.pictures import lay_out_points
 from umbra.writers.measure_map import find_end
@@ -61,6 +62,7 @@ def _describe(job: FolderJob, plan: Plan | None) -> Plan:
         from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
 
         appearance = find_grid_appearance(study, find_map_size(drawn))
+    drawn = add_context(job, drawn) if study.kind.is_plan else drawn
     return replace(drawn, appearance=appearance)
 
 
@@ -101,7 +103,7 @@ def _pick(
 
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw points on a plan of the buildings around them."""
-    plan = lay_out_points(job)
+    plan = add_context(job, lay_out_points(job))
     more: Any = job.study.more
     labels = more["name"][1].tolist() if "name" in more else []
     names = []

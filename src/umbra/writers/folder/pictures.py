@@ -36,6 +36,7 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
+from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
@@ -82,6 +83,7 @@ class PictureSheets:
         study = job.study
         preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
         plan = describe(job, preview, range(len(study.period.days)))
+        plan = add_context(job, plan) if study.kind.is_plan else plan
         if job.outputs.endings and not study.kind.is_level:
             from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
 
@@ -195,7 +197,10 @@ def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
         if k > 0:
             of_day = make_preview(study, steps=stamps, like=of_day)
         own = describe(job, of_day, range(k, k + 1))
-        own = replace(own, appearance=sheets.plan.appearance)
+        own = replace(
+            own, appearance=sheets.plan.appearance, context=sheets.plan.context,
+            context_name=sheets.plan.context_name,
+        )  # fmt: skip
         view = refine_preview(study, of_day, steps=stamps, like=view)
         smooth = describe_smooth(describe_moments(own, job), study, view)
         _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
@@ -318,7 +323,7 @@ def lay_out_points(job: FolderJob) -> Plan:
 
 def draw_plan_of_points(job: FolderJob) -> list[str]:
     """Draw the points on a plan of the buildings around them, coloured by their hours."""
-    study, plan, asked = job.study, lay_out_points(job), job.options.proposed
+    study, plan, asked = job.study, add_context(job, lay_out_points(job)), job.options.proposed
     names = study.more["name"][1].tolist() if "name" in study.more else []
     scale = Scale.of(job)
     dates, plan = find_maps(study, plan)

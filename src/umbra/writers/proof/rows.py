@@ -121,6 +121,8 @@ def _tell_one(finding: Finding) -> str:
         else f" where {tell_amount(outcome.limit, outcome.unit)} is the limit"
     )
     date = f" on {outcome.date}" if outcome.date else ""
+    if date and outcome.counted:  # a map beside it may show other hours of the day
+        date += f", {outcome.counted},"
     before = ""
     if outcome.before is not None:
         former = _tell_measured(outcome, outcome.before)

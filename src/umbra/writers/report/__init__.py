@@ -241,7 +241,7 @@ def _fill_page(
         "style": style,
         "summary": make_summary(_sum_up(study)),
         "tables": "\n".join(make_table(table) for table in shown),
-        "footer": escape(plan.note),
+        "footer": escape(plan.foot),
         # No data can end the script element that holds it.
         "data": orjson.dumps(data, option=orjson.OPT_SERIALIZE_NUMPY)
         .decode()

@@ -20,7 +20,7 @@ from umbra.writers.pixels import write_png
 from umbra.writers.report.losses import pack_losses, pack_plan_losses
 from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_common_data, tell_steps
-from umbra.writers.report.vector_map import outline_buildings
+from umbra.writers.report.vector_map import outline_buildings, pack_context
 
 __all__ = [
     "make_model_data",
@@ -76,6 +76,7 @@ def make_plan_data(
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
         "areas": [_outline(area) for area in plan.areas],
+        "context": pack_context(study, plan),
         "outlines": outline_buildings(study) if study.is_plan else None,
         "relief": None if appearance is None else _draw_relief(appearance),
         **pack_plan_losses(study, timeline, proposed),

@@ -13,11 +13,19 @@ from numpy.typing import NDArray
 
 from umbra.study import FinerHours, Study
 from umbra.volume.silhouette import find_silhouette_edges
+from umbra.writers.context_lines import CONTEXT_COLORS
 from umbra.writers.contours import find_levels
 from umbra.writers.packing import pack_differences
 from umbra.writers.picture_content import Plan, Show
 
-__all__ = ["MOST_DATES", "PER_HOUR", "outline_buildings", "pack_regions", "pack_vector_map"]
+__all__ = [
+    "MOST_DATES",
+    "PER_HOUR",
+    "outline_buildings",
+    "pack_context",
+    "pack_regions",
+    "pack_vector_map",
+]
 
 MOST_DATES = 8
 """Most dates with a map of their own."""
@@ -144,6 +152,19 @@ def _pack(lines: Paths) -> dict[str, object]:
     counts = np.array([len(line) for line in lines], np.int64)
     points = np.rint(np.concatenate([*lines, np.zeros((0, 2))]) / UNIT).astype(np.int64)
     return {"counts": pack_differences(counts), "points": pack_differences(points.T)}
+
+
+def pack_context(study: Study, plan: Plan) -> list[dict[str, object]]:
+    """Pack the lines of a plan's context by kind, each with its colour."""
+    corner = np.array([study.x[0] - study.grid.dx / 2, study.y[0] - study.grid.dy / 2])
+    size = {"rows": study.grid.rows, "cols": study.grid.cols, "unit": UNIT}
+    found = []
+    for kind, color in CONTEXT_COLORS.items():
+        own = [line for shape in plan.context if shape.kind == kind for line in shape.lines]
+        lines = [(line - corner) / (study.grid.dx, study.grid.dy) for line in own]
+        if lines:
+            found.append({"color": color, **size, **_pack(lines)})
+    return found
 
 
 def outline_buildings(study: Study) -> dict[str, object]:

@@ -13,6 +13,7 @@ const makePlan = async () => {
   const { losses, lostOf, mostLost } = await readLosses(fine);
   const [outlines, proposed, newly] = await Promise.all(
     ["outlines", "proposed", "newly"].map((name) => (data[name] ? readPaths(data[name]) : null)));
+  const context = await Promise.all((data.context || []).map(async (lines) => ({ ...await readPaths(lines), color: lines.color })));
   const exists = (cell) => !Number.isNaN(heights[cell]);
 
   const map = $("map"), pen = map.getContext("2d");
@@ -86,6 +87,7 @@ const makePlan = async () => {
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
     else { lay(layer); if (relief) lay(relief); }  // so little shade that colours stay those of the legend
     const place = { left, top, across, down }, date = fineOf(view), isLoss = view.mode === "lost";
+    for (const lines of context) vectors.stroke(lines.path, place, lines.color, 0.7, dot);
     if (isLoss && newly) vectors.hatch(newly.path, place, dot);
     if (date) vectors.levels(isLoss ? date.lostLines : date.lines, isLoss ? mostLost : date.up, place, dot, signs.halo);
     if (outlines) vectors.stroke(outlines.path, place, "rgba(85, 85, 94, 0.8)", 0.7, dot);
