@@ -22,10 +22,16 @@ from umbra.packages import NAME
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["Registry", "list_added", "take_notes"]
+__all__ = ["Registry", "add_note", "list_added", "take_notes"]
 
 T = TypeVar("T")
 _notes: list[str] = []
+
+
+def add_note(text: str) -> None:
+    """Keep a line that is to be told of a package."""
+    if text not in _notes:
+        _notes.append(text)
 
 
 def take_notes() -> list[str]:
@@ -123,7 +129,7 @@ class Registry(Generic[T]):
         if spare:
             packages = ", ".join(f"'{_name_package(entry_point)}'" for entry_point in spare)
             used = "umbra's own" if name in self._own else f"that of '{_name_package(several[0])}'"
-            _notes.append(
+            add_note(
                 f"{self.what} '{name}' of {packages} is not used, as {used} has the same name; "
                 "uninstall one of them to choose"
             )
@@ -141,6 +147,10 @@ class Registry(Generic[T]):
         if lacking:
             msg = f"it has no {', '.join(lacking)}"
             raise TypeError(msg)
+        for name in self._needs:
+            if not isinstance(value := getattr(offered, name), str):
+                msg = f"its {name} is {show_value(value)}, not a str"
+                raise TypeError(msg)
         return offered
 
     def _is_added(self) -> bool:

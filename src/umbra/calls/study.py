@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 from umbra.calls.study_result import ShadowStudy
 from umbra.errors import InputError, check_type
 from umbra.option_fields import option, record
+from umbra.registry import take_notes
 from umbra.scene import Scene
 from umbra.signatures import takes
 from umbra.study.land import settle_land
@@ -145,6 +146,8 @@ def shadow_study(scene: Scene, site: Site | None = None, *, options: ChunkOption
             raise InputError(msg, option="chunks")
         return ChunkedStudy(scene, site, settled, options.chunks)
     study = run(scene, site, settled)
+    for note in take_notes():
+        warnings.warn(note, stacklevel=3)
     if "device_note" in study.facts:
         warnings.warn(str(study.facts["device_note"]), stacklevel=3)
     return ShadowStudy(study, settled)

@@ -36,7 +36,9 @@ CHOICES = get_args(DeviceName)
 """Values of the option ``device``, without those of packages."""
 
 
-REGISTRY: Registry[CountingDevice] = Registry("device", "device", {}, CountingDevice, "PointDevice")
+REGISTRY: Registry[CountingDevice] = Registry(
+    "device", "device", {}, CountingDevice, "PointDevice", ("name", "title")
+)
 """Devices that packages beside umbra bring."""
 ENOUGH = 200_000_000
 """Receivers times suns from which the search for an accelerator pays."""

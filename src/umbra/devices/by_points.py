@@ -27,6 +27,11 @@ _POINTS = 1 << 18
 """Points passed to the device at a time, so that work arrays stay small."""
 
 
+def _is_mask(found: "NDArray[Any]") -> bool:
+    """Return whether all whole numbers are 0 or 1."""
+    return not found.size or bool(found.min() >= 0 and found.max() <= 1)
+
+
 class PointDevice(CountingDevice):
     """
     Base of devices that find, for single points, which lights are hidden.
@@ -81,7 +86,11 @@ class PointDevice(CountingDevice):
             raise blame(
                 self.name, ValueError(f"its masks have the shape {masks.shape}, not {wanted}")
             )
-        return (masks != 0).astype(np.uint8)
+        if masks.dtype.kind not in "bui" or (masks.dtype.kind != "b" and not _is_mask(masks)):
+            wrong = np.unique(masks)[:3].tolist() if masks.dtype.kind in "uif" else masks.dtype
+            msg = f"its masks hold {wrong}; return bool, or whole numbers 0 and 1"
+            raise blame(self.name, ValueError(msg))
+        return masks.astype(np.uint8)
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
         """Start a study; tiles hold their casters."""

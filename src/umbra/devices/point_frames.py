@@ -36,8 +36,14 @@ class PointFrames(FrameCounter):
     def count(
         self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
     ) -> NDArray[np.signedinteger[Any]]:
-        """Return 1 where something hides the light from a visible point, else 0, (rows, cols)."""
+        """
+        Return 1 where something hides the light from a visible point, else 0, (rows, cols).
+
+        Samples off the pixels' centres, which smooth edges alone, the CPU counts.
+        """
         self._methods.check(method)
+        if any(camera.offset):  # finer steps at edges, of each of a pixel's samples
+            return super().count(view, camera, light)
         frame = self.locate(view, camera)
         is_seen = view.face != NOTHING
         points = frame.position[is_seen] - self.scene.origin

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.lights.horizon import Horizon
 from umbra.lights.weighted import Lights
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
@@ -97,7 +98,15 @@ class Period:
         ----------
         which : (n,) bool, optional
             Selection of the steps with the sun up; all by default.
+
+        Raises
+        ------
+        InputError
+            If the study has no date.
         """
+        if not self.days:
+            msg = "it asks for suns, and the study has no date; set needs_sun = True in the measure"
+            raise InputError(msg)
         is_up = self.sun.is_up if which is None else self.sun.is_up & which
         step = np.flatnonzero(is_up)
         ends = np.searchsorted(self.day_of_step[step], np.arange(len(self.days) + 1))

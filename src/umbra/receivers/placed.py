@@ -5,7 +5,7 @@ A kind of samples says where they lie; all else (layout in memory, counting, tab
 Given points are one such kind; packages beside umbra bring others.
 """
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, show_value
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request, SampleKind, Variables
 from umbra.receivers.single import SingleReceivers
+from umbra.registry import add_note
 from umbra.scene.grid import Places
 from umbra.scene.numbers import read_array
 
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
     from umbra.scene import Scene
 
 __all__ = ["PlacedKind", "PlacedReceivers", "PlacedSamples"]
+
+GROUND = -2
+"""Index of the ground among parts."""
+_FAR, _DIAGONALS = 1000.0, 10.0
+"""From the model [m], and in its diagonals, samples are told to lie far."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ class PlacedSamples:
     names: Sequence[str] = ()
 
 
-class PlacedKind(SampleKind):
+class PlacedKind(SampleKind, ABC):
     """Base of kinds of samples that say where they lie."""
 
     belongs_to_parts = False
@@ -81,28 +87,46 @@ class PlacedKind(SampleKind):
     def lay_out(self, request: Request) -> "PlacedReceivers":
         """Lay out the samples."""
         placed = self._place(request)
-        points = np.array(read_array("points", placed.points))
+        points = self._read("points", placed.points)
         count = len(points)
-        normals = self._read(placed.normals, (count, 3), np.nan)
+        if points.shape != (count, 3) or not count:
+            msg = f"points of the shape {points.shape}"
+            raise self._blame(msg, "give (n, 3), at least one")
+        self._refuse("points", np.asarray(~np.isfinite(points).all(axis=1)), points, "not finite")
+        self._note_far(points, request.scene)
+        normals = self._read("normals", placed.normals, (count, 3), np.nan)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
+        wrong = ~(np.isfinite(length[:, 0]) & (length[:, 0] > 0)) & ~np.isnan(normals).all(axis=1)
+        self._refuse("normals", wrong, normals, "of no direction; give NaN for points without one")
         normals = np.divide(normals, length, out=np.full_like(normals, np.nan), where=length > 0)
-        if points.shape != (count, 3) or not count or not np.isfinite(points).all():
-            msg = f"receivers='{self.name}' found no points, or such as are not finite"
-            raise InputError(msg, option="receivers")
-        areas = None if placed.areas is None else self._read(placed.areas, (count,), 1.0)
+        parts = self._read("parts", placed.parts, (count,), -1)
+        wrong = (parts < GROUND) | (parts >= len(request.scene.parts)) | (parts % 1 != 0)
+        self._refuse("parts", wrong, parts, f"no index of the model's {len(request.scene.parts)}")
+        names = () if isinstance(placed.names, str) else placed.names
+        if len(names) != count and len(placed.names):
+            msg = f"{len(placed.names)} names for {count} points"
+            raise self._blame(msg, "name each, or none")
+        areas = None
+        if placed.areas is not None:
+            areas = self._read("areas", placed.areas, (count,))
+            wrong = ~(np.isfinite(areas) & (areas >= 0))
+            self._refuse("areas", wrong, areas, "no area of at least 0 m2")
+            if not areas.any():
+                msg = f"{count} areas of 0"
+                raise self._blame(msg, "leave areas out, so that each counts as 1")
         return PlacedReceivers(
             self, request.prepare(), (count,), DIMS, np.ones(count) if areas is None else areas,
             local=Places(points - request.scene.origin, normals),
-            part=self._read(placed.parts, (count,), -1).astype(np.intp),
+            part=parts.astype(np.intp),
             # No text in a file may hold a null: netCDF, SQLite, XML.
-            names=tuple(str(name).replace("\0", "\ufffd") for name in placed.names),
+            names=tuple(str(name).replace("\0", "\ufffd") for name in names),
             areas=areas,
         )  # fmt: skip
 
     def _place(self, request: Request) -> PlacedSamples:
         """Find the samples; name the kind where it fails."""
         try:
-            return self.place(request.scene, request.options)
+            placed: object = self.place(request.scene, request.options)
         except UmbraError:
             raise
         except Exception as error:
@@ -111,16 +135,50 @@ class PlacedKind(SampleKind):
                 "package that brings them, or choose others"
             )
             raise InputError(msg, option="receivers") from error
+        if not isinstance(placed, PlacedSamples):
+            raise self._blame(show_value(placed), "place returns PlacedSamples(points, normals)")
+        return placed
 
-    def _read(self, given: ArrayLike | None, shape: tuple[int, ...], by: float) -> NDArray:
-        """Return an array of a shape; filled where nothing is given."""
-        if given is None:
+    def _read(
+        self, what: str, given: ArrayLike | None, shape: tuple[int, ...] = (), by: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Return a copy of an array of a shape; filled where nothing is given."""
+        if given is None and shape:
             return np.full(shape, by, np.float64)
-        values = np.array(given, np.float64)
-        if values.shape != shape:
-            msg = f"receivers='{self.name}' gave an array {values.shape} for {shape[0]} points"
-            raise InputError(msg, option="receivers")
+        try:
+            values = np.array(read_array(what, given))
+        except InputError as error:
+            raise self._blame(what, str(error)) from None
+        if shape and values.shape != shape:
+            msg = f"{what} of the shape {values.shape}"
+            raise self._blame(msg, f"make it {shape}")
         return values
+
+    def _refuse(self, what: str, wrong: NDArray, given: NDArray, how: str) -> None:
+        """Refuse points where ``wrong`` (n,), and tell the first."""
+        if wrong.any():
+            first, count = int(wrong.argmax()), int(np.count_nonzero(wrong))
+            told = f"{what} of {count} of {len(wrong)} points (first: point {first}, "
+            told += ", ".join(f"{x:g}" for x in np.atleast_1d(given[first])) + ")"
+            raise self._blame(told, f"they are {how}")
+
+    def _blame(self, what: str, remedy: str) -> InputError:
+        """Return the error of a kind whose samples cannot be counted."""
+        msg = f"receivers='{self.name}' gave {what}; {remedy}"
+        return InputError(msg, option="receivers", receivers=self.name)
+
+    def _note_far(self, points: NDArray[np.float64], scene: "Scene") -> None:
+        """Tell of points that all lie far outside the model, as in its local frame."""
+        low, high = scene.model_bounds()
+        if not np.isfinite(low).all():
+            return
+        gaps = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0), axis=1)
+        if gaps.min() > max(_FAR, _DIAGONALS * float(np.linalg.norm(high - low))):
+            add_note(
+                f"all {len(points):,} points of receivers='{self.name}' lie {gaps.min():,.0f} m or "
+                "more from the model; give them in its own coordinates (add scene.origin to the "
+                "scene's)"
+            )
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the samples."""

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
-from umbra.study.measures import Quantity
+from umbra.errors import InputError, show_value
+from umbra.study.measures import Measure, Quantity, guard
 
-__all__ = ["find_attributes", "is_sum"]
+__all__ = ["check_quantities", "find_attributes", "is_sum"]
 
 _ATTRIBUTES: dict[str, dict[str, str]] = {
     "x": {"long_name": "x of cell centres", "units": "m", "axis": "X"},
@@ -155,6 +156,32 @@ def find_attributes(
     elif dates > 1 and name in _JUDGED:
         attributes["long_name"] += f", on at least one of {dates} dates"
     return attributes
+
+
+def check_quantities(measures: Sequence[Measure]) -> None:
+    """
+    Check the variables that measures say they give.
+
+    Raises
+    ------
+    InputError
+        If one has no words or unit, or the name of another variable of a study.
+    """
+    for measure in measures:
+        for one in guard(measure, lambda measure=measure: tuple(measure.quantities)):
+            told: object = one
+            if not isinstance(told, Quantity):
+                wrong = f"a quantity that is {show_value(told)}; make it a Quantity"
+            elif texts := [
+                t for t in (one.name, one.unit, one.long_name) if not isinstance(t, str)
+            ]:
+                wrong = f"a quantity with {show_value(texts[0])} for a text; give each as a str"
+            elif find_attributes(one.name):
+                wrong = f"'{one.name}', which is a variable of umbra's own; name it otherwise"
+            else:
+                continue
+            msg = f"measure '{measure.name}' gives {wrong}"
+            raise InputError(msg, option="measure", measure=measure.name)
 
 
 _ENDS = {

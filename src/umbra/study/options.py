@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import find_device
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError, find_similar, show_value
 from umbra.option_fields import Option, check_types, list_options, option, read_length, record
 from umbra.study.receiver_options import ReceiverOptions
 
@@ -232,6 +232,7 @@ class StudyOptions(ReceiverOptions):
 
         names = [name.strip() for text in self.measure for name in text.split(",")]
         object.__setattr__(self, "measure", tuple(dict.fromkeys(filter(None, names))))
+        self._check_added()
         check_files(self, self.measures)
         if self.date is None or (isinstance(self.date, (list, tuple)) and not self.date):
             object.__setattr__(self, "date", None)
@@ -256,6 +257,26 @@ class StudyOptions(ReceiverOptions):
                     "measure=, or leave it out"
                 )
                 raise InputError(msg, option=name)
+
+    def _check_added(self) -> None:
+        """Check what measures and the kind, which may be of packages, say of themselves."""
+        known = [name for name, *_ in list_options(self)]
+        told = [(f"measure '{one.name}'", "measure", one.takes) for one in self.measures]
+        for what, named, given in (
+            *told,
+            (f"receivers='{self.kind.name}'", "receivers", self.kind.takes),
+        ):
+            if isinstance(given, str) or not all(isinstance(one, str) for one in given):
+                msg = f"{what} takes {show_value(given)}; make it a tuple of names of options"
+                raise InputError(msg, option=named)
+            if wrong := [name for name in given if name not in known]:
+                near = find_similar(wrong[0], known)
+                advice = f"did you mean '{near[0]}'?" if near else "name options of a study"
+                msg = f"{what} takes '{wrong[0]}', which is no option of a study; {advice}"
+                raise InputError(msg, option=named)
+        from umbra.study.attributes import check_quantities  # noqa: PLC0415  (the help needs none)
+
+        check_quantities(self.measures)
 
     def _check_values(self) -> None:
         """Check dates, times, durations and shares, before any model is read."""

@@ -289,6 +289,8 @@ class Setup:
         """Return the suns at the steps' midpoints, or dense enough to miss no interval."""
         if self.results.tolerance:
             return follow_sun(self.period, self.results.tolerance)
+        if not self.period.days:
+            return Lights.of(np.zeros((0, 3)))
         return self.period.make_lights()
 
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:

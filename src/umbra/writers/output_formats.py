@@ -1,5 +1,6 @@
 """Formats of further files, by name: their writer, and the extra that they need."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
     from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import ShadowOutline
 
-__all__ = ["CITY_FORMATS", "FORMATS", "PLAN_FORMATS", "SURFACE_FORMATS", "Format", "Job"]
+__all__ = [
+    "CITY_FORMATS", "FORMATS", "PLAN_FORMATS", "SURFACE_FORMATS", "Format", "Job",
+    "is_usual_name",
+]  # fmt: skip
 
 PLAN_FORMATS = ("geotiff", "map", "stac")
 """Names of the files of a plan in tiles."""
@@ -30,6 +34,18 @@ CITY_FORMATS = PLAN_FORMATS + SURFACE_FORMATS
 """Names of the files of a study in tiles."""
 FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # most clock times that are listed
+
+_OF_A_STUDY = re.compile(
+    r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
+    r"|(cells|instants|areas|areas_by_hours|months|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
+    r"|(hours|hours_lost|profile|months|sheet|points|who)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
+)
+
+
+def is_usual_name(name: str) -> bool:
+    """Return whether umbra writes a file of this name into the folder of some study."""
+    return _OF_A_STUDY.fullmatch(name) is not None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,16 +1,16 @@
 """Further files of a study by name: umbra's own formats, and outputs of packages beside it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, ClassVar
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, show_value
 from umbra.folders.atomic import is_full
 from umbra.registry import Registry
-from umbra.writers.output_formats import FORMATS, Format, Job
+from umbra.writers.output_formats import FORMATS, Format, Job, is_usual_name
 
 if TYPE_CHECKING:
     from umbra.study import Study
@@ -84,9 +84,11 @@ def _write_added(name: str, output: Output, job: Job) -> list[str]:
     """
     try:
         with TemporaryDirectory(prefix=".umbra-", dir=job.folder) as own:
-            written = [str(file) for file in output.write(job.study, Path(own))]
-            _check_written(written, Path(own))
-            for path in Path(own).iterdir():
+            folder = Path(own) / "files"  # what lands in '..' is left behind
+            folder.mkdir()
+            written = output.write(job.study, folder)
+            _check_written(written, folder, _find_taken(job))
+            for path in folder.iterdir():
                 path.replace(job.folder / path.name)
     except Exception as error:
         if isinstance(error, OSError) and is_full(error):
@@ -97,14 +99,36 @@ def _write_added(name: str, output: Output, job: Job) -> list[str]:
             "brings it, or leave it out"
         )
         raise OutputError(msg, option="write", format=name) from error
-    return written
+    return list(written)
 
 
-def _check_written(names: Sequence[str], folder: Path) -> None:
+def _find_taken(job: Job) -> set[str]:
+    """Return the names of files that are written, and of pictures that are still drawn."""
+    drawn = [f"{one.name}{end}" for one in job.study.quantities for end in ("", "_lost")]
+    pictures = {f"{name}.{kind}" for name in drawn for kind in ("png", "pdf", "svg")}
+    return pictures | {path.name for path in job.folder.iterdir()}
+
+
+def _check_written(names: object, folder: Path, taken: Collection[str]) -> None:
+    """Refuse what is no list of names of files in the folder, and names that umbra writes."""
+    advice = "write returns the names of the files in the folder that it is given"
+    if not isinstance(names, (list, tuple)) or not all(isinstance(one, str) for one in names):
+        msg = f"it returned {show_value(names)}; {advice}, as a list of str"
+        raise InputError(msg)
+    if strays := [path.name for path in folder.parent.iterdir() if path != folder]:
+        msg = f"it wrote '{min(strays)}' outside its folder; {advice}"
+        raise InputError(msg)
     for name in names:
-        if Path(name).name != name or not (folder / name).exists():
-            msg = f"it named a file that it did not write into the folder: '{name}'"
-            raise FileNotFoundError(msg)
+        if Path(name).name != name or not (folder / name).is_file():
+            msg = f"it named '{name}', which is no file in the folder; {advice}"
+            raise InputError(msg)
+    for path in folder.iterdir():
+        if path.name not in names:
+            msg = f"it wrote '{path.name}' and did not name it; {advice}"
+            raise InputError(msg)
+        if path.name in taken or is_usual_name(path.name):
+            msg = f"it wrote '{path.name}', a name that umbra's own files have; choose another"
+            raise InputError(msg)
 
 
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:

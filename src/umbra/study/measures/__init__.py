@@ -12,7 +12,7 @@ A package installed beside umbra adds one by an entry point of the group ``umbra
 
 from collections.abc import Sequence
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_value
 from umbra.registry import Registry
 from umbra.study.measures.measure import Asked, Measure, Quantity, guard
 
@@ -62,7 +62,7 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
     measures = [measure for measure in measures if measure.name not in included]
     known: dict[str, str] = {}
     for measure in measures:
-        for quantity in measure.quantities:
+        for quantity in guard(measure, _list_quantities, measure):
             other = known.setdefault(quantity.name, measure.name)
             if other != measure.name:
                 msg = (
@@ -71,3 +71,13 @@ def find_measures(names: Sequence[str]) -> list[Measure]:
                 )
                 raise InputError(msg, option="measure")
     return measures
+
+
+def _list_quantities(measure: Measure) -> tuple[Quantity, ...]:
+    """Return the variables of a measure, all of them quantities."""
+    quantities: tuple[object, ...] = tuple(measure.quantities)
+    for quantity in quantities:
+        if not isinstance(quantity, Quantity):
+            msg = f"quantities hold {show_value(quantity)}, not a Quantity"
+            raise TypeError(msg)
+    return measure.quantities

@@ -14,13 +14,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from numpy.typing import NDArray
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, show_value
 
 if TYPE_CHECKING:
     from umbra.lights import Lights, Period
     from umbra.sun import Site
 
 __all__ = ["Asked", "Measure", "Quantity", "guard"]
+
+MOST_COLUMNS = 512
+"""Columns of weights, each a sum in memory and in the kernels' loops at every receiver."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,29 @@ class Asked:
 
 @lru_cache(maxsize=4)
 def _make_lights(measure: "Measure", asked: Asked) -> "Lights":
-    return measure.make_lights(asked)
+    """Make a measure's lights, and check them: its code may be anyone's."""
+    from umbra.lights import Lights  # noqa: PLC0415  (the help needs none)
+
+    try:
+        lights: object = measure.make_lights(asked)
+        if not isinstance(lights, Lights):
+            msg = f"make_lights returns {show_value(lights)}; return Lights.of(vectors, weights)"
+            raise InputError(msg)  # noqa: TRY301 - named below, as all others
+        lights.check()
+    except InputError as error:
+        if error.option:  # of the study, which names itself
+            raise
+        msg = f"measure '{measure.name}' cannot be counted: {error}"
+        raise InputError(msg, option="measure", measure=measure.name) from error
+    count, columns = lights.weights.shape
+    if columns > MOST_COLUMNS:
+        msg = (
+            f"measure '{measure.name}' has {columns:,} columns of weights for {count:,} lights, "
+            f"and each is a sum at every receiver; at most {MOST_COLUMNS} are counted, so take "
+            "fewer dates or longer steps with every=, or add up lights of one kind in one column"
+        )
+        raise InputError(msg, option="measure", measure=measure.name, columns=columns)
+    return lights
 
 
 class Measure(ABC):

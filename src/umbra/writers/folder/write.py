@@ -1,7 +1,6 @@
 """Writing a study's folder: the result, pictures, further files, and a summary as JSON."""
 
 import os
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
     look_at_surfaces,
 )
+from umbra.writers.output_formats import is_usual_name
 from umbra.writers.picture_content import Plan
 from umbra.writers.typeface import note_missing
 
@@ -48,13 +48,6 @@ _MOST_DARK = 1000
 """Points without sun that are looked for in bodies."""
 _FRONT = 0.01
 """Distance before a point that counts: a window lies on its wall, to the digits of a table [m]."""
-_OF_A_STUDY = re.compile(
-    r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
-    r"|(cells|instants|areas|areas_by_hours|months|windows(_by_\w+)?|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
-    r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.(glb|city\.jsonl?)"
-    r"|(hours|hours_lost|profile|months|sheet|points|who)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
-)
-
 Say = Callable[[str], object]
 
 
@@ -103,10 +96,10 @@ def note_earlier(written: Sequence[Path], say: Say) -> None:
         path.name
         for path in folder.iterdir()
         if path.name not in new
-        and (path.name in listed or _OF_A_STUDY.fullmatch(path.name))
+        and (path.name in listed or is_usual_name(path.name))
         and path.is_file()
     )
-    own = sorted(name for name in (*new, *old) if not _OF_A_STUDY.fullmatch(name))
+    own = sorted(name for name in (*new, *old) if not is_usual_name(name))
     if own or listed:
         with replace_file(folder / LISTING) as beside:
             beside.write_text("".join(f"{name}\n" for name in own), "utf-8", "replace")
