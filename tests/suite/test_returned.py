@@ -257,3 +257,9 @@ def test_an_output_writes_names_of_its_own_into_its_folder(scene, add, tmp_path,
     )
     for path in (tmp_path / "out").iterdir():
         assert b"of a package" not in path.read_bytes()
+
+
+@pytest.mark.parametrize("shape", [(3, 2), (3, 5), (3,), (0,)])
+def test_vectors_of_lights_have_three_or_four_columns(shape):
+    with pytest.raises(umbra.InputError):
+        Lights.of(np.ones(shape))
