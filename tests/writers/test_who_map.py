@@ -43,6 +43,17 @@ def test_the_main_caster_has_the_most_hours_and_none_where_none_falls(found):
     assert [names[k] for k in _rank(main, hours, 2)] == ["tall", "low"]
 
 
+def test_surfaces_have_the_hours_of_casters_but_no_map(tmp_path):
+    scene = make_scene([Part("tall", "", Mesh(*box((0, 0, 0), (10, 10, 30))))])
+    study = umbra.shadow_study(
+        scene, VIENNA, date="2026-03-21", every="2h", receivers="surfaces", spacing=4.0, by="part"
+    )
+    assert study.cast_hours.sizes["caster"] == 1
+    written = {path.name for path in study.write(tmp_path / "out")}
+    assert "hours.png" in written
+    assert "who.png" not in written
+
+
 def test_the_folder_has_the_map(found, tmp_path):
     written = found.write(tmp_path / "out")
     assert "who.png" in {path.name for path in written}

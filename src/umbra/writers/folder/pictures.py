@@ -109,7 +109,7 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
         names += draw_lost(job, sheets.plan, sheets.preview)
     if BY_MONTH in job.study.more:
         names += draw_months(job, sheets.plan)
-    if "caster" in job.study.more:
+    if "cast_hours" in job.study.more:  # not of surfaces, whose picture is of hours alone
         from umbra.writers.folder.who import draw_who  # noqa: PLC0415  (it loads matplotlib)
 
         names += draw_who(job, sheets.plan, sheets.preview)

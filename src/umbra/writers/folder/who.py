@@ -23,7 +23,7 @@ def draw_who(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     Returns the names of the files: none where no caster was asked for, or none casts a shadow.
     """
     study, divisor = job.study, find_together(job)[0]
-    if "caster" not in study.more:
+    if "cast_hours" not in study.more:
         return []
     names = np.asarray(study.more["caster"][1]).tolist()
     cast: Any = study.more["cast_hours"][1]
