@@ -186,7 +186,7 @@ files lat lon tz north
 date from to clock every every-days by-day refraction
 measure sky-directions weather albedo sunshine horizon horizon-from
 receivers spacing on points eye target fov ground extent cell size crs
-windows judge reveal areas areas-on band least
+windows judge reveal areas areas-on band roads context least
 cast no-cast canopy transmissivity leaf-on trunk canopy-heights
 by who proposed replace replace-in under spells exact disc min-spell masks
 title subtitle show at pictures report sheet paper logo write rules

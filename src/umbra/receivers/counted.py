@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NEAR", "Counted", "choose_near", "find_near", "meets_frame"]
+__all__ = ["NEAR", "Counted", "choose_near", "find_near", "meets_frame", "reach_from_centres"]
 
 NEAR = 20.0
 """Farthest that ground counts in a plan's figures from a building, whatever the frame [m]."""
@@ -86,6 +86,15 @@ def choose_near(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
         Distance [m], at most twice the longest side of the bounds.
     """
     return min(NEAR, float(f"{_SIZES * float((high - low).max()):.2g}"))
+
+
+def reach_from_centres(near: float, cell: tuple[float, float]) -> float:
+    """
+    Return how far from the centres of built cells ground is near a building [m].
+
+    A building ends, in the mean, half a cell beyond the centre of its last cell.
+    """
+    return near + min(cell) / 2
 
 
 def find_near(

@@ -169,9 +169,9 @@ class PlacedKind(SampleKind, ABC):
 
     def _note_far(self, points: NDArray[np.float64], scene: "Scene") -> None:
         """Tell of points that all lie far outside the model, as in its local frame."""
-        low, high = scene.model_bounds()
-        if not np.isfinite(low).all():
+        if not any(part.triangles for part in scene.parts):  # a strip of a city may be empty
             return
+        low, high = scene.model_bounds()
         gaps = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0), axis=1)
         if gaps.min() > max(_FAR, _DIAGONALS * float(np.linalg.norm(high - low))):
             add_note(

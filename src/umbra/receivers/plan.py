@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN, Level, check_stated, has_terrain, measure_bases
-from umbra.receivers.counted import NEAR, Counted, choose_near, find_near, meets_frame
+from umbra.receivers.counted import (
+    NEAR,
+    Counted,
+    choose_near,
+    find_near,
+    meets_frame,
+    reach_from_centres,
+)
 from umbra.receivers.gridded import Raster
 from umbra.receivers.kind import ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, Skyline, lay_out
@@ -133,8 +140,7 @@ class PlanRaster(Raster):
     def is_near(self) -> NDArray[np.bool_]:
         """Cells that count in figures: those near buildings."""
         cell = self.grid.dx, self.grid.dy
-        # A building ends, in the mean, half a cell beyond the centre of its last cell.
-        return find_near(self.is_built, cell, self.near + min(cell) / 2)
+        return find_near(self.is_built, cell, reach_from_centres(self.near, cell))
 
     @cached_property
     def near(self) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.lights import Period
-from umbra.receivers.counted import NEAR, Counted, find_near
+from umbra.receivers.counted import NEAR, Counted, find_near, reach_from_centres
 from umbra.receivers.plan import PlanKind
 from umbra.sun import name_date
 from umbra.sun.clock import say_hours
@@ -136,13 +136,14 @@ class PlanFigures:
         self, built: NDArray[np.uint8], strip: slice, shape: tuple[int, int]
     ) -> NDArray[np.bool_]:
         """Return the cells of some rows that lie near built ones."""
-        dx, dy = self._grid.dx, self._grid.dy
-        aside = int(NEAR / dy) + 1
+        cell = self._grid.dx, self._grid.dy
+        reach = reach_from_centres(NEAR, cell)
+        aside = int(reach / cell[1]) + 1
         first, end = max(strip.start - aside, 0), min(strip.stop + aside, shape[0])
         around = np.unpackbits(built[first:end], axis=1, count=shape[1]).astype(np.bool_)
         if built.any() and not around.any():
             return np.zeros((strip.stop - strip.start, shape[1]), np.bool_)
-        return find_near(around, (dx, dy), NEAR)[strip.start - first :][: strip.stop - strip.start]
+        return find_near(around, cell, reach)[strip.start - first :][: strip.stop - strip.start]
 
     def holds(self, name: str) -> bool:
         """Return whether there is such a variable."""
