@@ -67,6 +67,6 @@ def test_study(umbra_here, no_pictures, tmp_path, name, site, zone, receivers):
             roofed = find_roofed(path, result)
             assert is_land.mean() > 0.5
             assert roofed[~is_land].mean() > 0.99
-            assert (~is_land)[roofed].mean() > 0.9  # else under eaves
+            assert (~is_land)[roofed].mean() > 0.85  # else under eaves
         else:
             assert float(np.ptp(result.receiver_z.values)) == 0

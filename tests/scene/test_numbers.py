@@ -83,7 +83,10 @@ def study(scale, **options):
 def test_hours_do_not_depend_on_the_unit_up_to_the_limit(options):
     def count(exponent):
         scale = 2.0**exponent
-        return study(scale, **(options or {"receivers": "surfaces", "spacing": 2.0 * scale}))
+        if not options:
+            return study(scale, receivers="surfaces", spacing=2.0 * scale)
+        extent = tuple((low - 20.0) * scale for low in (0, 0, 44, 44))  # a default one holds 20 m
+        return study(scale, extent=extent, **options)
 
     usual = count(0)
     assert np.nansum(usual) > 0

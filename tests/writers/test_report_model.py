@@ -308,9 +308,8 @@ def test_instants_are_thinned_until_they_fit_and_it_is_said(page, tmp_path, monk
     assert instants.bits[study.sun.is_up[instants.which]].nbytes <= 6000
     assert "12 dates, one in" if days > 1 else "Of a day's steps one in" in path.read_text()
     page.open(path, READY)
-    # Of several dates it begins with one; the sum is the study's own.
-    assert page.ask("document.querySelector('input[name=mode]:checked').value") == "day"
-    page.ask("document.querySelector('input[value=hours]').click()")
+    # Of several dates it begins with what its first sentence is of: without days, their sum.
+    assert page.ask("document.querySelector('input[name=mode]:checked').value") == "hours"
     assert words(page, "sum") == [", sum of 12 dates"]
     for _, _, k, _ in read_at(page, study, walk(page, 120)):
         assert words(page, "in-shadow") == [say(float(study.shadow_hours[k]))]
