@@ -13,7 +13,6 @@ import umbra.cpu.patches
 from umbra.cpu.patch_bins import EdgeBinner
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
-from umbra.lights.sky_directions import spread_directions
 from umbra.rays.face_tree import make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.samples import sample_surfaces
@@ -182,30 +181,3 @@ def test_counters_of_two_pieces_share_the_silhouettes_of_the_same_suns(monkeypat
 
     assert count(1_000_000) == (1, 2)
     assert count(0) == (2, 3)
-
-
-def test_scattered_directions_are_counted_neighbour_by_neighbour(monkeypatch):
-    samples, _, counter, tree, _ = prepare(merge(FLOOR, box((-1, -1, 0), (1, 1, 3))), 0.5)
-    counted = []
-    find = EdgeBinner.bin
-    monkeypatch.setattr(EdgeBinner, "bin", lambda self, s: counted.append(s) or find(self, s))
-
-    def count(suns):
-        counted.clear()
-        weights = np.arange(1, len(suns) + 1, dtype=np.int32)
-        sums = np.zeros((1, len(samples.points)), np.int32)
-        counter.add_weights(suns, weights[:, None], sums)
-        hidden = find_hidden(tree, samples.points, samples.normals, suns)
-        np.testing.assert_array_equal(sums[0], weights @ hidden)
-        return np.concatenate(counted)
-
-    def measure(suns):
-        return np.linalg.norm(np.diff(suns, axis=0), axis=1).sum()
-
-    scattered = spread_directions(145)
-    order = count(scattered)
-    assert measure(order) < 0.3 * measure(scattered)
-    day = np.radians(np.linspace(100, 260, 17))
-    day = np.stack([np.sin(day), 0.7 * np.cos(day), -0.8 * np.cos(day) + 0.1], 1)
-    day = day[day[:, 2] > 0.0] / np.linalg.norm(day[day[:, 2] > 0.0], axis=1)[:, None]
-    np.testing.assert_array_equal(count(day), day)

@@ -39,7 +39,6 @@ from umbra.rays.face_tree import FaceTree
 __all__ = ["PatchCounter"]
 
 _SUNS = 64  # suns binned at a time
-_RING = 1.5  # width of a ring of directions, by the mean distance of neighbours
 
 
 class PatchCounter:
@@ -112,8 +111,6 @@ class PatchCounter:
             Called now and then with the number of suns done.
         """
         nothing = np.zeros((0, 0), np.uint8)
-        order = _order_directions(suns)
-        suns, weights = suns[order], weights[order]
         for first in range(0, len(suns), _SUNS):
             some = slice(first, min(first + _SUNS, len(suns)))
             found = np.zeros((len(self._patches.where), len(sums)), np.int32)
@@ -141,21 +138,6 @@ class PatchCounter:
             )  # fmt: skip
 
         run_shared(count_blocks(patches), count)
-
-
-def _order_directions(suns: NDArray[np.float64]) -> NDArray[np.intp]:
-    """
-    Order directions so that each is near the one before it: what hid that often hides it, too.
-
-    They are taken ring by ring, to and fro, if that is a shorter way than the given one. Suns of a
-    day keep their order.
-    """
-    ring = np.arcsin(np.clip(suns[:, 2], -1.0, 1.0))
-    ring = np.floor(ring / (_RING * np.sqrt(2.0 * np.pi / max(len(suns), 1))))
-    around = np.arctan2(suns[:, 0], suns[:, 1])
-    order = np.lexsort((np.where(ring % 2 == 0, around, -around), ring))
-    ways = [np.linalg.norm(np.diff(way, axis=0), axis=1).sum() for way in (suns, suns[order])]
-    return order if ways[1] < ways[0] else np.arange(len(suns))
 
 
 @borrowing
