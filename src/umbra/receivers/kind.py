@@ -95,17 +95,18 @@ class Request:
         """
         Return the parts that a view shows; None: all.
 
-        Canopies and the parts of a proposal are looked through, unless it shows no others.
+        Canopies and the parts of a proposal are left out, so that what is behind them is
+        shown, unless the model has no other parts.
         """
         on = self.options.on
         shown = self.scene.select(on, option="on") if on else None
         if self.canopy is not None:
             shown = self.canopy.find_receivers(self.scene, on)
-        looked_through = set(self.find_proposed())
-        if not looked_through:
+        proposed = set(self.find_proposed())
+        if not proposed:
             return shown
         parts = range(len(self.scene.parts)) if shown is None else shown
-        return [part for part in parts if part not in looked_through] or shown
+        return [part for part in parts if part not in proposed] or shown
 
     def find_proposed(self) -> list[int]:
         """Return the parts of the proposed development."""
