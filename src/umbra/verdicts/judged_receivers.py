@@ -194,7 +194,7 @@ class Gathered:
         """Return the corners of the proposal's triangles, (n, 3) [m]."""
         scene: Scene = self.model.scene
         parts = scene.select(self.model.proposed, option="proposed")
-        return scene.triangles(parts).vertices + scene.origin
+        return scene.triangles(parts).find_corners() + scene.origin
 
     def _lay_places(self, requirement: Requirement) -> Subjects:
         places = requirement.places
@@ -280,7 +280,7 @@ class Gathered:
         """
         height = float(self.find_bounds()[1][2]) - z
         reach = 0.0
-        probe = self._make_sunlight(of_points("places", ["probe"], [(0, 0, 1e4)]))
+        probe = self._make_sunlight(of_points("places", ["probe"], [self.find_model_bounds()[1]]))
         for condition in list_conditions(requirement.condition):
             for day in probe.list_days(condition, "after"):
                 past = np.cumsum(day.hours)
