@@ -206,6 +206,16 @@ def test_realtime_in_your_engine(tmp_path):
     assert brightest[0] > 4 * darkest[0]
 
 
+@pytest.mark.usefixtures("_has_gl")
+def test_scissors_from_above(tmp_path):
+    assert "55% of the frame" in run("scissors_from_above.py", tmp_path)
+    with Image.open(tmp_path / "scissors.png") as picture:
+        drawn = np.asarray(picture.convert("RGB")).astype(int).reshape(360, 3, 480, 3)
+    gold = [(panel[..., 0] > panel[..., 2] + 20).mean() for panel in drawn.transpose(1, 0, 2, 3)]
+    assert gold[0] > 0.15  # endless volumes
+    assert 0.01 < gold[1] < 0.2 * gold[0]  # what the light's range leaves of them
+
+
 def test_realtime_in_wgpu(tmp_path):
     pytest.importorskip("wgpu", reason="no WebGPU: wgpu is not installed")
     from umbra.webgpu.adapter import open_adapter  # noqa: PLC0415

@@ -71,7 +71,7 @@ def _parse_pythons(
 @click.option(
     "--pictures",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Save here what each side of gl frames draws, or figures of weng or roettger.",
+    help="Save here what each side of gl frames draws, or figures of roettger, wallner or weng.",
 )
 @click.option(
     "--out",
@@ -139,8 +139,12 @@ def command(
         name, PEERS if device == "gl" else ()
     )
     strangers = ({*peers} | {*pythons}) - {*known, "none"}
-    if pictures is not None and device == "cpu" and name not in {"weng", "roettger", "all"}:
-        msg = "--pictures is for frame --device gl, roettger and weng"
+    if (
+        pictures is not None
+        and device == "cpu"
+        and name not in {"roettger", "wallner", "weng", "all"}
+    ):
+        msg = "--pictures is for frame --device gl, roettger, wallner and weng"
         raise click.UsageError(msg)
     if strangers or (peers and not known):
         first = min(strangers, default="")
