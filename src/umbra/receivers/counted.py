@@ -48,6 +48,10 @@ class Counted:
             return f"{self.whole / _HECTARE:.3g} ha"
         return f"{self.whole:,.0f} {self.unit}"
 
+    def tell_whole_of(self) -> str:
+        """Write the total weight, and of what: ``2,656 m² of open ground``, ``2 points``."""
+        return f"{self.tell_whole()}{'' if self.unit == self.name else f' of {self.name}'}"
+
     @property
     def whole(self) -> float:
         """Total weight."""

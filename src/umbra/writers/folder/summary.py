@@ -122,12 +122,23 @@ def tell_answers(
             continue
         mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
         of = counted.with_value(study.more[one.name][1])
+        some = " with a value" if of.whole < counted.whole else ""
         lines.append(
-            f"{one.long_name}: {mean} in the mean of {of.tell_whole()} "
-            f"({counted.name}{' with a value' if of.whole < counted.whole else ''}), "
-            f"from {least} to {most}"
+            f"{one.long_name}: {mean} in the mean of {of.tell_whole_of()}{some}, "
+            f"from {least} to {most}{_tell_taken(one, figures, taker)}"
         )
     return lines
+
+
+def _tell_taken(one: Quantity, figures: dict[str, Any], taker: tuple[str, str]) -> str:
+    """Tell what a proposal takes of a measure, to follow its mean; nothing without a proposal."""
+    if "mean_lost" not in figures:
+        return ""
+    name, verb = taker
+    before, mean, most = (
+        one.show(figures[key]) for key in ("mean_before", "mean_lost", "most_lost")
+    )
+    return f"; {before} before, of which {name} {verb} {mean} in the mean, at most {most}"
 
 
 def tell_areas(table: AreaTable | None) -> list[str]:
@@ -248,7 +259,16 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
     if not len(known):
         return figures
     least, most = float(known.min()), float(known.max())
-    return {**figures, "mean": counted.average(values), "least": least, "most": most}
+    figures |= {"mean": counted.average(values), "least": least, "most": most}
+    if f"{one.name}_lost" in study.more:
+        before, lost = (np.asarray(study.more[f"{one.name}_{w}"][1]) for w in ("before", "lost"))
+        both = counted.with_value(lost)
+        if both.which.any():
+            figures |= {
+                "mean_before": both.average(before), "mean_lost": both.average(lost),
+                "most_lost": float(lost[both.which].max()),
+            }  # fmt: skip
+    return figures
 
 
 def _list_neighbours(study: Study) -> list[dict[str, Any]]:
