@@ -105,19 +105,23 @@ def test_the_law_of_a_wall(installed, house, tmp_path):
 
 
 def test_tiles_measure_as_one_piece(installed, house, tmp_path):
-    whole, *_ = study(
+    whole, told, _ = study(
         installed, house, tmp_path / "whole", "--measure", "openness", "--receivers", "ground",
         "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
     )  # fmt: skip
     done = run(
         installed, "study", house, "--out", tmp_path / "tiles", "--measure", "openness",
         "--receivers", "ground", "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
-        "--tiles", "8m", "--up", "z",
+        "--tiles", "8m", "--up", "z", "--report",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     tiles = xr.open_zarr(tmp_path / "tiles" / "study.zarr", zarr_format=3, chunks=None)
     assert np.array_equal(tiles.openness.values, whole.openness.values, equal_nan=True)
     assert (tmp_path / "tiles" / "openness.png").exists()
+    report = (tmp_path / "tiles" / "report.html").read_text("utf-8")
+    (_, (_, mean, *_)), _ = find_section(report, "Measures")
+    assert float(mean) == pytest.approx(told["measures"]["openness"]["mean"], abs=1e-3)
+    assert report.count("data:image/png") == 1
 
 
 def test_samples_a_reader_and_an_output_of_packages(installed, tmp_path):

@@ -65,6 +65,10 @@ class Counted:
         """Return those of them whose value is a number."""
         return replace(self, which=self.which & np.isfinite(values))
 
+    def of_weight(self, weight: float) -> "Counted":
+        """Return some of them as one, by their total weight."""
+        return replace(self, which=np.ones(1, np.bool_), weight=np.array([weight]))
+
     def average(self, values: NDArray) -> float:
         """Return the weighted mean."""
         return float(np.average(values[self.which], weights=self.weight[self.which]))

@@ -1,6 +1,7 @@
 """The report's tables of measures besides hours: over all, and by part, named area or caster."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +14,10 @@ from umbra.study.measures import Measure, Quantity, guard
 from umbra.study.options import StudyOptions
 from umbra.writers.report.markup import Table
 
-__all__ = ["find_columns_of_points", "find_means", "list_measures"]
+__all__ = [
+    "caption_measures", "count_decimals", "find_columns_of_points", "find_means", "list_measures",
+    "tell_unit",
+]  # fmt: skip
 
 _MOST_ROWS = 200
 _MOST_CASTERS = 40
@@ -66,6 +70,15 @@ def list_measures(study: Study, options: StudyOptions) -> list[Table]:
     return [table for table in tables if table is not None]
 
 
+def caption_measures(quantities: Sequence[Quantity]) -> dict[str, str]:
+    """Return the captions of the pictures of measures, by the names of their files."""
+    words = {}
+    for one in quantities:
+        name = one.long_name[:1].upper() + one.long_name[1:]
+        words |= {one.name: name, f"{one.name}_lost": f"{name}: what the proposal takes"}
+    return words
+
+
 def find_means(study: Study) -> list[tuple[str, str]]:
     """Return the mean of each measure with its unit, for the figures at the top."""
     found, counted = [], study.kind.find_counted(study)
@@ -86,8 +99,8 @@ def find_columns_of_points(study: Study) -> dict[str, NDArray[Any]]:
         for ending, words in ("", ""), ("_lost", ", lost"):
             if f"{quantity.name}{ending}" in study.more and not quantity.per:
                 values = np.asarray(study.more[f"{quantity.name}{ending}"][1], np.float64)
-                heading = f"{quantity.long_name}{words}{_tell_unit(quantity)}"
-                columns[heading] = np.round(values, _count_decimals(values))
+                heading = f"{quantity.long_name}{words}{tell_unit(quantity)}"
+                columns[heading] = np.round(values, count_decimals(values))
     return columns
 
 
@@ -96,7 +109,7 @@ def _list_quantity(
 ) -> Table | None:
     """Lay out a variable; None if nothing has a value."""
     columns = _Columns.of(study, quantity)
-    digits = _count_decimals(columns.after)
+    digits = count_decimals(columns.after)
     groups = _find_groups(study, columns)
     rows = [(one.tell_whole_of(), *_tell(columns, one, digits)) for one in groups]
     if not rows:
@@ -110,7 +123,7 @@ def _list_quantity(
     notes = [f"{told[:1].upper()}{told[1:]}."] if told else []
     notes += [f"{more:,} more rows are in study.nc."] if more > 0 else []
     return Table(
-        f"{quantity.long_name[:1].upper()}{quantity.long_name[1:]}{_tell_unit(quantity)}",
+        f"{quantity.long_name[:1].upper()}{quantity.long_name[1:]}{tell_unit(quantity)}",
         ("where", *headings),
         [*rows, *shown],
         " ".join(notes),
@@ -199,7 +212,7 @@ def _list_casters(study: Study, quantity: Quantity) -> Table | None:
     values = np.asarray(study.more[quantity.name][1], np.float64)
     if counted is None or not counted.which.any():
         return None
-    digits = _count_decimals(values)
+    digits = count_decimals(values)
     names = np.asarray(study.more[quantity.per][1]).tolist()
     rows = [(name, counted.average(one), one[counted.which].max())
             for name, one in zip(names, values, strict=True)]  # fmt: skip
@@ -207,7 +220,7 @@ def _list_casters(study: Study, quantity: Quantity) -> Table | None:
     shown = [(name, *(round(float(v), digits) for v in figures)) for name, *figures in rows]
     more = len(rows) - _MOST_CASTERS
     return Table(
-        f"{quantity.long_name[:1].upper()}{quantity.long_name[1:]}{_tell_unit(quantity)}",
+        f"{quantity.long_name[:1].upper()}{quantity.long_name[1:]}{tell_unit(quantity)}",
         (quantity.per, "mean", "most"),
         shown[:_MOST_CASTERS],
         f"{more:,} more rows are in study.nc." if more > 0 else "",
@@ -215,13 +228,13 @@ def _list_casters(study: Study, quantity: Quantity) -> Table | None:
     )
 
 
-def _tell_unit(quantity: Quantity) -> str:
+def tell_unit(quantity: Quantity) -> str:
     """Return the unit in brackets, to follow a heading; nothing of a bare number."""
     unit = quantity.suffix.strip()
     return f" [{unit}]" if unit else ""
 
 
-def _count_decimals(values: NDArray[np.floating]) -> int:
+def count_decimals(values: NDArray[np.floating]) -> int:
     """Return the decimals with which the largest of some values has three digits, at most 3."""
     most = float(np.nanmax(np.abs(values), initial=0.0))
     return min(max(3 - math.ceil(math.log10(most)), 0), 3) if most > 0 else 0
