@@ -40,7 +40,7 @@ from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
-from umbra.writers.folder.shown_window import crop_dates
+from umbra.writers.folder.shown_window import CROPPED, crop_dates, crop_plan, find_lasting
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -139,6 +139,13 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
         fine = refine_preview(study, coarse, longest, steps[k], like=fine)
         views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
+    dates = [fit_hours(one.shadow_hours - one.period.land_hours, whole.shape)
+             for one in split_dates(study)]  # fmt: skip
+    where = find_lasting(job, whole, dates)
+    if where is not None:
+        whole = replace(crop_plan(study, whole, where), note=f"{whole.note} · {CROPPED}")
+        views = [(k, stamps, replace(view, shadows=view.shadows[:, *where]))
+                 for k, stamps, view in views]  # fmt: skip
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
 
 
