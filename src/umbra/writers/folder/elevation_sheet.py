@@ -139,7 +139,8 @@ def _find_moments(
         appearance=None, canopies=None, nothing=None, proposed=None, context=(),
     )  # fmt: skip
     rows, cols = (
-        slice(*np.searchsorted(cells, need[:, axis])) for axis, cells in ((1, shown.y), (0, shown.x))
+        slice(*np.searchsorted(cells, need[:, axis]))
+        for axis, cells in ((1, shown.y), (0, shown.x))
     )
     pairs = zip(stamps.labels(), preview.shadows[:, rows, cols], up, strict=True)
     return [(label, mask) for label, mask, is_up in pairs if is_up], shown.crop((rows, cols))

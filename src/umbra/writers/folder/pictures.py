@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,9 +144,7 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     where = find_lasting(job, whole, dates)
     if where is not None:
         whole = replace(crop_plan(study, whole, where), note=f"{whole.note} · {CROPPED}")
-        views = [(k, stamps, replace(view, shadows=view.shadows[:, *where]))
-                 for k, stamps, view in views]  # fmt: skip
-    _draw_profile(job, "profile.png", name_shown(whole, study), views)
+    _draw_profile(job, "profile.png", name_shown(whole, study), views, where)
 
 
 def _is_dense(view: Preview) -> bool:
@@ -244,12 +242,17 @@ def _draw_hours(
 
 
 def _draw_profile(
-    job: FolderJob, name: str, plan: Plan, views: Sequence[tuple[int, Stamps, Preview]]
+    job: FolderJob,
+    name: str,
+    plan: Plan,
+    views: Sequence[tuple[int, Stamps, Preview]],
+    where: tuple[slice, slice] | None = None,
 ) -> None:
-    """Draw the shadows of some dates, by number, at their stamps."""
+    """Draw the shadows of some dates, by number, at their stamps, or a window of them."""
+    shown: Any = (slice(None), *(where or ()))
     days = job.study.period.days
     maps = [
-        DayShadows(view.shadows, stamps.labels(), view.away, str(days[k]),
+        DayShadows(view.shadows[shown], stamps.labels(), view.away, str(days[k]),
                    str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "",
                bool(np.isnan(view.away).all()))
         for k, stamps, view in views
