@@ -225,7 +225,7 @@ def _double(
         vertices[:, 0] = _cut_at(plan.top, places, away)
     vertices[:, 1, :3] = away
     if draw.is_cut:
-        vertices[:, 1] = _cut_at(plan.bottom, places, away)
+        vertices[:, 1] = _cut_at(plan.find_bottom(draw), places, away)
     return vertices.reshape(-1, 4)
 
 
