@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
-from umbra.writers.folder.shown_window import crop_dates
+from umbra.writers.folder.shown_window import CROPPED, crop_dates, crop_plan, find_lasting
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -139,7 +139,12 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
         fine = refine_preview(study, coarse, longest, steps[k], like=fine)
         views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
-    _draw_profile(job, "profile.png", name_shown(whole, study), views)
+    dates = [fit_hours(one.shadow_hours - one.period.land_hours, whole.shape)
+             for one in split_dates(study)]  # fmt: skip
+    where = find_lasting(job, whole, dates)
+    if where is not None:
+        whole = replace(crop_plan(study, whole, where), note=f"{whole.note} · {CROPPED}")
+    _draw_profile(job, "profile.png", name_shown(whole, study), views, where)
 
 
 def _is_dense(view: Preview) -> bool:
@@ -237,12 +242,17 @@ def _draw_hours(
 
 
 def _draw_profile(
-    job: FolderJob, name: str, plan: Plan, views: Sequence[tuple[int, Stamps, Preview]]
+    job: FolderJob,
+    name: str,
+    plan: Plan,
+    views: Sequence[tuple[int, Stamps, Preview]],
+    where: tuple[slice, slice] | None = None,
 ) -> None:
-    """Draw the shadows of some dates, by number, at their stamps."""
+    """Draw the shadows of some dates, by number, at their stamps, or a window of them."""
+    shown: Any = (slice(None), *(where or ()))
     days = job.study.period.days
     maps = [
-        DayShadows(view.shadows, stamps.labels(), view.away, str(days[k]),
+        DayShadows(view.shadows[shown], stamps.labels(), view.away, str(days[k]),
                    str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "",
                bool(np.isnan(view.away).all()))
         for k, stamps, view in views
