@@ -72,7 +72,7 @@ def list_measures(study: Study, options: StudyOptions) -> list[Table]:
 
 def caption_measures(quantities: Sequence[Quantity]) -> dict[str, str]:
     """Return the captions of the pictures of measures, by the names of their files."""
-    words = {}
+    words: dict[str, str] = {}
     for one in quantities:
         name = one.long_name[:1].upper() + one.long_name[1:]
         words |= {one.name: name, f"{one.name}_lost": f"{name}: what the proposal takes"}
