@@ -12,7 +12,7 @@ from umbra.kernels import find_lowest, inlined
 from umbra.rays.hidden import get
 from umbra.rays.lanes import LANES, meet_rectangles
 
-__all__ = ["find_rims", "find_window", "is_covered"]
+__all__ = ["count_tests", "find_rims", "find_window", "is_covered"]
 
 _MISSES, _BESIDE, _MEETS = 0, 1, 2
 _EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
@@ -158,6 +158,16 @@ def is_covered(patches, bins, edges, tree, s, i, way, error, window, shell):
                     if how == _MEETS:
                         return False
     return True
+
+
+@inlined
+def count_tests(bins, window):
+    """Return how often eight edges of a patch's bins are tested at once, to find its rims."""
+    left, right, first, last, cols, _ = window
+    n = 0
+    for row in range(first, last + 1, cols):
+        n += (bins.starts[right + row] - bins.starts[left + row] + LANES - 1) // LANES
+    return n
 
 
 @inlined
