@@ -22,16 +22,18 @@ _LIGHTEST, _DARKEST = np.array([250.0, 248.0, 242.0]), np.array([40.0, 44.0, 66.
 
 def draw_figure_5(size: tuple[int, int]) -> Image.Image:
     """Draw an area of boxes at 45.2 N from 12:00 to 15:00; ``size`` of each of three pictures."""
-    eye, target = np.array([60.0, -150.0, 260.0]), np.array([250.0, 190.0, 0.0])
-    camera = Camera(eye, target, size=size, fov=50.0)
+    camera = Camera(
+        np.array((60.0, -150.0, 260.0)), np.array((250.0, 190.0, 0.0)), size=size, fov=50.0
+    )
     suns = _find_suns(45.2, "12:00", "15:00")
     return _draw(make_town(1132, 500.0, 1), camera, suns, frozenset({"volumes"}))
 
 
 def draw_figure_6(size: tuple[int, int]) -> Image.Image:
     """Draw a tower of beams at 48.8 N from 10:00 to 14:00; ``size`` of each of three pictures."""
-    eye, target = np.array([330.0, -470.0, 330.0]), np.array([130.0, 140.0, 130.0])
-    camera = Camera(eye, target, size=size, fov=36.0)
+    camera = Camera(
+        np.array((330.0, -470.0, 330.0)), np.array((130.0, 140.0, 130.0)), size=size, fov=36.0
+    )
     suns = _find_suns(48.8, "10:00", "14:00")
     return _draw(make_lattice_tower(), camera, suns, frozenset({"volumes", "edges"}))
 

@@ -13,7 +13,13 @@ from umbra.cli.click_options import (
     record_options,
     take_record,
 )
-from umbra.cli.reading import find_model_site, read_model, reading_options, site_options
+from umbra.cli.reading import (
+    files_argument,
+    find_model_site,
+    read_model,
+    reading_options,
+    site_options,
+)
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import write_for_shell
 from umbra.machine import load_compiler
@@ -26,7 +32,7 @@ HEADINGS = (
 
 
 @click.command("prove", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @site_options
 @record_options(ProofOptions)
 @reading_options()

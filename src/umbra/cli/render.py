@@ -10,11 +10,12 @@ from typing import Any
 import click
 
 from umbra.calls.camera_options import CameraOptions
-from umbra.calls.film import FILMS, FilmOptions, check_film, plan_shots, write_film
+from umbra.calls.film import FILMS, FilmOptions, check_film, find_held, plan_shots, write_film
 from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
+    files_argument,
     find_model_site,
     read_model,
     reading_options,
@@ -31,7 +32,7 @@ HEADINGS = ("Camera", "Lights", "Film", "Style", "Casters", "Site", "Reading", "
 
 
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @record_options(CameraOptions)
 @record_options(LightOptions)
 @record_options(FilmOptions)
@@ -128,7 +129,9 @@ def _draw_film(
     if lights.date is not None:
         sun = find_model_site(scene), lights.date, str(lights.at)
     still = replace(lights, date=None, at=None).make(lambda: find_model_site(scene))
-    shots = plan_shots(moves, lens.make(scene), still, sun)
+    is_given = lens.eye is not None or lens.height is not None or lens.view == "street"
+    held = None if is_given else find_held(scene)
+    shots = plan_shots(moves, lens.make(scene), still, sun, held)
     stages.begin(what := f"drawing {len(shots):,} frames")
     write_film(
         path, scene, shots, options, moves.rate, kind=kind, warn=warn, tell=tell,

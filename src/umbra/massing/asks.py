@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from umbra.casters.casting import Casting
 from umbra.lights import Lights, Period
 from umbra.massing.planes import LONGEST, SPELLS, SUM, Needs, RayCrossings, SunPieces, measure_lit
+from umbra.receivers.openings import Openings
 from umbra.receivers.single import PointTile
 from umbra.scene.grid import Places
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
@@ -61,6 +62,8 @@ class Ask:
         Whether hours are of the sun's path, not of steps judged at their middle.
     is_alone : bool
         Whether the envelope alone casts, as if nothing stood around.
+    openings : Openings, optional
+        Of places on windows, which see the sun through them alone.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Ask:
     is_alone: bool = False
     owner: NDArray[np.int64] | None = None
     share: NDArray[np.float64] | None = None
+    openings: Openings | None = None
 
     @property
     def receivers(self) -> NDArray[np.int64]:
@@ -100,7 +104,8 @@ class Ask:
 
     def count(self, casting: Casting | None) -> NDArray[np.float64]:
         """Measure the hours of all receivers among casters, (n,) [h]; None: nothing casts."""
-        if casting is None or self.min_angle > 0:
+        is_framed = self.openings is not None and self.openings.are_deep
+        if casting is None or self.min_angle > 0 or is_framed:
             return measure_pieces(self, self.cut(self.find_masks(casting)))
         tile = PointTile(casting, self.places, np.full(len(self.places), -1))
         if not self.is_continuous:
@@ -137,6 +142,8 @@ class Ask:
             level = np.hypot(suns[:, 0], suns[:, 1])[:, None]
             level = np.maximum(level * np.hypot(normals[:, 0], normals[:, 1]), 1e-12)
             masks |= suns[:, :2] @ normals[:, :2].T / level < np.sin(np.radians(self.min_angle))
+        if self.openings is not None:
+            masks |= self.openings.find_framed(suns[:, None])
         return masks
 
     def cut(self, masks: NDArray[np.uint8]) -> SunPieces:

@@ -260,7 +260,7 @@ def _sweep(p, d, e, corner, index, at, z, ray, count):
 SUM, LONGEST, SPELLS = range(3)
 """Measures: hours in all, the longest spell, hours in spells of a least length."""
 SLACK = 1e-6
-"""Rounding of hours [h]."""
+"""Rounding of hours [h], and of the weights of groups."""
 
 
 class Needs(NamedTuple):

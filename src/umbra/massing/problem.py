@@ -16,7 +16,7 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.massing.asks import Ask, measure_pieces
-from umbra.massing.planes import Needs, RayCrossings, cross_cells
+from umbra.massing.planes import SLACK, Needs, RayCrossings, cross_cells
 from umbra.massing.plot import Plot
 
 __all__ = ["Problem", "ReceiverGroup", "pose_problem"]
@@ -93,7 +93,7 @@ class Problem:
 def _meet(needs: Needs, values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which groups are met by values of their needs [h]."""
     met = (values >= needs.limit - 1e-4) * needs.weight  # hours are kept as float32
-    return np.add.reduceat(met, needs.group[:-1]) >= needs.wanted - 1e-9
+    return np.add.reduceat(met, needs.group[:-1]) >= needs.wanted - SLACK
 
 
 def pose_problem(

@@ -254,8 +254,8 @@ class _Clauses:
                 )]  # fmt: skip
             limits = [self.asked.asks[clause.ask[0]].limit[clause.receiver] for clause in first]
             alike = all(np.array_equal(limits[0], other) for other in limits[1:])
-            if alike and len({clause.wanted for clause in first}) >= 1:  # shares of one area
-                return [min(first, key=lambda clause: clause.wanted)]
+            if alike:  # shares of one area
+                return [min(first, key=lambda clause: clause.wanted / sum(clause.weight))]
         return self._refuse("asks one of several things of whole areas")
 
     def _refuse(self, what: str) -> NoReturn:
@@ -287,6 +287,10 @@ class _Clauses:
         samples = np.flatnonzero(subjects.owner == k)
         if len(samples) == 1:
             return _Clause([ask], samples.tolist(), [1.0], 1.0)
+        if condition.share is None and condition.ratio_to_before is None:
+            # All of them, by number: the least piece of an area is judged as the largest.
+            count = len(samples)
+            return _Clause([ask] * count, samples.tolist(), [1.0] * count, float(count))
         weight = subjects.areas[samples]
         whole = float(weight.sum())
         wanted = whole if condition.share is None else condition.share / 100 * whole
@@ -351,14 +355,16 @@ class _Clauses:
             np.zeros(len(names)), _KINDS[condition.measure],
             condition.min_spell.total_seconds() / 3600, condition.min_altitude,
             condition.min_angle, is_continuous, condition.casters == "proposed",
-            owner=of_place, share=share,
+            owner=of_place, share=share, openings=subjects.openings,
         )  # fmt: skip
         around = None if ask.is_alone else asked.around
         before = measure_pieces(ask, ask.cut(ask.find_masks(around)))
         limit = np.zeros(len(names))
         if condition.measure == "shadow_hours":
             assert condition.at_most is not None
-            limit += float(ask.lights.lengths.sum()) / 3.6e9 - condition.at_most
+            whole = float(ask.lights.lengths.sum()) / 3.6e9
+            # Of the envelope's own shadow a place turned away from the sun has none.
+            limit += np.maximum((before if ask.is_alone else whole) - condition.at_most, 0.0)
         elif condition.at_least is not None:
             limit += condition.at_least
         is_share = subjects.kind in {"areas", "band"} and condition.at_least is not None

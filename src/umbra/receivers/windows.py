@@ -17,6 +17,7 @@ from umbra.errors import InputError
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request, Variables
 from umbra.receivers.named import NamedReceivers
+from umbra.receivers.openings import Openings
 from umbra.receivers.placed import PlacedKind, PlacedSamples
 from umbra.receivers.single import PointTile, SharedEdges
 from umbra.receivers.standing import name_holders
@@ -66,36 +67,19 @@ class OpeningTile(PointTile):
 
     Parameters
     ----------
-    openings : (n, 4, 3) float64
-        Of each point the axes right, up and outward; and the point's place in its opening: right,
-        up of the middle, and depth [m].
-    halves : (n, 2) float64
-        Half the width and height of each opening [m].
+    openings : Openings
     """
 
-    openings: NDArray[np.float64] = field(kw_only=True)
-    halves: NDArray[np.float64] = field(kw_only=True)
+    openings: Openings = field(kw_only=True)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return for each light the points in shadow, of the opening's frame, too."""
         hidden = super().masks(suns)
-        hidden[self._find_framed(suns)] = 1
-        return hidden
-
-    def _find_framed(self, suns: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Find which points see the frame of their opening, and not the light, (m, n)."""
-        points = self.places.points
         ways = suns[:, None, :3]
         if suns.shape[1] == 4:
-            ways = ways - suns[:, None, 3:] * points
-        right, up, out = (np.einsum("mnk,nk->mn", np.broadcast_to(
-            ways, (len(suns), *points.shape)), self.openings[:, k]) for k in range(3))  # fmt: skip
-        at_x, at_y, depth = self.openings[:, 3].T
-        # The way meets the opening's plane at depth / out along it.
-        scale = np.divide(depth, out, out=np.zeros_like(out), where=out > 0)
-        half_x, half_y = self.halves.T
-        is_out = (np.abs(at_x + scale * right) > half_x) | (np.abs(at_y + scale * up) > half_y)
-        return np.asarray(is_out & (depth > 0))
+            ways = ways - suns[:, None, 3:] * self.places.points
+        hidden[self.openings.find_framed(ways)] = 1
+        return hidden
 
 
 @dataclass(eq=False, kw_only=True)
@@ -105,23 +89,22 @@ class WindowReceivers(NamedReceivers):
 
     Parameters
     ----------
-    openings, halves : array
-        As of `OpeningTile`.
+    openings : Openings
     true_north : float
         Azimuth of true north in the model's plan [degrees].
     """
 
-    openings: NDArray[np.float64]
-    halves: NDArray[np.float64]
+    openings: Openings
     true_north: float = 0.0
 
     def _make_tile(self, samples: Any, span: slice, shared: SharedEdges) -> PointTile:
         plain = super()._make_tile(None, span, shared)
-        if not (self.openings[span, 3, 2] > 0).any():
+        openings = self.openings.pick(span)
+        if not openings.are_deep:
             return plain
         return OpeningTile(
             plain.casting, plain.places, plain.part, None, shared, None, span.start,
-            openings=self.openings[span], halves=self.halves[span],
+            openings=openings,
         )  # fmt: skip
 
     def sum_up(self, study: Any) -> Variables:
@@ -145,7 +128,7 @@ class WindowReceivers(NamedReceivers):
 class WindowKind(PlacedKind):
     """Windows, judged at their centre, at their sill, or as whole panes."""
 
-    name = "windows"
+    name = noun = "windows"
     spot = "pane"
     formats: ClassVar[tuple[str, ...]] = ()
     own_table = "windows.csv"
@@ -165,26 +148,23 @@ class WindowKind(PlacedKind):
         local = [_sample(window, judge) for window in windows]
         owner = np.repeat(np.arange(len(windows)), [len(points) for points in local])
         flat = np.concatenate(local)
-        axes = np.array([[*window.axes, window.normal] for window in windows])[owner]
-        middles = np.array([window.center for window in windows])[owner]
+        openings = Openings.of(windows, owner, flat)
+        axes, middles = openings.axes, np.array([window.center for window in windows])[owner]
         points = middles + np.einsum("nk,nkd->nd", np.column_stack([flat, np.full(
             len(flat), _FRONT)]), axes) - scene.origin  # fmt: skip
-        depth = np.array([window.reveal or 0.0 for window in windows])[owner]
-        if options.exact and (depth > 0).any():
+        if options.exact and openings.are_deep:
             msg = (
                 "exact= solves times without reveals; leave it out, or judge on the outer face "
                 "(reveal='none')"
             )
             raise InputError(msg, option="exact")
-        halves = np.array([[window.width / 2, window.height / 2] for window in windows])[owner]
         counts = np.bincount(owner)
         areas = np.array([window.area_m2 for window in windows])[owner] / counts[owner]
-        openings = np.concatenate([axes, np.column_stack([flat, depth])[:, None]], 1)
         return WindowReceivers(
             self, request.prepare(), (len(points),), DIMS, areas,
             {"judge": judge, "windows": len(windows)},
             local=Places(points, axes[:, 2].copy()), part=np.full(len(points), -1), areas=areas,
-            records=windows, owner=owner, notes=tuple(notes), openings=openings, halves=halves,
+            records=windows, owner=owner, notes=tuple(notes), openings=openings,
             true_north=request.true_north,
         )  # fmt: skip
 

@@ -253,7 +253,7 @@ def _read_check(block: Block) -> Requirement:
         condition=read_condition(block, Condition()),
         places=_read_places(block, receivers),
         facing=_read_facing(block),
-        rooms=_read_words(block, "rooms"),
+        rooms=tuple(word.strip().casefold() for word in _read_words(block, "rooms")),
         judge=_read_word(block, "judge", ("centre", "sill", "pane"), "centre"),
         of_each=_read_word(block, "of_each", ("flat", "room", "storey", ""), ""),
         one_is_enough=_read_word(block, "one_is_enough", ("yes", "no"), "no") == "yes",

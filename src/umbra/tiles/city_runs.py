@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers import find_kind
 from umbra.receivers.areas import AreaLevel, tell_sampling
+from umbra.receivers.openings import Openings
 from umbra.receivers.windows import MOST_HELD
 from umbra.scene.grid import Places
 from umbra.tiles.city_receivers import RolePlace, lay_out_among, look_around
@@ -38,6 +39,8 @@ class Laid:
     areas : (n,) float64
         That each sample stands for [m2].
     notes : tuple of str
+    openings : Openings, optional
+        Of the samples of windows.
     """
 
     records: tuple[Any, ...]
@@ -45,6 +48,7 @@ class Laid:
     places: Places
     areas: NDArray[np.float64]
     notes: tuple[str, ...] = ()
+    openings: Openings | None = None
 
     @property
     def group_names(self) -> list[str]:
@@ -116,6 +120,7 @@ def _join(
     """Join the receivers of runs in the order of their indices."""
     records: list[Any] = [None] * count
     pieces: list[Any] = [None] * count
+    openings: list[Any] = [None] * count
     for run in runs:
         laid = lay_out(run)
         places = laid.places
@@ -123,6 +128,9 @@ def _join(
             mine = laid.owner == row
             records[k] = laid.records[row]
             pieces[k] = places.points[mine], places.normals[mine], laid.areas[mine]
+            if hasattr(laid, "openings"):
+                openings[k] = laid.openings.pick(mine)
     points, normals, areas = (np.concatenate(one) for one in zip(*pieces, strict=True))
     owner = np.repeat(np.arange(count), [len(one) for one, _, _ in pieces])
-    return Laid(tuple(records), owner, Places(points, normals), areas)
+    before = None if openings[0] is None else Openings.join(openings)
+    return Laid(tuple(records), owner, Places(points, normals), areas, openings=before)

@@ -125,14 +125,15 @@ class CityGathered(Gathered):
             return Lacking(f"{NEEDS[kind].partition(';')[0]}, which tiles do not; leave tiles= out")
         return super()._find_kind(kind, requirement)
 
-    def find_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the corners of the proposal, or of the city [m]."""
-        if not self.model.proposed:
-            low, high = np.array(self.job.frame.bounds)
-            return low, high
+    def find_model_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the lowest and highest corner of the city [m]."""
+        low, high = np.array(self.job.frame.bounds)
+        return low, high
+
+    def find_corners(self) -> NDArray[np.float64]:
+        """Return the corners of the proposal's triangles, (n, 3) [m]."""
         place = self.job.open()
-        corners = find_proposal(place).vertices + place.origin
-        return corners.min(0), corners.max(0)
+        return np.asarray(find_proposal(place).vertices + place.origin)
 
     def _lay_out_kind(self, kind: str, asked: StudyOptions) -> Laid:
         """Lay receivers out in runs that lie together."""

@@ -188,7 +188,9 @@ def _judge_requirement(
     ):
         notes.append("there is no proposed=, so the shadows of all parts count as the building's")
     if requirement.share_of:
-        return [_judge_share(rule, requirement, _judge_all(sunlit, requirement, model.proposed))]
+        by_date = _judge_all(sunlit, requirement, model.proposed)
+        has_flats = any(any(sunlight.subjects.flats) for sunlight in sunlit)
+        return [_judge_share(rule, requirement, rows, has_flats) for rows in by_date]
     findings: list[Finding] = []
     for sunlight in sunlit:
         judged = choose_asked(sunlight.subjects, requirement)
@@ -244,8 +246,13 @@ def choose_asked(subjects: Subjects, requirement: Requirement) -> list[int]:
         low, high = requirement.facing
         chosen = [k for k in chosen if low - 1e-6 <= subjects.azimuths[k] % 360 <= high + 1e-6]
     if requirement.rooms and any(subjects.rooms):
-        chosen = [k for k in chosen if subjects.rooms[k] in requirement.rooms]
+        chosen = [k for k in chosen if _fold(subjects.rooms[k]) in requirement.rooms]
     return chosen
+
+
+def _fold(room: str) -> str:
+    """Return the name of a room as rules write it."""
+    return room.strip().casefold()
 
 
 Judged = list[list[Outcome]]
@@ -294,18 +301,18 @@ def _list_findings(
 ) -> list[Finding]:  # fmt: skip
     """Return a finding for each receiver, or each flat, and date."""
     subjects, findings = sunlight.subjects, []
-    groups: dict[tuple[str, str], list[int]] = {}
-    labels = {"flat": subjects.flats, "room": subjects.rooms, "storey": subjects.storeys}
+    groups: dict[tuple[str, str, int], list[int]] = {}
     for k in chosen:
-        label = labels[requirement.of_each][k] if requirement.of_each else ""
-        key = (requirement.of_each, label) if label else (subjects.kind, subjects.names[k])
+        label = subjects.name_group(requirement.of_each, k)
+        # Receivers may have one name: each that is of no group is judged by itself.
+        key = (requirement.of_each, label, -1) if label else (subjects.kind, subjects.names[k], k)
         groups.setdefault(key, []).append(k)
-    if requirement.of_each and any(kind == subjects.kind for kind, _ in groups):
+    if requirement.of_each and any(kind == subjects.kind for kind, *_ in groups):
         notes.append(f"windows that name no {requirement.of_each} are judged one by one, each as "
                      f"the only one of its {requirement.of_each}")  # fmt: skip
     how = join_any if requirement.one_is_enough else join_all
     for outcomes in judged:
-        for (kind, where), members in groups.items():
+        for (kind, where, _), members in groups.items():
             own = [outcomes[k] for k in members]
             outcome = own[0] if len(own) == 1 else replace(how(own), wanted=own[0].wanted)
             decides = next((k for k, other in zip(members, own) if other.value == outcome.value
@@ -319,27 +326,34 @@ def _list_findings(
     return findings
 
 
+_FlatRow = tuple[str, str, Outcome]
+"""Flat, room and outcome of a receiver."""
+
+
 def _judge_all(
     sunlit: list[SunlightOf], requirement: Requirement, proposed: Sequence[str]
-) -> list[tuple[str, str, Outcome]]:
-    """Return flat, room and outcome of all receivers that name a flat, of all kinds."""
-    rows: list[tuple[str, str, Outcome]] = []
+) -> list[list[_FlatRow]]:
+    """Return, by date, the rows of all receivers that name a flat, of all kinds."""
+    by_date: list[list[_FlatRow]] = []
     flats = {flat for sunlight in sunlit for flat in sunlight.subjects.flats if flat}
     for sunlight in sunlit:
         subjects = sunlight.subjects
         judged = _judge_subjects(sunlight, requirement, bool(proposed))
-        for k, outcome in enumerate(judged[0]):
-            flat, room = subjects.flats[k], subjects.rooms[k]
-            if subjects.kind == "areas":
-                flat = flat or (subjects.names[k] if subjects.names[k] in flats else "")
-                room = room or "balcony"
-            if flat and (not requirement.rooms or room in requirement.rooms):
-                rows.append((flat, room, outcome))
-    return rows
+        by_date += [[] for _ in judged[len(by_date) :]]
+        for rows, outcomes in zip(by_date, judged, strict=True):
+            for k, outcome in enumerate(outcomes):
+                flat, room = subjects.flats[k], subjects.rooms[k]
+                if subjects.kind == "areas":
+                    flat = flat or (subjects.names[k] if subjects.names[k] in flats else "")
+                    room = room or "balcony"
+                room = _fold(room)
+                if flat and (not requirement.rooms or room in requirement.rooms):
+                    rows.append((flat, room, outcome))
+    return by_date
 
 
 def _judge_share(
-    rule: Rule, requirement: Requirement, rows: list[tuple[str, str, Outcome]]
+    rule: Rule, requirement: Requirement, rows: list[_FlatRow], has_flats: bool
 ) -> Finding:
     """Judge the share of flats whose rooms meet the condition."""
     flats: dict[str, list[Outcome]] = {}
@@ -362,6 +376,9 @@ def _judge_share(
     made = {"rule": rule, "check": requirement.name, "kind": "flats", "where": "all flats"}
     if not flats:
         needs = "no flats are named; give them in the column flat of windows="
+        if has_flats:
+            needs = (f"no flat has a room called {' or '.join(requirement.rooms)}; give it in the "
+                     "column room of windows=")  # fmt: skip
         return Finding(**made, outcome=replace(blank, needs=needs))  # type: ignore[arg-type]
     verdicts = [finding.verdict for (finding,) in flats.values()]
     met, unsure, whole = verdicts.count(PASS), verdicts.count(UNKNOWN), len(verdicts)
@@ -369,11 +386,13 @@ def _judge_share(
     low, high = share, 100 * (met + unsure) / whole
     passes = low >= bound if is_least else high <= bound
     fails = high < bound if is_least else low > bound
+    dates = {outcome.date for _, _, outcome in rows}
     lacking = sorted({finding.needs for (finding,) in flats.values() if finding.verdict == UNKNOWN})
     outcome = replace(
         blank, verdict=PASS if passes else FAIL if fails else UNKNOWN, value=share,
         margin=share - bound if is_least else bound - share,
         needs="" if passes or fails else "; ".join(lacking[:3]),
+        date=dates.pop() if len(dates) == 1 else None,
     )  # fmt: skip
     text = f"{met} of {whole} flats" + (f", {unsure} unknown" if unsure else "")
     return Finding(**made, outcome=outcome, because=text)  # type: ignore[arg-type]

@@ -2,19 +2,23 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.packages import need
 from umbra.receivers import find_kind
+from umbra.receivers.window_search import count_windows
 from umbra.rules.record import Requirement, list_conditions
 from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.study.settled import settle_ground
 from umbra.study.setup import Setup
+from umbra.verdicts.remarks import tell_buried, tell_far, tell_off_plot
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, SunlightOf
 
@@ -91,16 +95,25 @@ class Gathered:
 
     def _keep(self, key: Any, make: Any) -> SunlightOf:
         if key not in self._kept:
-            self._kept[key] = self._make_sunlight(make())
+            subjects = make()
+            if subjects.kind in {"areas", "windows"}:
+                self._tell(tell_far(subjects, *self.find_model_bounds()))
+            self._kept[key] = self._make_sunlight(subjects)
         sunlight: SunlightOf = self._kept[key]
         return sunlight
+
+    def _tell(self, notes: Sequence[str]) -> None:
+        """Keep notes, each once."""
+        self.notes += [note for note in notes if note not in self.notes]
 
     def _make_sunlight(self, subjects: Subjects) -> SunlightOf:
         """Return what counts the sun and the sky on receivers."""
         return SunlightOf(self.model, subjects)
 
     def _has_windows(self) -> bool:
-        return self.windows is not None or bool(getattr(self.model.scene, "windows", ()))
+        if self.windows is None and "has_windows" not in self._kept:
+            self._kept["has_windows"] = count_windows(self.model.scene) > 0
+        return self.windows is not None or bool(self._kept["has_windows"])
 
     def _lay_out(self, kind: str, *, is_told: bool = False, **more: Any) -> Any:
         """Lay named receivers out, as a study of them would; tell of those that a user gave."""
@@ -111,9 +124,7 @@ class Gathered:
             cast=options.cast, no_cast=options.no_cast, threads=options.threads, **more,
         )  # fmt: skip
         laid = self._lay_out_kind(kind, study_options)
-        for note in getattr(laid, "notes", ()) if is_told else ():
-            if note not in self.notes:
-                self.notes.append(note)
+        self._tell(getattr(laid, "notes", ()) if is_told else ())
         return laid
 
     def _lay_out_kind(self, kind: str, options: StudyOptions) -> Any:
@@ -136,13 +147,17 @@ class Gathered:
             "windows", is_told=True, windows=self.windows, judge=judge, reveal=self.reveal
         )
         windows, north = laid.records, self.model.site.true_north
-        return _read_laid(
+        subjects = _read_laid(
             "windows", laid,
             azimuths=np.array([window.find_azimuth(north) for window in windows], np.float64),
             flats=tuple(window.flat for window in windows),
             rooms=tuple(window.room for window in windows),
             storeys=tuple(window.storey for window in windows),
         )  # fmt: skip
+        with suppress(InputError):  # some stand where the model has no ground
+            spots = [(window.center[0], window.center[1]) for window in windows]
+            self._tell(tell_buried(subjects, self._find_ground(spots)))
+        return subjects
 
     def _find_ground(self, spots: Sequence[tuple[float, float]]) -> NDArray[np.float64]:
         """Return the height of the ground at places in plan [m]."""
@@ -164,13 +179,22 @@ class Gathered:
         return float(high[2] - self._find_ground([(middle[0], middle[1])])[0])
 
     def find_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the corners of the proposal, or of the model [m]."""
+        """Return the lowest and highest corner of the proposal, or of the model [m]."""
+        if not self.model.proposed:
+            return self.find_model_bounds()
+        corners = self.find_corners()
+        return corners.min(0), corners.max(0)
+
+    def find_model_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the lowest and highest corner of the model [m]."""
+        low, high = self.model.scene.model_bounds()
+        return low, high
+
+    def find_corners(self) -> NDArray[np.float64]:
+        """Return the corners of the proposal's triangles, (n, 3) [m]."""
         scene: Scene = self.model.scene
-        parts: Sequence[int] = range(len(scene.parts))
-        if self.model.proposed:
-            parts = scene.select(self.model.proposed, option="proposed")
-        bounds = np.array([scene.parts[k].bounds for k in parts]) + scene.origin
-        return bounds[:, 0].min(0), bounds[:, 1].max(0)
+        parts = scene.select(self.model.proposed, option="proposed")
+        return scene.triangles(parts).find_corners() + scene.origin
 
     def _lay_places(self, requirement: Requirement) -> Subjects:
         places = requirement.places
@@ -187,6 +211,8 @@ class Gathered:
 
         shapely = need("shapely", "gis", "plot")
         plot, boundary = self.find_plot(), self.find_boundary(requirement.across_roads)
+        if self.model.proposed:
+            self._tell(tell_off_plot(plot, self.find_corners()))
         assert requirement.band is not None
         near, far = requirement.band
         ground = self._lay_out("areas", areas=[Area("plot", plot)], areas_on="mean")
@@ -234,7 +260,7 @@ class Gathered:
 
             roads = find_roads(self.model.scene, self.roads)
             self._kept[key], frontages = move_boundary(plot, roads, half_up_to)
-            self.notes.append(tell_frontages("the plot", frontages))
+            self._tell([tell_frontages("the plot", frontages)])
         return self._kept[key]
 
     def list_boundaries(self) -> list[Any]:
@@ -254,7 +280,7 @@ class Gathered:
         """
         height = float(self.find_bounds()[1][2]) - z
         reach = 0.0
-        probe = self._make_sunlight(of_points("places", ["probe"], [(0, 0, 1e4)]))
+        probe = self._make_sunlight(of_points("places", ["probe"], [self.find_model_bounds()[1]]))
         for condition in list_conditions(requirement.condition):
             for day in probe.list_days(condition, "after"):
                 past = np.cumsum(day.hours)
@@ -274,5 +300,5 @@ def _read_laid(kind: str, laid: Any, **more: Any) -> Subjects:
         "kind": kind, "names": tuple(laid.group_names), "owner": laid.owner,
         "points": np.array(laid.places.points), "normals": normals, "areas": laid.areas,
         "azimuths": np.full(count, np.nan), "flats": none, "rooms": none, "storeys": none,
-        "records": tuple(laid.records), **more,
+        "records": tuple(laid.records), "openings": getattr(laid, "openings", None), **more,
     })  # fmt: skip

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.openings import Openings
+
 __all__ = ["Subjects", "of_points"]
 
 _NEAR = 4  # neighbours of a sample
@@ -36,6 +38,8 @@ class Subjects:
         Empty where unknown.
     records : tuple
         ``Area`` or ``Window`` of each, if any.
+    openings : Openings, optional
+        Of the samples of windows, which see the sun through them alone.
     """
 
     kind: str
@@ -49,6 +53,7 @@ class Subjects:
     rooms: tuple[str, ...]
     storeys: tuple[str, ...]
     records: tuple[Any, ...] = ()
+    openings: Openings | None = None
 
     def __len__(self) -> int:
         return len(self.names)
@@ -57,6 +62,33 @@ class Subjects:
     def totals(self) -> NDArray[np.float64]:
         """Area of each receiver, (k,) [m2]."""
         return np.bincount(self.owner, self.areas, len(self.names)).astype(np.float64)
+
+    def name_group(self, of_each: str, k: int) -> str:
+        """Name the flat, room or storey of a receiver, a room with its flat; empty if unknown."""
+        labels = {"flat": self.flats, "room": self.rooms, "storey": self.storeys}
+        label = labels[of_each][k] if of_each else ""
+        flat = self.flats[k] if of_each == "room" else ""
+        return f"{flat}, {label}" if flat and label else label
+
+    def find_away(self, suns: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """
+        Find which samples no sun reaches by themselves, whatever stands around, (s, n).
+
+        Their plane faces away from it, or the frame of their opening is in the way.
+
+        Parameters
+        ----------
+        suns : (s, 3) float64
+        """
+        with np.errstate(invalid="ignore"):  # samples without a plane receive from all sides
+            away = suns @ self.normals.T <= 0
+        return away | self.find_framed(suns)
+
+    def find_framed(self, suns: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Find which samples see the frame of their opening, not the sun, (s, n)."""
+        if self.openings is None or not self.openings.are_deep:
+            return np.zeros((len(suns), len(self.owner)), np.bool_)
+        return self.openings.find_framed(suns[:, None])
 
     def average(self, values: NDArray) -> NDArray[np.float64]:
         """Return means (..., k) of values of samples (..., n), weighted by area."""
@@ -67,7 +99,7 @@ class Subjects:
         """Return sums (..., k) of values of samples (..., n)."""
         rows = np.asarray(values, np.float64).reshape(-1, len(self.owner))
         starts = np.searchsorted(self.owner, np.arange(len(self.names)))
-        return np.add.reduceat(rows, starts, axis=1).reshape(*np.shape(values)[:-1], -1)
+        return np.add.reduceat(rows, starts, axis=1).reshape(*np.shape(values)[:-1], len(self))
 
     def find_worst(self, values: NDArray, *, is_least: bool) -> NDArray[np.float64]:
         """Return the least, or the most, of values (n,) of each receiver, (k,)."""
@@ -103,6 +135,7 @@ class Subjects:
             areas=self.areas[is_picked], azimuths=self.azimuths[list(which)],
             flats=choose(self.flats), rooms=choose(self.rooms), storeys=choose(self.storeys),
             records=choose(self.records),
+            openings=None if self.openings is None else self.openings.pick(is_picked),
         )  # fmt: skip
 
 

@@ -145,6 +145,7 @@ class SunlightOf:
             windows = find_sun_windows(condition, period.days, self.model.site)
         for day, date in enumerate(period.days):
             whole = _cut_day(period, masks, day, date)
+            whole = replace(whole, lit=whole.lit & ~self.subjects.find_framed(whole.directions))
             yield whole if windows is None else whole.trim(*windows[day])
 
     def keep_line(self, condition: Condition, values: Sequence[Any]) -> None:

@@ -173,6 +173,8 @@ def _find_hours(
     lit = day.lit
     if condition.measure == "shadow_hours":
         lit = ~lit
+        if condition.casters == "proposed":  # what is turned away is no shadow of its own
+            lit &= ~subjects.find_away(day.directions)
     elif condition.measure in {"hours_lost", "new_shadow_hours"}:
         lit = np.zeros_like(lit) if before is None else before.lit & ~lit
     if condition.measure == "new_shadow_hours":

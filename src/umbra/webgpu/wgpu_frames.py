@@ -18,14 +18,14 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
-from umbra.soft.frames import FrameCounts
+from umbra.soft.frames import FrameCounts, OneByOne
 from umbra.webgpu.adapter import open_adapter
 from umbra.webgpu.frame_passes import FramePasses
 
 __all__ = ["WgpuFrameCounter"]
 
 
-class WgpuFrameCounter:
+class WgpuFrameCounter(OneByOne):
     """
     Count shadows in frames of one scene, hard or of area lights, on the wgpu device.
 

@@ -19,6 +19,7 @@ from umbra.study import (
     split_dates,
 )
 from umbra.study.finer import LONGEST
+from umbra.study.measures import Measure
 from umbra.study.preview import choose_stamps
 from umbra.sun import find_daylight, find_sun
 from umbra.sun.clock import Stamps, find_stamps
@@ -296,8 +297,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     return draw_pictures(job, PictureSheets.of(job))
 
 
-def lay_out_points(job: FolderJob) -> Plan:
-    """Lay out a plan of the buildings around points."""
+def lay_out_points(job: FolderJob, measures: Sequence[Measure] | None = None) -> Plan:
+    """Lay out a plan of the buildings around points, of hours or of ``measures``."""
     study, scene = job.study, job.scene
     points, origin, asked = study.places.points, scene.origin, job.options.proposed
     new = scene.select(asked) if asked else []
@@ -320,7 +321,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         floor = find_surface(land, grid, level).heights
     heights = surface.heights - floor
     return replace(
-        describe_points(job),
+        describe_points(job, measures),
         x=grid.x + origin[0],
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
@@ -357,27 +358,24 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     return ["points.png", "hours_lost.png"]
 
 
-def describe_points(job: FolderJob) -> Plan:
-    """Describe surfaces or points for a report."""
+def describe_points(job: FolderJob, measures: Sequence[Measure] | None = None) -> Plan:
+    """Describe surfaces or points for a report, or for a map of ``measures`` instead of hours."""
     study, options, outputs = job.study, job.options, job.outputs
-    what = study.kind.name
-    spot = f"{len(study.shadow_hours):,} {'squares of areas' if what == 'areas' else what}"
-    if study.samples is not None:
-        what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
+    has_dates = measures is None or any(measure.needs_sun for measure in measures)
     nowhere = np.zeros(1)
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_model(job.scene)}, {what}",
+        title=outputs.title or f"{name_model(job.scene)}, {study.kind.noun}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
-        date=tell_times(study, options, range(len(study.period.days))),
+        date=tell_times(study, options, range(len(study.period.days) if has_dates else 0)),
         note=" · ".join(
             [
                 f"umbra {study.facts['umbra_version']}",
-                spot,
+                study.kind.tell_count(study),
                 str(study.facts["ground"]),
-                *describe_method(study, options),
+                *describe_method(study, options, measures=measures),
             ]
         ),
     )
