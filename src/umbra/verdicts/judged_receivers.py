@@ -190,11 +190,20 @@ class Gathered:
         low, high = self.model.scene.model_bounds()
         return low, high
 
+    def find_near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> Scene:
+        """Return what stands in a rectangle of the plan, or more, to be drawn there."""
+        del low, high
+        return self.model.scene
+
+    def name_replaced(self) -> list[str]:
+        """Name what stands before the proposal alone."""
+        return list(dict.fromkeys(part.name for part in self.model.scene.replaced))
+
     def find_corners(self) -> NDArray[np.float64]:
         """Return the corners of the proposal's triangles, (n, 3) [m]."""
         scene: Scene = self.model.scene
         parts = scene.select(self.model.proposed, option="proposed")
-        return scene.triangles(parts).vertices + scene.origin
+        return scene.triangles(parts).find_corners() + scene.origin
 
     def _lay_places(self, requirement: Requirement) -> Subjects:
         places = requirement.places
@@ -280,7 +289,7 @@ class Gathered:
         """
         height = float(self.find_bounds()[1][2]) - z
         reach = 0.0
-        probe = self._make_sunlight(of_points("places", ["probe"], [(0, 0, 1e4)]))
+        probe = self._make_sunlight(of_points("places", ["probe"], [self.find_model_bounds()[1]]))
         for condition in list_conditions(requirement.condition):
             for day in probe.list_days(condition, "after"):
                 past = np.cumsum(day.hours)
