@@ -218,3 +218,12 @@ def test_hours_are_of_the_local_clock_in_summer(rule, site, date, span):
         hours = hand_hours(boxes, spot, turned, date, *span, every, normal=toward)
         assert finding.outcome.value == pytest.approx(hours, abs=1e-6)
         assert hours > 0
+
+
+def test_a_proposal_is_as_high_as_itself_in_a_model_of_towers():
+    """A house of 20 m beside a tower: Zürich's rule of buildings above 25 m asks nothing."""
+    boxes = {"tower": ((30, 30, 0), (40, 40, 60)), "house": ((-5, -5, 0), (5, 5, 20))}
+    model = make_model(boxes, ZURICH, proposed=("house",))
+    verdict = judge(model, "zurich-abv", areas={"g": shapely.box(-5, 6, 5, 12)})
+    assert [one.kind for one in verdict.findings] == ["proposal"]
+    assert "20.0 m" in verdict.findings[0].outcome.needs
